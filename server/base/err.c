@@ -1,0 +1,58 @@
+#include "base/err.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+static const struct {
+    const char *name;
+    int exit_code;
+    int http_status;
+} errs[BD_ERR_COUNT] = {
+#define X(name, wire, exit_code, http) {wire, exit_code, http},
+    BD_ERR_MAP(X)
+#undef X
+};
+
+const char *bd_err_name(enum bd_err err)
+{
+    return (unsigned)err < BD_ERR_COUNT ? errs[err].name : errs[BD_ERR_INTERNAL].name;
+}
+
+enum bd_err bd_err_from_name(const char *name)
+{
+    for (int i = 0; i < BD_ERR_COUNT; i++)
+        if (strcmp(errs[i].name, name) == 0) return (enum bd_err)i;
+    return BD_ERR_INTERNAL;
+}
+
+int bd_err_exit_code(enum bd_err err)
+{
+    return (unsigned)err < BD_ERR_COUNT ? errs[err].exit_code : errs[BD_ERR_INTERNAL].exit_code;
+}
+
+int bd_err_http_status(enum bd_err err)
+{
+    return (unsigned)err < BD_ERR_COUNT ? errs[err].http_status : errs[BD_ERR_INTERNAL].http_status;
+}
+
+static void replace_control_characters(char *text)
+{
+    for (; *text; text++)
+        if ((unsigned char)*text < 0x20 || *text == 0x7f) *text = '?';
+}
+
+enum bd_err bd_fault_set(struct bd_fault *fault, enum bd_err err, const char *field,
+                         const char *format, ...)
+{
+    if (!fault) return err;
+    fault->err = err;
+    snprintf(fault->field, sizeof fault->field, "%s", field ? field : "");
+    va_list args;
+    va_start(args, format);
+    vsnprintf(fault->message, sizeof fault->message, format, args);
+    va_end(args);
+    replace_control_characters(fault->field);
+    replace_control_characters(fault->message);
+    return err;
+}

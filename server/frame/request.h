@@ -1,0 +1,53 @@
+// What is asked of a frame, and how it is checked. Plain data: a job is this, a snapshot and a
+// seed, and renders the same bytes wherever it runs on the same class of device.
+
+#ifndef BD_FRAME_REQUEST_H
+#define BD_FRAME_REQUEST_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "base/err.h"
+#include "base/vec.h"
+#include "technique/params.h"
+
+enum bd_layer {
+    BD_LAYER_BEAUTY,   // RGBA: direct + indirect + emission in cd/m^2, alpha = coverage
+    BD_LAYER_DIRECT,   // RGB, outgoing radiance, albedo included
+    BD_LAYER_INDIRECT, // RGB
+    BD_LAYER_EMISSION, // RGB
+    BD_LAYER_ALBEDO,   // RGB
+    BD_LAYER_NORMAL,   // XYZ, world space, unit where covered; 0 where nothing is
+    BD_LAYER_DEPTH,    // Z, metres along the view axis; 1e10 where nothing is
+    BD_LAYER_COUNT,
+};
+
+// "beauty", ... ; NULL for an index out of range.
+const char *bd_layer_name(enum bd_layer layer);
+
+struct bd_frame_request {
+    char technique[32];          // "" = "rsm"
+    struct bd_param_list params; // KEY=VALUE pairs as given; technique/params.h checks them
+    uint32_t width_px, height_px;
+    char camera[64];  // node name, camera name or index; "" = the scene's first
+    uint32_t layers;  // bit (1 << enum bd_layer); beauty is always rendered
+    uint32_t aa;      // sub-frames averaged, 1 to 64
+    uint64_t seed;
+    uint32_t deadline_ms; // 0 = none; counted from submission
+    bool plan_only;       // report what would run and what is left out; render nothing
+};
+
+// One beauty layer at 512x512, technique "rsm", aa 1.
+extern const struct bd_frame_request bd_frame_request_default;
+
+struct bd_frame_limits {
+    uint32_t side_px_max;     // width or height
+    uint64_t pixel_count_max; // width x height
+};
+
+// The checks that need no scene. Names the field and the limit.
+BD_MUST_CHECK
+enum bd_err bd_frame_request_check(const struct bd_frame_request *request,
+                                   const struct bd_frame_limits *limits, struct bd_fault *fault);
+
+#endif

@@ -1,0 +1,227 @@
+// The scene model: one immutable, reference-counted snapshot of everything that a frame can see.
+//
+// Small things (nodes, materials, lights, cameras) are arrays of the snapshot; heavy things
+// (meshes, images) are shared between snapshots by reference, so that an edit copies only what
+// it touches. Angles are radians, lengths metres, light in glTF's photometric units. World
+// positions are double: `upload/` subtracts the scene's own origin before anything becomes float.
+//
+// Thread: built on one thread, published once, then read by all. Retain and release: any thread.
+
+#ifndef BD_SCENE_SCENE_H
+#define BD_SCENE_SCENE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "base/err.h"
+#include "base/vec.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define BD_NONE (-1) // "no such index" for every int32_t index below
+
+enum bd_alpha_mode { BD_ALPHA_OPAQUE, BD_ALPHA_MASK, BD_ALPHA_BLEND };
+enum bd_wrap { BD_WRAP_REPEAT, BD_WRAP_CLAMP, BD_WRAP_MIRROR };
+enum bd_light_kind { BD_LIGHT_DIRECTIONAL, BD_LIGHT_POINT, BD_LIGHT_SPOT };
+
+// Decoded picture, 8-bit RGBA, rows from the top (texture coordinate v = 0). Whether its RGB is
+// sRGB-encoded depends on the map that uses it, not on the picture.
+struct bd_picture {
+    uint32_t reference_count; // atomic
+    uint32_t width_px, height_px;
+    uint64_t content_hash; // of size and texels: the name of the GPU copy
+    uint8_t *rgba;
+};
+
+struct bd_texture {
+    int32_t picture; // index into the scene's pictures, or BD_NONE (missing picture: white)
+    enum bd_wrap wrap_s, wrap_t;
+    bool nearest; // magnification filter is NEAREST; otherwise linear
+};
+
+struct bd_texture_ref {
+    int32_t texture; // BD_NONE: no map
+    uint32_t uv_set; // 0 or 1
+    // KHR_texture_transform as a 2x3 affine matrix, row-major: u' = m[0] u + m[1] v + m[2].
+    float uv_transform[6];
+};
+
+struct bd_material {
+    char name[64];
+    float base_color[4]; // linear, each in [0,1]
+    float metallic;      // [0,1]
+    float roughness;     // [0,1]
+    float emissive[3];   // cd/m^2, factor x KHR_materials_emissive_strength
+    float normal_scale;
+    float ior;          // KHR_materials_ior, 1.5 unless said
+    float transmission; // KHR_materials_transmission, [0,1]
+    float thickness_m;  // KHR_materials_volume, 0 = thin wall
+    float attenuation_distance_m; // +inf = clear
+    float attenuation_color[3];
+    enum bd_alpha_mode alpha_mode;
+    float alpha_cutoff; // MASK; BLEND is rendered as a mask at 0.5 and flagged
+    bool double_sided;  // single-sided back faces are invisible to camera rays only
+    bool unlit;         // KHR_materials_unlit
+    struct bd_texture_ref base_color_map;         // sRGB, alpha in A
+    struct bd_texture_ref metallic_roughness_map; // linear, G roughness, B metallic
+    struct bd_texture_ref normal_map;             // linear, tangent space
+    struct bd_texture_ref emissive_map;           // sRGB
+    struct bd_texture_ref transmission_map;       // linear, R
+    // Occlusion maps are read by no technique: they imitate what we compute.
+};
+
+// A list of triangles with one material. Streams are tightly packed floats, object space.
+struct bd_primitive {
+    uint32_t vertex_count;
+    uint32_t index_count; // a multiple of 3
+    int32_t material;     // always valid: primitives without one share an appended default
+    float *position;      // 3 a vertex
+    float *normal;        // 3, unit; never NULL
+    float *tangent;       // 4, w = handedness; NULL unless the material has a normal map
+    float *uv[2];         // 2; NULL if absent
+    float *color;         // 4, linear; NULL if absent
+    uint32_t *index;
+    float bounds_min[3], bounds_max[3];
+};
+
+struct bd_mesh {
+    uint32_t reference_count; // atomic
+    char name[64];
+    uint64_t content_hash; // of all streams: the name of the GPU copy
+    uint32_t primitive_count;
+    struct bd_primitive *primitives;
+};
+
+struct bd_node {
+    char name[64];
+    int32_t parent; // BD_NONE for a root
+    int32_t mesh, camera, light;
+    bd_dmat4 parent_from_node;
+    bd_dmat4 world_from_node; // computed by bd_scene_finish
+    bool in_scene;            // reachable from the scene that is shown; set by the importer
+    // Skinned and morphed meshes were baked at the default pose in world space: their instance
+    // ignores the node's transform, as glTF says for skins.
+    bool mesh_is_world_space;
+};
+
+struct bd_light {
+    char name[64];
+    enum bd_light_kind kind;
+    float color[3];          // linear
+    float intensity;         // cd for point and spot, lux for directional
+    float range_m;           // +inf = unlimited
+    float cone_inner, cone_outer; // half-angles of a spot, 0 <= inner < outer <= pi/2
+};
+
+struct bd_camera {
+    char name[64];
+    bool orthographic;
+    float yfov;         // full vertical angle, whatever the picture's aspect
+    float xmag, ymag;   // orthographic: half width and half height, metres
+    float near_m, far_m; // far_m +inf = none
+};
+
+// One camera or light as placed by a node. Cameras look along -z of the node's frame, y up;
+// lights shine along -z. Axes are orthonormal: scale in the node does not reach them.
+struct bd_placement {
+    int32_t node; // BD_NONE: made by us, not by the file
+    int32_t object; // index into cameras or lights
+    bd_dvec3 position;
+    bd_dvec3 axis_x, axis_y, axis_z;
+};
+
+// A drawn mesh: one node that shows it.
+struct bd_instance {
+    int32_t node;
+    int32_t mesh;
+    bd_dmat4 world_from_mesh;
+};
+
+// What the scene contains, so that a plan can leave out the rest. Counted over what is placed in
+// the scene, not over what the file holds. Fluxes in lm (luminance-weighted).
+struct bd_features {
+    uint64_t triangle_count; // instanced
+    uint32_t instance_count, primitive_count;
+    uint32_t light_count[3]; // by enum bd_light_kind
+    bool has_base_color_map, has_metallic_roughness_map, has_normal_map, has_emissive_map;
+    bool has_vertex_color, has_uv1;
+    bool has_mask, has_blend;
+    bool has_single_sided;
+    bool has_metal;  // metallic factor > 0 (before its map)
+    bool has_glossy; // metal, or roughness factor < 0.6
+    bool has_specular; // roughness factor < 0.1 and metal or transmissive
+    bool has_transmissive, has_emissive, has_unlit;
+    double punctual_flux_lm; // point and spot; directional counts its lux x the bounds' cross-section
+    double emissive_flux_lm; // pi x luminance x area, factors only
+    bd_dvec3 bounds_min, bounds_max; // world
+    double diagonal_m;               // of the bounds; > 0 always (1 for an empty scene)
+};
+
+// One counter for each aspect: a pass that reads an aspect is valid while its counter stands.
+// Counters are unique within the process: two scenes never share a value.
+struct bd_aspects {
+    uint64_t geometry, transforms, materials, lights, environment, cameras;
+};
+
+// What the importer repaired or could not honour: rendered anyway, said in the report.
+#define BD_SCENE_FLAG_MAX 24
+struct bd_scene_flags {
+    uint32_t count;
+    char text[BD_SCENE_FLAG_MAX][96]; // "nonfinite_vertices: 3", "default_lights", ...
+};
+
+struct bd_scene {
+    uint32_t reference_count;          // atomic
+    uint8_t content_sha256[32];        // of the snapshot's flat form: the "scene" of a report
+    uint32_t node_count, mesh_count, material_count, texture_count, picture_count;
+    uint32_t light_count, camera_count;
+    struct bd_node *nodes;
+    struct bd_mesh **meshes;
+    struct bd_material *materials;
+    struct bd_texture *textures;
+    struct bd_picture **pictures;
+    struct bd_light *lights;
+    struct bd_camera *cameras;
+    // Derived by bd_scene_finish:
+    uint32_t instance_count, placed_light_count, placed_camera_count;
+    struct bd_instance *instances;
+    struct bd_placement *placed_lights;
+    struct bd_placement *placed_cameras; // never empty: without a camera, one that frames the scene
+    struct bd_features features;
+    struct bd_aspects aspects;
+    struct bd_scene_flags flags;
+};
+
+// An empty scene with one reference, to be filled by an importer. Never NULL (aborts without
+// memory for the struct itself).
+struct bd_scene *bd_scene_create(void);
+
+// Computes everything derived: world matrices, instances, placements, features, aspects, and
+// where the file has none the default camera and the default light rig, flagged
+// `default_camera` and `default_lights`. Call once, before publishing.
+BD_MUST_CHECK
+enum bd_err bd_scene_finish(struct bd_scene *scene, struct bd_fault *fault);
+
+struct bd_scene *bd_scene_retain(struct bd_scene *scene);
+// Drops a reference and nulls; takes NULL.
+void bd_scene_release(struct bd_scene **scene);
+
+struct bd_mesh *bd_mesh_retain(struct bd_mesh *mesh);
+void bd_mesh_release(struct bd_mesh **mesh);
+struct bd_picture *bd_picture_retain(struct bd_picture *picture);
+void bd_picture_release(struct bd_picture **picture);
+
+// Appends one flag, printf-style; drops it silently once the list is full.
+void bd_scene_flag(struct bd_scene *scene, const char *format, ...) BD_PRINTF(2, 3);
+
+// A placed camera by node name, camera name or decimal index; "" is the first. BD_NONE if there
+// is none of that name.
+int32_t bd_scene_find_camera(const struct bd_scene *scene, const char *name);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,83 @@
+// The scheduler: jobs in, frames out. Owns the render thread, which owns the GL context.
+//
+// A job is a snapshot and a request. Jobs wait in one bounded queue, higher priority first, then
+// in order of submission. Cancel and deadlines are checked between slices of about 20 ms. When
+// the device is lost the context is rebuilt and the job tried once more.
+//
+// Thread: every function may be called from any thread, unless it says otherwise.
+
+#ifndef BD_SCHED_SCHED_H
+#define BD_SCHED_SCHED_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "base/err.h"
+#include "frame/report.h"
+#include "frame/request.h"
+#include "image/image.h"
+#include "scene/scene.h"
+
+struct bd_sched;
+struct bd_job;
+
+struct bd_sched_options {
+    const char *device;          // "auto", "software", "egl:N", "uuid:HEX", "pci:ID"
+    const char *data_directory;  // the drivers' shader caches live in it; NULL = none
+    uint32_t gpu_memory_mib;     // 0 = three quarters of what the device says, 2048 if it does not
+    uint32_t queue_length_max;   // jobs waiting; beyond: BD_ERR_BUSY
+    struct bd_frame_limits frame_limits;
+    uint32_t lose_device_after_slices; // test hook: inject one device loss; 0 = never
+};
+
+// Starts the render thread and waits until its device stands. `fault` says what was tried.
+BD_MUST_CHECK
+enum bd_err bd_sched_create(const struct bd_sched_options *options, struct bd_sched **out,
+                            struct bd_fault *fault);
+// Cancels what runs, fails what waits, joins the thread.
+void bd_sched_destroy(struct bd_sched **sched);
+
+struct bd_job_request {
+    struct bd_scene *scene;        // the job takes its own reference
+    struct bd_frame_request frame; // checked by bd_sched_submit
+    int priority;                  // higher first; 0 = batch, 10 = interactive
+    // Called once, on the render thread, when the job ended: only enqueue, then return. NULL is
+    // fine for who waits.
+    void (*done)(void *user, struct bd_job *job);
+    void *user;
+};
+
+// The caller owns `*out` and releases it after `done`, or at once if it does not care.
+BD_MUST_CHECK
+enum bd_err bd_sched_submit(struct bd_sched *sched, const struct bd_job_request *request,
+                            struct bd_job **out, struct bd_fault *fault);
+
+// Asks a job to stop; it still ends by `done`, with BD_ERR_CANCELLED. Harmless when it has ended.
+void bd_job_cancel(struct bd_job *job);
+// Blocks until the job has ended.
+void bd_job_wait(struct bd_job *job);
+void bd_job_release(struct bd_job **job);
+
+// Valid once the job has ended; borrowed until its release. `layers[l]` is NULL unless asked for;
+// all are NULL after a failure or for a plan. After a passed deadline the result is
+// BD_ERR_DEADLINE and the report tells how far it came.
+struct bd_job_result {
+    enum bd_err err;
+    struct bd_fault fault;
+    struct bd_image *layers[BD_LAYER_COUNT];
+    struct bd_report report;
+};
+const struct bd_job_result *bd_job_result(const struct bd_job *job);
+
+struct bd_sched_stats {
+    char device_name[128], device_class[64];
+    bool software;
+    bool device_ok; // false between a loss and the rebuilt context
+    uint64_t jobs_done, jobs_failed, jobs_cancelled, device_losses;
+    uint32_t jobs_waiting, jobs_running;
+    double gpu_memory_mib, gpu_memory_peak_mib, gpu_memory_limit_mib;
+    double render_seconds; // total, of finished jobs
+};
+void bd_sched_stats(struct bd_sched *sched, struct bd_sched_stats *out);
+
+#endif
