@@ -1,0 +1,85 @@
+// Every limit that bounced puts on what comes from outside, by name: one table for the code, for
+// `--limit NAME=VALUE`, for the hello message and for error messages.
+//
+// Not here: --gpu-memory, which is an option of its own. Thread: plain data.
+
+#ifndef BD_PROTOCOL_LIMITS_H
+#define BD_PROTOCOL_LIMITS_H
+
+#include <stdint.h>
+
+#include "base/err.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define BD_MIB (1ull << 20)
+#define BD_GIB (1ull << 30)
+
+// X(name, default, least, most): what it bounds
+#define BD_LIMIT_MAP(X)                                                                            \
+    /* A framed message, and an HTTP body other than a blob: 16 MiB holds any edit. */             \
+    X(message_bytes, 16 * BD_MIB, 4096, BD_GIB)                                                    \
+    /* The protobuf header of a framed message. */                                                 \
+    X(header_bytes, BD_MIB, 1024, 64 * BD_MIB)                                                     \
+    /* An answer with its image. Clients may rely on the default. */                               \
+    X(reply_bytes, BD_GIB, 4096, 4 * BD_GIB - 1)                                                   \
+    /* One blob, and the body of POST /v1/render. */                                               \
+    X(blob_bytes, 2 * BD_GIB, 4096, 1024 * BD_GIB)                                                 \
+    /* Files in the table of one scene. */                                                         \
+    X(scene_files, 4096, 1, 1 << 20)                                                               \
+    /* One scene in our flat form. */                                                              \
+    X(scene_bytes, 4 * BD_GIB, 4096, 1024 * BD_GIB)                                                \
+    /* Triangles of one scene, instanced. */                                                       \
+    X(scene_triangles, 200000000, 1, 1ull << 40)                                                   \
+    /* Texture pictures: one side, and all texels of a scene. */                                   \
+    X(picture_side_px, 16384, 1, 65536)                                                            \
+    X(picture_texels, BD_GIB, 1, 64 * BD_GIB)                                                      \
+    /* The import child: memory, processor time, wall time. */                                     \
+    X(import_bytes, 8 * BD_GIB, 16 * BD_MIB, 1024 * BD_GIB)                                        \
+    X(import_cpu_seconds, 120, 1, 86400)                                                           \
+    X(import_wall_seconds, 180, 1, 86400)                                                          \
+    /* Scenes held at once. */                                                                     \
+    X(scenes, 256, 1, 1 << 20)                                                                     \
+    /* A frame: width or height, and their product. */                                             \
+    X(image_side_px, 16384, 1, 32768)                                                              \
+    X(image_pixels, 64 * BD_MIB, 1, BD_GIB)                                                        \
+    /* Jobs waiting for the GPU, and jobs under way of one client. */                              \
+    X(jobs_waiting, 128, 1, 65536)                                                                 \
+    X(jobs_per_client, 64, 1, 65536)                                                               \
+    /* A client is an address, or a user on a Unix socket. Twice this is the burst. */             \
+    X(requests_per_second, 500, 1, 1000000)                                                        \
+    /* Open connections, all faces together. */                                                    \
+    X(connections, 256, 1, 65536)                                                                  \
+    /* To send the HTTP headers, or the hello of a framed connection. */                           \
+    X(header_seconds, 10, 1, 3600)                                                                 \
+    /* Without a byte either way while nothing is being computed for the peer. */                  \
+    X(idle_seconds, 120, 1, 86400)                                                                 \
+    /* From SIGTERM to the last frame. */                                                          \
+    X(drain_seconds, 10, 0, 3600)                                                                  \
+    /* For tests: the device is lost once, after this many slices. 0 = never. */                   \
+    X(debug_lose_device_after_slices, 0, 0, 1000000)
+
+struct bd_limits {
+#define X(name, value, least, most) uint64_t name;
+    BD_LIMIT_MAP(X)
+#undef X
+};
+
+extern const struct bd_limits bd_limits_default;
+
+// Sets one limit from "NAME=VALUE" (decimal, with an optional K, M or G for powers of 1024).
+// Unknown names and values out of range are BD_ERR_USAGE; `fault` names the range.
+BD_MUST_CHECK
+enum bd_err bd_limits_set(struct bd_limits *limits, const char *name_equals_value,
+                          struct bd_fault *fault);
+
+// Walks the table: the name and value of limit `index`, NULL past the end.
+const char *bd_limits_get(const struct bd_limits *limits, uint32_t index, uint64_t *value);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
