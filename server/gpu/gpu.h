@@ -36,12 +36,14 @@ struct bd_gpu_options {
 };
 
 struct bd_gpu_caps {
-    char name[128];         // GL_RENDERER
-    char device_class[64];  // "llvmpipe-15.0.6-256", "nvidia-570.12": same class, same bytes
+    char name[128]; // GL_RENDERER
+    // Renderer and driver version, "llvmpipe-15.0.6-256-mesa-22.3.6", "nvidia-h200-570.12": same
+    // class, same bytes.
+    char device_class[64];
     bool software;
     uint32_t texture_side_max_px;
     uint64_t storage_block_max_bytes;
-    uint64_t memory_bytes;  // 0 = the driver does not say
+    uint64_t memory_bytes; // 0 = the driver does not say
 };
 
 BD_MUST_CHECK
@@ -51,7 +53,8 @@ enum bd_err bd_gpu_create(const struct bd_gpu_options *options, struct bd_gpu **
 void bd_gpu_destroy(struct bd_gpu **gpu);
 const struct bd_gpu_caps *bd_gpu_caps(const struct bd_gpu *gpu);
 
-// BD_ERR_OK, BD_ERR_DEVICE_LOST or BD_ERR_NO_MEMORY: what stuck to the device.
+// What stuck to the device: BD_ERR_OK, BD_ERR_DEVICE_LOST, BD_ERR_NO_MEMORY, or BD_ERR_INTERNAL
+// for a call that GL refused, which is our bug; the log names it.
 enum bd_err bd_gpu_status(struct bd_gpu *gpu);
 
 struct bd_gpu_memory {
@@ -69,7 +72,7 @@ char *bd_gpu_list_devices(bool json);
 enum bd_format {
     BD_FORMAT_RGBA8,
     BD_FORMAT_RGBA8_SRGB,
-    BD_FORMAT_RGBA16,  // unorm
+    BD_FORMAT_RGBA16, // unorm
     BD_FORMAT_R32F,
     BD_FORMAT_RG32F,
     BD_FORMAT_RGBA32F,
@@ -138,8 +141,12 @@ struct bd_program_source {
 };
 
 // The same source and defines give the same program for the life of the device: owned by the
-// device, compiled and run once on an empty dispatch or a 1x1 target at first request; that time
-// counts as `compile` (bd_gpu_compile_ms).
+// device, compiled and linked at first request. Software drivers generate code later, for the
+// formats and sampling that are bound: so the first dispatch or draw with bindings of a new kind
+// is run once before, in a way that leaves no trace (one work group with zero uniforms, zero
+// storage and images of its own; one triangle behind an empty scissor). Both count as `compile`
+// (bd_gpu_compile_ms) and not to the pass around them. It asks one thing of a kernel: to end when
+// all its uniforms are zero.
 BD_MUST_CHECK
 enum bd_err bd_program_get(struct bd_gpu *gpu, const struct bd_program_source *source,
                            struct bd_program **out, struct bd_fault *fault);
@@ -182,7 +189,7 @@ struct bd_bindings {
     // `layout(std140, binding = i) uniform`: bytes are copied at the call.
     struct {
         const void *bytes;
-        size_t size_bytes;
+        size_t size_bytes; // at most 16 KiB
     } uniforms[4];
 };
 
@@ -221,13 +228,14 @@ struct bd_draw {
     const struct bd_program *program;
     struct bd_bindings bindings;
     struct bd_attribute attributes[BD_ATTRIBUTE_MAX];
-    const struct bd_buf *indices; // uint32
+    const struct bd_buf *indices; // uint32; NULL: vertices in order, from base_vertex
     size_t index_offset_bytes;
     uint32_t index_count;
     int32_t base_vertex;
     uint32_t instance_count;
     uint32_t base_instance;
-    enum bd_cull cull; // front faces are counter-clockwise; `mirrored` swaps that
+    enum bd_cull cull; // front faces are counter-clockwise as the viewer sees them (so is
+                       // gl_FrontFacing); `mirrored` swaps that
     bool mirrored;
 };
 

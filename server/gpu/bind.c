@@ -1,0 +1,113 @@
+#include "base/assert.h"
+#include "gpu/gpu_internal.h"
+
+#define COUNT(array) ((uint32_t)(sizeof(array) / sizeof *(array)))
+
+static void note_textures_and_arrays(struct bd_gpu *gpu, const struct bd_bindings *bindings)
+{
+    enum bd_use array_use = gpu->arrays_are_textures ? BD_USE_FETCH : BD_USE_STORAGE;
+    for (uint32_t i = 0; i < BD_BINDING_MAX; i++) {
+        const struct bd_tex *tex = bindings->textures[i].tex;
+        const struct bd_buf *array = bindings->arrays[i];
+        BD_ASSERT(!(tex && array)); // they share a number space
+        if (tex) bd_barrier_read(gpu, &tex->access, BD_USE_FETCH);
+        if (array) bd_barrier_read(gpu, &array->access, array_use);
+    }
+}
+
+void bd_bind_note(struct bd_gpu *gpu, const struct bd_bindings *bindings)
+{
+    note_textures_and_arrays(gpu, bindings);
+    for (uint32_t i = 0; i < COUNT(bindings->images); i++) {
+        const struct bd_tex *tex = bindings->images[i].tex;
+        if (!tex) continue;
+        BD_ASSERT(bindings->images[i].read || bindings->images[i].write);
+        if (bindings->images[i].write)
+            bd_barrier_write(gpu, &tex->access, BD_USE_IMAGE);
+        else
+            bd_barrier_read(gpu, &tex->access, BD_USE_IMAGE);
+    }
+    for (uint32_t i = 0; i < COUNT(bindings->storage); i++) {
+        const struct bd_buf *buf = bindings->storage[i].buf;
+        if (!buf) continue;
+        BD_ASSERT(bindings->storage[i].read || bindings->storage[i].write);
+        if (bindings->storage[i].write)
+            bd_barrier_write(gpu, &buf->access, BD_USE_STORAGE);
+        else
+            bd_barrier_read(gpu, &buf->access, BD_USE_STORAGE);
+    }
+}
+
+static void bind_texture(struct bd_gpu *gpu, const struct bd_bindings *bindings, uint32_t unit)
+{
+    const struct bd_tex *tex = bindings->textures[unit].tex;
+    enum bd_sampling sampling = bindings->textures[unit].sampling;
+    // Filtered integers are undefined: GL gives black, silently.
+    BD_ASSERT(sampling == BD_SAMPLE_NEAREST || !bd_format_info(tex->desc.format)->is_uint);
+    glBindTextureUnit(unit, tex->id);
+    glBindSampler(unit, bd_sampler(gpu, sampling, bindings->textures[unit].wrap_s,
+                                   bindings->textures[unit].wrap_t));
+}
+
+static void bind_array(struct bd_gpu *gpu, const struct bd_buf *buf, uint32_t unit)
+{
+    if (gpu->arrays_are_textures) {
+        glBindTextureUnit(unit, buf->texel_view);
+        glBindSampler(unit, 0);
+    } else {
+        // Storage blocks 0 to 7 are those of bd_bindings.storage: see common/array.glsl.
+        glBindBufferBase(GL_SHADER_STORAGE_BUFFER, COUNT(((struct bd_bindings *)0)->storage) + unit,
+                         buf->id);
+    }
+}
+
+void bd_bind_textures(struct bd_gpu *gpu, const struct bd_bindings *bindings)
+{
+    for (uint32_t i = 0; i < BD_BINDING_MAX; i++) {
+        if (bindings->textures[i].tex) bind_texture(gpu, bindings, i);
+        if (bindings->arrays[i]) bind_array(gpu, bindings->arrays[i], i);
+    }
+}
+
+static void bind_image(const struct bd_bindings *bindings, uint32_t unit)
+{
+    const struct bd_tex *tex = bindings->images[unit].tex;
+    const struct bd_format_info *info = bd_format_info(tex->desc.format);
+    BD_ASSERT(info->is_image);
+    bool all_layers = bindings->images[unit].layer < 0;
+    BD_ASSERT(!all_layers || tex->desc.layer_count > 0);
+    GLenum access = !bindings->images[unit].read   ? GL_WRITE_ONLY
+                    : bindings->images[unit].write ? GL_READ_WRITE
+                                                   : GL_READ_ONLY;
+    glBindImageTexture(unit, tex->id, 0, all_layers, all_layers ? 0 : bindings->images[unit].layer,
+                       access, info->internal_format);
+}
+
+void bd_bind_all(struct bd_gpu *gpu, const struct bd_bindings *bindings)
+{
+    bd_bind_textures(gpu, bindings);
+    for (uint32_t i = 0; i < COUNT(bindings->images); i++)
+        if (bindings->images[i].tex) bind_image(bindings, i);
+    for (uint32_t i = 0; i < COUNT(bindings->storage); i++)
+        if (bindings->storage[i].buf)
+            glBindBufferBase(GL_SHADER_STORAGE_BUFFER, i, bindings->storage[i].buf->id);
+    for (uint32_t i = 0; i < COUNT(bindings->uniforms); i++)
+        if (bindings->uniforms[i].bytes)
+            bd_uniform_bind(gpu, i, bindings->uniforms[i].bytes, bindings->uniforms[i].size_bytes);
+}
+
+void bd_gpu_dispatch(struct bd_gpu *gpu, const struct bd_program *program,
+                     const struct bd_bindings *bindings, uint32_t x, uint32_t y, uint32_t z)
+{
+    BD_ASSERT(program->source.compute && !gpu->in_target);
+    BD_ASSERT(x <= 65535 && y <= 65535 && z <= 65535);
+    if (x == 0 || y == 0 || z == 0) return;
+    bd_warm_dispatch(gpu, program, bindings);
+    gpu->serial++;
+    bd_bind_note(gpu, bindings);
+    bd_barrier_issue(gpu);
+    bd_bind_all(gpu, bindings);
+    glUseProgram(program->id);
+    glDispatchCompute(x, y, z);
+    bd_gpu_check(gpu, "bd_gpu_dispatch");
+}

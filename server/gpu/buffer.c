@@ -1,0 +1,103 @@
+#include <inttypes.h>
+#include <stdlib.h>
+
+#include "base/assert.h"
+#include "gpu/gpu_internal.h"
+
+// Buffers are whole vec4s, so that a BD_ARRAY over one has no half element at its end.
+static size_t padded_bytes(size_t size_bytes)
+{
+    return (size_bytes + 15) & ~(size_t)15;
+}
+
+static void upload_initial(struct bd_buf *buf, size_t padded, const void *initial)
+{
+    if (!initial || padded != buf->size_bytes)
+        glClearNamedBufferData(buf->id, GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, NULL);
+    if (initial) glNamedBufferSubData(buf->id, 0, (GLsizeiptr)buf->size_bytes, initial);
+}
+
+static bool make_buffer(struct bd_gpu *gpu, struct bd_buf *buf, size_t padded, const void *initial)
+{
+    glCreateBuffers(1, &buf->id);
+    glNamedBufferStorage(buf->id, (GLsizeiptr)padded, NULL, GL_DYNAMIC_STORAGE_BIT);
+    if (bd_gpu_take_error() == GL_NO_ERROR) {
+        upload_initial(buf, padded, initial);
+        if (gpu->arrays_are_textures) {
+            glCreateTextures(GL_TEXTURE_BUFFER, 1, &buf->texel_view);
+            glTextureBuffer(buf->texel_view, GL_RGBA32F, buf->id);
+        }
+        if (bd_gpu_take_error() == GL_NO_ERROR) return true;
+    }
+    glDeleteTextures(1, &buf->texel_view);
+    glDeleteBuffers(1, &buf->id);
+    return false;
+}
+
+enum bd_err bd_buf_create(struct bd_gpu *gpu, const char *name, size_t size_bytes,
+                          const void *initial, struct bd_buf **out, struct bd_fault *fault)
+{
+    BD_ASSERT_CMP(size_bytes, >, 0);
+    *out = NULL;
+    size_t padded = padded_bytes(size_bytes);
+    enum bd_err err = bd_gpu_reserve(gpu, name, padded, fault);
+    if (err) return err;
+    struct bd_buf *buf = calloc(1, sizeof *buf);
+    if (buf) *buf = (struct bd_buf){.name = name, .size_bytes = size_bytes};
+    if (!buf || !make_buffer(gpu, buf, padded, initial)) {
+        free(buf);
+        bd_gpu_release(gpu, padded);
+        return bd_fault_set(fault, BD_ERR_NO_MEMORY, name,
+                            "the device has no %zu KiB for buffer %s", padded >> 10, name);
+    }
+    glObjectLabel(GL_BUFFER, buf->id, -1, name);
+    *out = buf;
+    return BD_ERR_OK;
+}
+
+void bd_buf_destroy(struct bd_gpu *gpu, struct bd_buf **buf)
+{
+    if (!*buf) return;
+    glDeleteTextures(1, &(*buf)->texel_view);
+    glDeleteBuffers(1, &(*buf)->id);
+    bd_gpu_release(gpu, padded_bytes((*buf)->size_bytes));
+    free(*buf);
+    *buf = NULL;
+}
+
+size_t bd_buf_size_bytes(const struct bd_buf *buf)
+{
+    return buf->size_bytes;
+}
+
+void bd_buf_upload(struct bd_gpu *gpu, struct bd_buf *buf, size_t offset, const void *bytes,
+                   size_t size_bytes)
+{
+    BD_ASSERT(offset <= buf->size_bytes && size_bytes <= buf->size_bytes - offset);
+    gpu->serial++;
+    bd_barrier_write(gpu, &buf->access, BD_USE_BUF_UPDATE);
+    bd_barrier_issue(gpu);
+    glNamedBufferSubData(buf->id, (GLintptr)offset, (GLsizeiptr)size_bytes, bytes);
+    bd_gpu_check(gpu, "bd_buf_upload");
+}
+
+void bd_buf_clear(struct bd_gpu *gpu, struct bd_buf *buf)
+{
+    gpu->serial++;
+    bd_barrier_write(gpu, &buf->access, BD_USE_BUF_UPDATE);
+    bd_barrier_issue(gpu);
+    glClearNamedBufferData(buf->id, GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, NULL);
+    bd_gpu_check(gpu, "bd_buf_clear");
+}
+
+enum bd_err bd_buf_read(struct bd_gpu *gpu, const struct bd_buf *buf, size_t offset, void *bytes,
+                        size_t size_bytes)
+{
+    BD_ASSERT(offset <= buf->size_bytes && size_bytes <= buf->size_bytes - offset);
+    gpu->serial++;
+    bd_barrier_read(gpu, &buf->access, BD_USE_BUF_UPDATE);
+    bd_barrier_issue(gpu);
+    glGetNamedBufferSubData(buf->id, (GLintptr)offset, (GLsizeiptr)size_bytes, bytes);
+    bd_gpu_check(gpu, "bd_buf_read");
+    return bd_gpu_status(gpu);
+}

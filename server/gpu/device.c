@@ -1,0 +1,295 @@
+#include <ctype.h>
+#include <errno.h>
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include "base/assert.h"
+#include "base/log.h"
+#include "gpu/gpu_internal.h"
+
+// --- errors that stick --------------------------------------------------------------------
+
+static void stick(struct bd_gpu *gpu, enum bd_err err, const char *call, const char *what)
+{
+    bd_log(BD_LOG_ERROR, "gpu", "%s: %s", call, what);
+    // A lost device explains every error after it.
+    if (gpu->status == BD_ERR_OK || err == BD_ERR_DEVICE_LOST) gpu->status = err;
+}
+
+bool bd_gpu_check(struct bd_gpu *gpu, const char *call)
+{
+    bool clean = true;
+    // Bounded: a lost context may answer with errors for ever.
+    for (int i = 0; i < 8; i++) {
+        GLenum error = glGetError();
+        if (error == GL_NO_ERROR) return clean;
+        clean = false;
+        char what[32];
+        snprintf(what, sizeof what, "OpenGL error 0x%04x", error);
+        if (gpu->status == BD_ERR_DEVICE_LOST) continue;
+        if (error == GL_CONTEXT_LOST)
+            stick(gpu, BD_ERR_DEVICE_LOST, call, "the context was lost");
+        else if (error == GL_OUT_OF_MEMORY)
+            stick(gpu, BD_ERR_NO_MEMORY, call, "out of memory");
+        else
+            stick(gpu, BD_ERR_INTERNAL, call, what);
+    }
+    return clean;
+}
+
+GLenum bd_gpu_take_error(void)
+{
+    GLenum first = glGetError();
+    for (int i = 0; i < 8 && first != GL_NO_ERROR && glGetError() != GL_NO_ERROR; i++) continue;
+    return first;
+}
+
+void bd_gpu_check_reset(struct bd_gpu *gpu)
+{
+    if (gpu->status == BD_ERR_DEVICE_LOST) return;
+    switch (glGetGraphicsResetStatus()) {
+    case GL_NO_ERROR:
+        return;
+    case GL_GUILTY_CONTEXT_RESET:
+        stick(gpu, BD_ERR_DEVICE_LOST, "reset", "the device was reset, through our work");
+        return;
+    case GL_INNOCENT_CONTEXT_RESET:
+        stick(gpu, BD_ERR_DEVICE_LOST, "reset", "the device was reset, through another's work");
+        return;
+    default:
+        stick(gpu, BD_ERR_DEVICE_LOST, "reset", "the device was reset");
+        return;
+    }
+}
+
+enum bd_err bd_gpu_status(struct bd_gpu *gpu)
+{
+    return gpu->status;
+}
+
+void bd_gpu_flush(struct bd_gpu *gpu)
+{
+    if (gpu->caps.software)
+        glFinish();
+    else
+        glFlush();
+    bd_gpu_check(gpu, "bd_gpu_flush");
+}
+
+enum bd_err bd_gpu_wait(struct bd_gpu *gpu)
+{
+    glFinish();
+    bd_gpu_check(gpu, "bd_gpu_wait");
+    bd_gpu_check_reset(gpu);
+    if (++gpu->wait_count == gpu->lose_after_waits)
+        stick(gpu, BD_ERR_DEVICE_LOST, "bd_gpu_wait", "loss of the device, injected");
+    return gpu->status;
+}
+
+// --- memory -------------------------------------------------------------------------------
+
+enum bd_err bd_gpu_reserve(struct bd_gpu *gpu, const char *name, uint64_t size_bytes,
+                           struct bd_fault *fault)
+{
+    struct bd_gpu_memory *memory = &gpu->memory;
+    bool fits =
+        memory->limit_bytes == 0 || (memory->used_bytes <= memory->limit_bytes &&
+                                     size_bytes <= memory->limit_bytes - memory->used_bytes);
+    if (!fits)
+        return bd_fault_set(
+            fault, BD_ERR_NO_MEMORY, "gpu_memory",
+            "%s needs %.1f MiB of GPU memory; %.1f of the %.1f MiB allowed are used", name,
+            (double)size_bytes / 1048576.0, (double)memory->used_bytes / 1048576.0,
+            (double)memory->limit_bytes / 1048576.0);
+    memory->used_bytes += size_bytes;
+    if (memory->used_bytes > memory->peak_bytes) memory->peak_bytes = memory->used_bytes;
+    return BD_ERR_OK;
+}
+
+void bd_gpu_release(struct bd_gpu *gpu, uint64_t size_bytes)
+{
+    BD_ASSERT_CMP(gpu->memory.used_bytes, >=, size_bytes);
+    gpu->memory.used_bytes -= size_bytes;
+}
+
+void bd_gpu_memory(const struct bd_gpu *gpu, struct bd_gpu_memory *out)
+{
+    *out = gpu->memory;
+}
+
+void bd_gpu_memory_reset_peak(struct bd_gpu *gpu)
+{
+    gpu->memory.peak_bytes = gpu->memory.used_bytes;
+}
+
+// --- capabilities -------------------------------------------------------------------------
+
+bool bd_is_software_renderer(const char *renderer)
+{
+    return strstr(renderer, "llvmpipe") || strstr(renderer, "softpipe") || strstr(renderer, "SWR");
+}
+
+// Lower-case words joined by '-', up to the first of `stop`.
+static void append_slug(char *out, size_t out_size, const char *text, const char *stop)
+{
+    size_t used = strlen(out);
+    for (; *text && !strchr(stop, *text) && used + 2 < out_size; text++) {
+        if (isalnum((unsigned char)*text) || *text == '.')
+            out[used++] = (char)tolower((unsigned char)*text);
+        else if (used > 0 && out[used - 1] != '-')
+            out[used++] = '-';
+    }
+    while (used > 0 && out[used - 1] == '-') used--;
+    out[used] = 0;
+}
+
+// Renderer and driver version: what decides the bits of a picture.
+static void name_class(char *out, size_t out_size, const char *renderer, const char *version)
+{
+    int llvm[3] = {0}, bits = 0;
+    const char *driver = strchr(version, ' ');
+    out[0] = 0;
+    if (sscanf(renderer, "llvmpipe (LLVM %d.%d.%d, %d bits)", &llvm[0], &llvm[1], &llvm[2],
+               &bits) == 4)
+        snprintf(out, out_size, "llvmpipe-%d.%d.%d-%d", llvm[0], llvm[1], llvm[2], bits);
+    else
+        append_slug(out, out_size, renderer, "(/");
+    // "4.5 (Core Profile) Mesa 22.3.6" and "4.5.0 NVIDIA 570.12"
+    const char *mesa = strstr(version, "Mesa "), *nvidia = strstr(version, "NVIDIA ");
+    const char *words = mesa ? mesa : nvidia ? nvidia + 7 : driver ? driver + 1 : version;
+    size_t used = strlen(out);
+    if (used + 2 < out_size) memcpy(out + used, "-", 2);
+    append_slug(out, out_size, words, "(");
+}
+
+static void read_caps(struct bd_gpu_caps *caps)
+{
+    const char *renderer = (const char *)glGetString(GL_RENDERER);
+    const char *version = (const char *)glGetString(GL_VERSION);
+    snprintf(caps->name, sizeof caps->name, "%s", renderer);
+    name_class(caps->device_class, sizeof caps->device_class, renderer, version);
+    caps->software = bd_is_software_renderer(renderer);
+    GLint side = 0;
+    glGetIntegerv(GL_MAX_TEXTURE_SIZE, &side);
+    GLint64 block = 0;
+    glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &block);
+    caps->texture_side_max_px = (uint32_t)side;
+    caps->storage_block_max_bytes = (uint64_t)block;
+}
+
+const struct bd_gpu_caps *bd_gpu_caps(const struct bd_gpu *gpu)
+{
+    return &gpu->caps;
+}
+
+// --- making and ending --------------------------------------------------------------------
+
+// Read by the drivers when a context is made. What the user has set stays.
+static void point_caches(const char *directory)
+{
+    if (!directory) return;
+    if (mkdir(directory, 0700) != 0 && errno != EEXIST)
+        bd_log(BD_LOG_WARN, "gpu", "no shader cache in %s: %s", directory, strerror(errno));
+    setenv("MESA_SHADER_CACHE_DIR", directory, 0);
+    setenv("MESA_SHADER_CACHE_MAX_SIZE", "256M", 0);
+    setenv("__GL_SHADER_DISK_CACHE", "1", 0);
+    setenv("__GL_SHADER_DISK_CACHE_PATH", directory, 0);
+    setenv("__GL_SHADER_DISK_CACHE_SIZE", "268435456", 0);
+}
+
+static void GLAPIENTRY on_debug(GLenum source, GLenum type, GLuint id, GLenum severity,
+                                GLsizei length, const GLchar *message, const void *user)
+{
+    (void)length, (void)user;
+    // Our own debug groups come back as messages.
+    if (source == GL_DEBUG_SOURCE_APPLICATION) return;
+    bool bad = type == GL_DEBUG_TYPE_ERROR || severity == GL_DEBUG_SEVERITY_HIGH;
+    bd_log(bad ? BD_LOG_ERROR : BD_LOG_DEBUG, "gpu/driver", "%s (%u)", message, id);
+}
+
+static void start_debug(bool debug)
+{
+    glEnable(GL_DEBUG_OUTPUT);
+    if (debug) glEnable(GL_DEBUG_OUTPUT_SYNCHRONOUS);
+    glDebugMessageCallback(on_debug, NULL);
+}
+
+// State that never changes afterwards.
+static void set_fixed_state(void)
+{
+    glClipControl(GL_UPPER_LEFT, GL_ZERO_TO_ONE);
+    glDepthFunc(GL_GREATER);
+    glCullFace(GL_BACK);
+    glEnable(GL_FRAMEBUFFER_SRGB);
+    glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+    glPixelStorei(GL_PACK_ALIGNMENT, 1);
+    glDisable(GL_DITHER);
+}
+
+static enum bd_err make_objects(struct bd_gpu *gpu, struct bd_fault *fault)
+{
+    static const uint8_t zeroes[64 * 1024];
+    glCreateVertexArrays(1, &gpu->vertex_array);
+    glCreateFramebuffers(1, &gpu->framebuffer);
+    glCreateBuffers(1, &gpu->zero_buffer);
+    glNamedBufferStorage(gpu->zero_buffer, sizeof zeroes, zeroes, 0);
+    glCreateBuffers(1, &gpu->scratch_buffer);
+    glNamedBufferStorage(gpu->scratch_buffer, sizeof zeroes, zeroes, GL_DYNAMIC_STORAGE_BIT);
+    enum bd_err err = bd_uniform_ring_init(gpu, fault);
+    if (err) return err;
+    if (bd_gpu_take_error() == GL_NO_ERROR) return BD_ERR_OK;
+    return bd_fault_set(fault, BD_ERR_DEVICE, "device", "%s does not work", gpu->caps.name);
+}
+
+static void destroy_objects(struct bd_gpu *gpu)
+{
+    bd_timers_finish(gpu);
+    bd_programs_finish(gpu);
+    bd_uniform_ring_finish(gpu);
+    glDeleteSamplers(27, gpu->samplers);
+    glDeleteBuffers(1, &gpu->scratch_buffer);
+    glDeleteBuffers(1, &gpu->zero_buffer);
+    glDeleteFramebuffers(1, &gpu->framebuffer);
+    glDeleteVertexArrays(1, &gpu->vertex_array);
+}
+
+enum bd_err bd_gpu_create(const struct bd_gpu_options *options, struct bd_gpu **out,
+                          struct bd_fault *fault)
+{
+    *out = NULL;
+    struct bd_gpu *gpu = calloc(1, sizeof *gpu);
+    BD_ASSERT(gpu);
+    point_caches(options->cache_directory);
+    enum bd_err err = bd_choose(options->device, options->debug, &gpu->egl, fault);
+    if (err) goto free_gpu;
+    gpu->memory.limit_bytes = options->memory_limit_bytes;
+    gpu->lose_after_waits = options->lose_after_waits;
+    read_caps(&gpu->caps);
+    gpu->arrays_are_textures = gpu->caps.software;
+    start_debug(options->debug);
+    set_fixed_state();
+    err = make_objects(gpu, fault);
+    if (err) goto close_egl;
+    *out = gpu;
+    return BD_ERR_OK;
+
+close_egl:
+    destroy_objects(gpu);
+    bd_egl_close(&gpu->egl);
+free_gpu:
+    free(gpu);
+    return err;
+}
+
+void bd_gpu_destroy(struct bd_gpu **gpu)
+{
+    if (!*gpu) return;
+    BD_ASSERT_CMP((*gpu)->memory.used_bytes, ==, 0);
+    destroy_objects(*gpu);
+    bd_egl_close(&(*gpu)->egl);
+    free(*gpu);
+    *gpu = NULL;
+}

@@ -1,0 +1,201 @@
+#include <string.h>
+
+#include "gpu_test.h"
+#include "test/size.h"
+
+static void fill(struct bd_tex *tex, float offset)
+{
+    const struct bd_program *program = compute_program("test/fill.comp");
+    uint32_t group[3];
+    bd_program_group_size(program, group);
+    assert_int_equal(group[0], 8);
+    assert_int_equal(group[1], 4);
+    const struct bd_bindings bindings = {
+        .images[0] = {.tex = tex, .write = true},
+        .uniforms[0] = {&offset, sizeof offset},
+    };
+    bd_gpu_dispatch(gpu, program, &bindings, TEST_WIDTH / group[0], TEST_HEIGHT / group[1], 1);
+}
+
+static void dispatch_writes_what_it_computes(void **state)
+{
+    (void)state;
+    struct bd_tex *tex = make_tex(BD_FORMAT_R32F, TEST_WIDTH, TEST_HEIGHT, 0);
+    fill(tex, 0.25f);
+    float texels[TEST_HEIGHT][TEST_WIDTH];
+    read_tex(tex, 0, texels, sizeof texels);
+    for (int y = 0; y < TEST_HEIGHT; y++)
+        for (int x = 0; x < TEST_WIDTH; x++)
+            assert_true(texels[y][x] == 100.0f * (float)y + (float)x + 0.25f);
+    bd_tex_destroy(gpu, &tex);
+}
+
+// image store -> sampled + storage -> storage read -> image store -> sampled ..., many times over
+// the same resources: each step reads what the one before wrote.
+static void chain_of_dispatches_sees_every_write(void **state)
+{
+    (void)state;
+    struct bd_tex *tex = make_tex(BD_FORMAT_R32F, TEST_WIDTH, TEST_HEIGHT, 0);
+    struct bd_buf *sums = make_buf(TEST_WIDTH * TEST_HEIGHT * sizeof(float), NULL);
+    const struct bd_program *sum = compute_program("test/sum.comp");
+    const struct bd_program *unsum = compute_program("test/unsum.comp");
+    const struct bd_bindings to_buffer = {
+        .textures[3] = {.tex = tex, .wrap_s = BD_TEX_CLAMP, .wrap_t = BD_TEX_CLAMP},
+        .storage[1] = {.buf = sums, .read = true, .write = true},
+    };
+    const struct bd_bindings to_image = {
+        .storage[0] = {.buf = sums, .read = true},
+        .images[0] = {.tex = tex, .write = true},
+    };
+    fill(tex, 0);
+    for (int i = 0; i < 6; i++) {
+        bd_gpu_dispatch(gpu, sum, &to_buffer, TEST_WIDTH / 8, TEST_HEIGHT / 4, 1);
+        bd_gpu_dispatch(gpu, unsum, &to_image, TEST_WIDTH / 8, TEST_HEIGHT / 4, 1);
+    }
+    float expected_tex[TEST_HEIGHT][TEST_WIDTH], expected_sum[TEST_HEIGHT][TEST_WIDTH] = {{0}};
+    for (int y = 0; y < TEST_HEIGHT; y++)
+        for (int x = 0; x < TEST_WIDTH; x++) expected_tex[y][x] = 100.0f * (float)y + (float)x;
+    for (int i = 0; i < 6; i++) {
+        for (int y = 0; y < TEST_HEIGHT; y++)
+            for (int x = 0; x < TEST_WIDTH; x++)
+                expected_sum[y][x] += expected_tex[TEST_HEIGHT - 1 - y][TEST_WIDTH - 1 - x];
+        memcpy(expected_tex, expected_sum, sizeof expected_tex);
+    }
+    float texels[TEST_HEIGHT][TEST_WIDTH], values[TEST_HEIGHT][TEST_WIDTH];
+    read_tex(tex, 0, texels, sizeof texels);
+    assert_int_equal(bd_buf_read(gpu, sums, 0, values, sizeof values), BD_ERR_OK);
+    assert_memory_equal(texels, expected_tex, sizeof texels);
+    assert_memory_equal(values, expected_sum, sizeof values);
+    bd_buf_destroy(gpu, &sums);
+    bd_tex_destroy(gpu, &tex);
+}
+
+static void array_is_read_beside_a_storage_block_of_its_number(void **state)
+{
+    (void)state;
+    float values[10][4], total[4], expected[4] = {0};
+    for (int i = 0; i < 10; i++)
+        for (int c = 0; c < 4; c++) {
+            values[i][c] = (float)(i * i + c);
+            expected[c] += values[i][c];
+        }
+    struct bd_buf *array = make_buf(sizeof values, values);
+    struct bd_buf *result = make_buf(sizeof total, NULL);
+    const struct bd_bindings bindings = {
+        .arrays[2] = array,
+        .storage[2] = {.buf = result, .write = true},
+    };
+    bd_gpu_dispatch(gpu, compute_program("test/array.comp"), &bindings, 1, 1, 1);
+    assert_int_equal(bd_buf_read(gpu, result, 0, total, sizeof total), BD_ERR_OK);
+    assert_memory_equal(total, expected, sizeof total);
+    bd_buf_destroy(gpu, &result);
+    bd_buf_destroy(gpu, &array);
+}
+
+static void warm_up_leaves_no_trace(void **state)
+{
+    (void)state;
+    // sum.comp adds to its block: a warm-up on the real one would show.
+    struct bd_tex *tex = make_tex(BD_FORMAT_R32F, 64, 64, 0);
+    const float one[4] = {1, 0, 0, 0};
+    bd_tex_clear(gpu, tex, one);
+    struct bd_buf *sums = make_buf(TEST_WIDTH * TEST_HEIGHT * sizeof(float), NULL);
+    const struct bd_bindings bindings = {
+        .textures[3] = {.tex = tex},
+        .storage[1] = {.buf = sums, .read = true, .write = true},
+    };
+    bd_gpu_dispatch(gpu, compute_program("test/sum.comp"), &bindings, 2, 2, 1);
+    float values[TEST_WIDTH * TEST_HEIGHT];
+    assert_int_equal(bd_buf_read(gpu, sums, 0, values, sizeof values), BD_ERR_OK);
+    for (size_t i = 0; i < COUNT(values); i++) assert_true(values[i] == 1.0f);
+    bd_buf_destroy(gpu, &sums);
+    bd_tex_destroy(gpu, &tex);
+}
+
+static void upload_clear_and_partial_read(void **state)
+{
+    (void)state;
+    const uint8_t bytes[6] = {1, 2, 3, 4, 5, 6}, patch[2] = {8, 9};
+    uint8_t read[6];
+    struct bd_buf *buf = make_buf(sizeof bytes, bytes);
+    assert_int_equal(bd_buf_size_bytes(buf), sizeof bytes);
+    bd_buf_upload(gpu, buf, 3, patch, sizeof patch);
+    assert_int_equal(bd_buf_read(gpu, buf, 2, read, 4), BD_ERR_OK);
+    assert_memory_equal(read, ((uint8_t[]){3, 8, 9, 6}), 4);
+    bd_buf_clear(gpu, buf);
+    assert_int_equal(bd_buf_read(gpu, buf, 0, read, 6), BD_ERR_OK);
+    assert_memory_equal(read, ((uint8_t[6]){0}), 6);
+    bd_buf_destroy(gpu, &buf);
+}
+
+static void sampling_wraps_filters_and_picks_layers(void **state)
+{
+    (void)state;
+    const float row[4] = {0, 1, 2, 3};
+    struct bd_tex *tex = make_tex(BD_FORMAT_R32F, 4, 1, 0);
+    bd_tex_upload(gpu, tex, 0, row, sizeof row);
+    struct bd_tex *layers = make_tex(BD_FORMAT_R32F, 1, 1, 3);
+    for (uint32_t i = 0; i < 3; i++)
+        bd_tex_upload(gpu, layers, i, &(float){10.0f * (float)(i + 1)}, sizeof(float));
+    struct bd_buf *result = make_buf(6 * 4 * sizeof(float), NULL);
+    // Samples at -0.375, 0.125 and 0.625: texel 1.5 beyond the left, 0, and 2.
+    const float expected[3][3] = {
+        [BD_TEX_REPEAT] = {2, 0, 2}, [BD_TEX_CLAMP] = {0, 0, 2}, [BD_TEX_MIRROR] = {1, 0, 2}};
+    for (int wrap = BD_TEX_REPEAT; wrap <= BD_TEX_MIRROR; wrap++) {
+        const struct bd_bindings bindings = {
+            .textures[0] = {.tex = tex,
+                            .sampling = BD_SAMPLE_LINEAR,
+                            .wrap_s = (enum bd_tex_wrap)wrap},
+            .textures[1] = {.tex = layers, .sampling = BD_SAMPLE_NEAREST},
+            .storage[0] = {.buf = result, .write = true},
+        };
+        bd_gpu_dispatch(gpu, compute_program("test/sample.comp"), &bindings, 3, 1, 1);
+        float found[6][4];
+        assert_int_equal(bd_buf_read(gpu, result, 0, found, sizeof found), BD_ERR_OK);
+        for (int i = 0; i < 3; i++) {
+            assert_true(found[2 * i][0] == expected[wrap][i]);
+            assert_true(found[2 * i + 1][0] == 10.0f * (float)(i + 1));
+        }
+    }
+    bd_buf_destroy(gpu, &result);
+    bd_tex_destroy(gpu, &layers);
+    bd_tex_destroy(gpu, &tex);
+}
+
+static void compile_errors_name_file_and_line(void **state)
+{
+    (void)state;
+    const struct bd_program_source source = {.compute = "test/broken.comp"};
+    struct bd_program *program;
+    struct bd_fault fault = {0};
+    assert_int_equal(bd_program_get(gpu, &source, &program, &fault), BD_ERR_DEVICE);
+    assert_non_null(strstr(fault.message, "test/broken.comp:5"));
+    assert_non_null(strstr(fault.message, "undeclared_name"));
+}
+
+static void a_program_is_made_once(void **state)
+{
+    (void)state;
+    const struct bd_program *first = compute_program("test/fill.comp");
+    uint32_t count = bd_gpu_program_count(gpu);
+    double compile_ms = bd_gpu_compile_ms(gpu);
+    assert_ptr_equal(compute_program("test/fill.comp"), first);
+    assert_int_equal(bd_gpu_program_count(gpu), count);
+    assert_true(bd_gpu_compile_ms(gpu) == compile_ms);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(dispatch_writes_what_it_computes),
+        cmocka_unit_test(chain_of_dispatches_sees_every_write),
+        cmocka_unit_test(array_is_read_beside_a_storage_block_of_its_number),
+        cmocka_unit_test(warm_up_leaves_no_trace),
+        cmocka_unit_test(upload_clear_and_partial_read),
+        cmocka_unit_test(sampling_wraps_filters_and_picks_layers),
+        cmocka_unit_test(compile_errors_name_file_and_line),
+        cmocka_unit_test(a_program_is_made_once),
+    };
+    gpu_test_open();
+    return gpu_test_close(cmocka_run_group_tests(tests, NULL, NULL));
+}
