@@ -22,17 +22,20 @@ typedef struct {
 
 static inline bd_dvec3 bd_dvec3_add(bd_dvec3 a, bd_dvec3 b)
 {
-    return (bd_dvec3){a.x + b.x, a.y + b.y, a.z + b.z};
+    bd_dvec3 r = {a.x + b.x, a.y + b.y, a.z + b.z};
+    return r;
 }
 
 static inline bd_dvec3 bd_dvec3_sub(bd_dvec3 a, bd_dvec3 b)
 {
-    return (bd_dvec3){a.x - b.x, a.y - b.y, a.z - b.z};
+    bd_dvec3 r = {a.x - b.x, a.y - b.y, a.z - b.z};
+    return r;
 }
 
 static inline bd_dvec3 bd_dvec3_scale(bd_dvec3 a, double s)
 {
-    return (bd_dvec3){a.x * s, a.y * s, a.z * s};
+    bd_dvec3 r = {a.x * s, a.y * s, a.z * s};
+    return r;
 }
 
 static inline double bd_dvec3_dot(bd_dvec3 a, bd_dvec3 b)
@@ -42,7 +45,8 @@ static inline double bd_dvec3_dot(bd_dvec3 a, bd_dvec3 b)
 
 static inline bd_dvec3 bd_dvec3_cross(bd_dvec3 a, bd_dvec3 b)
 {
-    return (bd_dvec3){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+    bd_dvec3 r = {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+    return r;
 }
 
 static inline double bd_dvec3_length(bd_dvec3 a)
