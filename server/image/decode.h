@@ -1,0 +1,29 @@
+// Encoded pictures, PNG and JPEG, to 8-bit RGBA: the textures of a scene.
+//
+// The input is a stranger's. Width and height are read and checked before anything is allocated
+// for them, and the libraries get limits of their own. Thread: any.
+
+#ifndef BD_IMAGE_DECODE_H
+#define BD_IMAGE_DECODE_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "base/err.h"
+
+struct bd_decode_limits {
+    uint32_t side_px; // of width and of height
+    uint64_t texels;  // width x height
+};
+
+// Every PNG (palette, grey, 16 bits a channel: all become 8-bit RGBA; gamma chunks are ignored, as
+// glTF asks) and every JPEG that libjpeg-turbo reads (CMYK too). On success `*rgba` is the
+// caller's to free, rows from the top. On failure BD_ERR_BAD_INPUT for broken bytes,
+// BD_ERR_UNSUPPORTED for another format, BD_ERR_LIMIT or BD_ERR_NO_MEMORY; `field` goes into the
+// fault as it is.
+BD_MUST_CHECK
+enum bd_err bd_picture_decode(const void *bytes, size_t size, const struct bd_decode_limits *limits,
+                              const char *field, uint32_t *width_px, uint32_t *height_px,
+                              uint8_t **rgba, struct bd_fault *fault);
+
+#endif
