@@ -55,9 +55,9 @@ struct bd_material {
     float roughness;     // [0,1]
     float emissive[3];   // cd/m^2, factor x KHR_materials_emissive_strength
     float normal_scale;
-    float ior;          // KHR_materials_ior, 1.5 unless said
-    float transmission; // KHR_materials_transmission, [0,1]
-    float thickness_m;  // KHR_materials_volume, 0 = thin wall
+    float ior;                    // KHR_materials_ior, 1.5 unless said
+    float transmission;           // KHR_materials_transmission, [0,1]
+    float thickness_m;            // KHR_materials_volume, 0 = thin wall
     float attenuation_distance_m; // +inf = clear
     float attenuation_color[3];
     enum bd_alpha_mode alpha_mode;
@@ -80,7 +80,7 @@ struct bd_primitive {
     float *position;      // 3 a vertex
     float *normal;        // 3, unit; never NULL
     float *tangent;       // 4, w = handedness; NULL unless the material has a normal map
-    float *uv[2];         // 2; NULL if absent
+    float *uv[2];         // 2; NULL only if no map of the material reads this set
     float *color;         // 4, linear; NULL if absent
     uint32_t *index;
     float bounds_min[3], bounds_max[3];
@@ -109,24 +109,26 @@ struct bd_node {
 struct bd_light {
     char name[64];
     enum bd_light_kind kind;
-    float color[3];          // linear
-    float intensity;         // cd for point and spot, lux for directional
-    float range_m;           // +inf = unlimited
+    float color[3];               // linear
+    float intensity;              // cd for point and spot, lux for directional
+    float range_m;                // +inf = unlimited
     float cone_inner, cone_outer; // half-angles of a spot, 0 <= inner < outer <= pi/2
 };
 
 struct bd_camera {
     char name[64];
     bool orthographic;
-    float yfov;         // full vertical angle, whatever the picture's aspect
-    float xmag, ymag;   // orthographic: half width and half height, metres
+    float yfov;          // full vertical angle, whatever the picture's aspect
+    float xmag, ymag;    // orthographic: half width and half height, metres
     float near_m, far_m; // far_m +inf = none
 };
 
 // One camera or light as placed by a node. Cameras look along -z of the node's frame, y up;
-// lights shine along -z. Axes are orthonormal: scale in the node does not reach them.
+// lights shine along -z. Axes are orthonormal and right-handed: axis_z is where the node's z axis
+// points in the world, so that what is modelled around a lamp agrees with it even in a mirrored
+// or sheared node; no scale reaches the axes.
 struct bd_placement {
-    int32_t node; // BD_NONE: made by us, not by the file
+    int32_t node;   // BD_NONE: made by us, not by the file
     int32_t object; // index into cameras or lights
     bd_dvec3 position;
     bd_dvec3 axis_x, axis_y, axis_z;
@@ -146,15 +148,17 @@ struct bd_features {
     uint32_t instance_count, primitive_count;
     uint32_t light_count[3]; // by enum bd_light_kind
     bool has_base_color_map, has_metallic_roughness_map, has_normal_map, has_emissive_map;
-    bool has_vertex_color, has_uv1;
+    bool has_vertex_color;
+    bool has_uv1; // some map reads the second set of texture coordinates
     bool has_mask, has_blend;
     bool has_single_sided;
-    bool has_metal;  // metallic factor > 0 (before its map)
-    bool has_glossy; // metal, or roughness factor < 0.6
+    bool has_metal;    // metallic factor > 0 (before its map)
+    bool has_glossy;   // metal, or roughness factor < 0.6
     bool has_specular; // roughness factor < 0.1 and metal or transmissive
     bool has_transmissive, has_emissive, has_unlit;
-    double punctual_flux_lm; // point and spot; directional counts its lux x the bounds' cross-section
-    double emissive_flux_lm; // pi x luminance x area, factors only
+    double
+        punctual_flux_lm; // point and spot; directional counts its lux x the bounds' cross-section
+    double emissive_flux_lm; // pi x luminance x area (both sides if double-sided), factors only
     bd_dvec3 bounds_min, bounds_max; // world
     double diagonal_m;               // of the bounds; > 0 always (1 for an empty scene)
 };
@@ -173,8 +177,8 @@ struct bd_scene_flags {
 };
 
 struct bd_scene {
-    uint32_t reference_count;          // atomic
-    uint8_t content_sha256[32];        // of the snapshot's flat form: the "scene" of a report
+    uint32_t reference_count;   // atomic
+    uint8_t content_sha256[32]; // of the snapshot's flat form: the "scene" of a report
     uint32_t node_count, mesh_count, material_count, texture_count, picture_count;
     uint32_t light_count, camera_count;
     struct bd_node *nodes;
@@ -212,6 +216,16 @@ struct bd_mesh *bd_mesh_retain(struct bd_mesh *mesh);
 void bd_mesh_release(struct bd_mesh **mesh);
 struct bd_picture *bd_picture_retain(struct bd_picture *picture);
 void bd_picture_release(struct bd_picture **picture);
+
+// Computes bounds and content hash from the streams, or the hash from the texels. For whoever
+// fills a mesh or a picture, once, before it is shared.
+void bd_mesh_seal(struct bd_mesh *mesh);
+void bd_picture_seal(struct bd_picture *picture);
+
+// False if some node is its own ancestor (named in `looping_node`, which may be NULL). Takes
+// memory for a mark a node; without it, false.
+BD_MUST_CHECK
+bool bd_scene_parents_are_a_forest(const struct bd_scene *scene, uint32_t *looping_node);
 
 // Appends one flag, printf-style; drops it silently once the list is full.
 void bd_scene_flag(struct bd_scene *scene, const char *format, ...) BD_PRINTF(2, 3);

@@ -1,0 +1,106 @@
+// What stands in for a missing camera and missing lights. The user manual of both is here and in
+// scene/README.md; a scene that gets them says `default_camera`, `default_lights`.
+//
+// Camera: from the front, a little right and above (glTF's front is +z), 45 degrees, at the
+// distance where the bounds' sphere just fits the narrower of a square picture's sides.
+//
+// Lights: a directional key light of 2.4 lx over the first camera's left shoulder, and a point
+// light at that camera. The key models the shapes; the point light is what still reaches the
+// inside of a closed room. It gives 0.74 lx at the distance of what the camera looks at, so that a
+// white surface facing both shows 1 cd/m^2, which is white at exposure 0.
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "scene/derive.h"
+
+static const double pi = 3.14159265358979323846;
+
+static void *appended(void *array, uint32_t count, size_t item_bytes)
+{
+    return realloc(array, (count + (size_t)1) * item_bytes);
+}
+
+static struct bd_placement look_from(bd_dvec3 position, bd_dvec3 backwards)
+{
+    bd_dvec3 z = bd_dvec3_normalize(backwards, (bd_dvec3){0, 0, 1});
+    bd_dvec3 x = bd_dvec3_normalize(bd_dvec3_cross((bd_dvec3){0, 1, 0}, z), (bd_dvec3){1, 0, 0});
+    return (struct bd_placement){BD_NONE, BD_NONE, position, x, bd_dvec3_cross(z, x), z};
+}
+
+static bd_dvec3 center_of(const struct bd_features *features)
+{
+    return bd_dvec3_scale(bd_dvec3_add(features->bounds_min, features->bounds_max), 0.5);
+}
+
+bool bd_derive_default_camera(struct bd_scene *scene)
+{
+    if (scene->placed_camera_count > 0) return true;
+    const double yfov = pi / 4;
+    double radius = 0.5 * scene->features.diagonal_m;
+    double distance = 1.02 * radius / sin(0.5 * yfov);
+    struct bd_camera *cameras =
+        appended(scene->cameras, scene->camera_count, sizeof *scene->cameras);
+    if (!cameras) return false;
+    scene->cameras = cameras;
+    cameras[scene->camera_count] = (struct bd_camera){.name = "default",
+                                                      .yfov = (float)yfov,
+                                                      .near_m = (float)(0.01 * distance),
+                                                      .far_m = INFINITY};
+    bd_dvec3 backwards = bd_dvec3_normalize((bd_dvec3){0.45, 0.35, 1}, (bd_dvec3){0, 0, 1});
+    struct bd_placement placed = look_from(
+        bd_dvec3_add(center_of(&scene->features), bd_dvec3_scale(backwards, distance)), backwards);
+    placed.object = (int32_t)scene->camera_count++;
+    scene->placed_cameras[scene->placed_camera_count++] = placed;
+    bd_scene_flag(scene, "default_camera");
+    return true;
+}
+
+// How far away is what the camera sees? Its distance to the middle of the scene, but never less
+// than an eighth of the scene: a camera may stand in the middle.
+static double subject_distance_m(const struct bd_scene *scene, bd_dvec3 eye)
+{
+    double to_center = bd_dvec3_length(bd_dvec3_sub(center_of(&scene->features), eye));
+    return fmax(to_center, 0.125 * scene->features.diagonal_m);
+}
+
+static void place_light(struct bd_scene *scene, const struct bd_light *light,
+                        struct bd_placement placed)
+{
+    placed.node = BD_NONE;
+    placed.object = (int32_t)scene->light_count;
+    scene->lights[scene->light_count++] = *light;
+    scene->placed_lights[scene->placed_light_count++] = placed;
+}
+
+bool bd_derive_default_lights(struct bd_scene *scene)
+{
+    if (scene->placed_light_count > 0) return true;
+    struct bd_light *lights =
+        appended(scene->lights, scene->light_count + 1, sizeof *scene->lights);
+    if (!lights) return false;
+    scene->lights = lights;
+    struct bd_placement *placed = realloc(scene->placed_lights, 2 * sizeof *placed);
+    if (!placed) return false;
+    scene->placed_lights = placed;
+
+    const struct bd_placement *camera = &scene->placed_cameras[0];
+    double distance = subject_distance_m(scene, camera->position);
+    struct bd_light key = {.name = "default key",
+                           .kind = BD_LIGHT_DIRECTIONAL,
+                           .color = {1, 1, 1},
+                           .intensity = 2.4f,
+                           .range_m = INFINITY};
+    struct bd_light fill = {.name = "default fill",
+                            .kind = BD_LIGHT_POINT,
+                            .color = {1, 1, 1},
+                            .intensity = (float)(0.74 * distance * distance),
+                            .range_m = INFINITY};
+    bd_dvec3 towards_key =
+        bd_dvec3_add(camera->axis_z, bd_dvec3_add(bd_dvec3_scale(camera->axis_x, -0.6),
+                                                  bd_dvec3_scale(camera->axis_y, 0.9)));
+    place_light(scene, &key, look_from(camera->position, towards_key));
+    place_light(scene, &fill, *camera);
+    bd_scene_flag(scene, "default_lights");
+    return true;
+}
