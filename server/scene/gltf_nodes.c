@@ -1,0 +1,196 @@
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "scene/gltf_reader.h"
+
+static const double pi = 3.14159265358979323846;
+
+static void read_light(struct bd_gltf_reader *reader, const struct bd_gltf_light *in,
+                       struct bd_light *out)
+{
+    bool repaired = false;
+    bd_gltf_copy_name(out->name, in->name);
+    out->kind = strcmp(in->type, "directional") == 0 ? BD_LIGHT_DIRECTIONAL
+                : strcmp(in->type, "spot") == 0      ? BD_LIGHT_SPOT
+                                                     : BD_LIGHT_POINT;
+    for (int i = 0; i < 3; i++) {
+        repaired |= !(in->color[i] >= 0 && in->color[i] <= 1e30);
+        out->color[i] = (float)fmin(fmax(in->color[i], 0), 1e30);
+    }
+    repaired |= !(in->intensity >= 0 && in->intensity <= 1e30);
+    out->intensity = (float)fmin(fmax(in->intensity, 0), 1e30);
+    repaired |= in->range < 0;
+    out->range_m = in->range > 0 && in->range <= FLT_MAX ? (float)in->range : INFINITY;
+    if (out->kind == BD_LIGHT_SPOT) {
+        const double outer_min = 1e-4, gap_min = 1e-5;
+        double outer = fmin(fmax(in->cone_outer, outer_min), 1.5707963);
+        double inner = fmin(fmax(in->cone_inner, 0), outer - gap_min);
+        repaired |= !(in->cone_outer > 0 && in->cone_outer <= 0.5 * pi + 1e-6);
+        repaired |= !(in->cone_inner >= 0 && in->cone_inner < in->cone_outer);
+        out->cone_outer = (float)outer;
+        out->cone_inner = (float)inner;
+    }
+    reader->repairs.repaired_lights += repaired;
+}
+
+static void read_perspective(const struct bd_gltf_camera *in, struct bd_camera *out, bool *repaired)
+{
+    const double yfov_min = 1e-3, yfov_max = 0.99 * pi;
+    *repaired |= !(in->yfov >= yfov_min && in->yfov <= yfov_max) || !(in->near > 0);
+    out->yfov = (float)fmin(fmax(in->yfov, yfov_min), yfov_max);
+    out->near_m = in->near > 0 && in->near <= FLT_MAX ? (float)in->near : 1e-3f;
+    out->far_m = in->far > 0 && in->far <= FLT_MAX ? (float)in->far : INFINITY;
+}
+
+// A negative magnification mirrors the picture in some tools; here its size is what counts.
+static float magnification(double value, bool *repaired)
+{
+    *repaired |= !(value > 0);
+    double size = fabs(value);
+    return size > 1e-9 && size <= 1e15 ? (float)size : 1.0f;
+}
+
+static void read_orthographic(const struct bd_gltf_camera *in, struct bd_camera *out,
+                              bool *repaired)
+{
+    out->orthographic = true;
+    out->xmag = magnification(in->xmag, repaired);
+    out->ymag = magnification(in->ymag, repaired);
+    *repaired |= !(in->near >= 0);
+    out->near_m = in->near >= 0 && in->near <= FLT_MAX ? (float)in->near : 0;
+    out->far_m = in->far > 0 && in->far <= FLT_MAX ? (float)in->far : INFINITY;
+}
+
+static void read_camera(struct bd_gltf_reader *reader, const struct bd_gltf_camera *in,
+                        struct bd_camera *out)
+{
+    bool repaired = false;
+    bd_gltf_copy_name(out->name, in->name);
+    if (in->orthographic)
+        read_orthographic(in, out, &repaired);
+    else
+        read_perspective(in, out, &repaired);
+    if (out->far_m <= out->near_m) {
+        out->far_m = INFINITY;
+        repaired = true;
+    }
+    reader->repairs.repaired_cameras += repaired;
+}
+
+static bd_dmat4 matrix_of(struct bd_gltf_reader *reader, const struct bd_gltf_node *in)
+{
+    if (!in->has_matrix) {
+        double length = sqrt(in->rotation[0] * in->rotation[0] + in->rotation[1] * in->rotation[1] +
+                             in->rotation[2] * in->rotation[2] + in->rotation[3] * in->rotation[3]);
+        reader->repairs.repaired_rotations += !(fabs(length - 1) < 1e-3);
+        return bd_dmat4_from_trs(in->translation, in->rotation, in->scale);
+    }
+    bd_dmat4 m;
+    memcpy(m.m, in->matrix, sizeof m.m);
+    reader->repairs.non_affine_matrices +=
+        m.m[3] != 0 || m.m[7] != 0 || m.m[11] != 0 || m.m[15] != 1;
+    m.m[3] = m.m[7] = m.m[11] = 0;
+    m.m[15] = 1;
+    return m;
+}
+
+static enum bd_err adopt_children(struct bd_gltf_reader *reader)
+{
+    const struct bd_gltf_document *doc = reader->doc;
+    struct bd_scene *scene = reader->scene;
+    for (uint32_t i = 0; i < doc->node_count; i++)
+        for (uint32_t c = 0; c < doc->nodes[i].child_count; c++) {
+            struct bd_node *child = &scene->nodes[doc->nodes[i].children[c]];
+            if (child->parent != BD_NONE)
+                return bd_fault_set(reader->fault, BD_ERR_BAD_INPUT,
+                                    bd_gltf_path("nodes[%u].children[%u]", i, c).text,
+                                    "node %d has a parent already, node %d",
+                                    doc->nodes[i].children[c], child->parent);
+            child->parent = (int32_t)i;
+        }
+    uint32_t looping = 0;
+    if (bd_scene_parents_are_a_forest(scene, &looping)) return BD_ERR_OK;
+    return bd_fault_set(reader->fault, BD_ERR_BAD_INPUT, bd_gltf_path("nodes[%u]", looping).text,
+                        "is among its own ancestors");
+}
+
+// Marks the nodes under `root`. The stack holds each node at most once: the nodes form a forest.
+static void show(const struct bd_gltf_document *doc, struct bd_scene *scene, uint32_t root,
+                 uint32_t *stack)
+{
+    uint32_t depth = 0;
+    stack[depth++] = root;
+    while (depth > 0) {
+        uint32_t n = stack[--depth];
+        if (scene->nodes[n].in_scene) continue;
+        scene->nodes[n].in_scene = true;
+        for (uint32_t c = 0; c < doc->nodes[n].child_count; c++)
+            stack[depth++] = (uint32_t)doc->nodes[n].children[c];
+    }
+}
+
+static enum bd_err show_scene(struct bd_gltf_reader *reader, uint32_t s, uint32_t *stack)
+{
+    const struct bd_gltf_scene *in = &reader->doc->scenes[s];
+    for (uint32_t i = 0; i < in->node_count; i++) {
+        if (reader->scene->nodes[in->nodes[i]].parent != BD_NONE)
+            return bd_fault_set(reader->fault, BD_ERR_BAD_INPUT,
+                                bd_gltf_path("scenes[%u].nodes[%u]", s, i).text,
+                                "node %d is not a root node", in->nodes[i]);
+        show(reader->doc, reader->scene, (uint32_t)in->nodes[i], stack);
+    }
+    return BD_ERR_OK;
+}
+
+// The scene that the file names, else its first; without any scene, all root nodes.
+static enum bd_err show_nodes(struct bd_gltf_reader *reader)
+{
+    const struct bd_gltf_document *doc = reader->doc;
+    uint32_t *stack = malloc((doc->node_count + (size_t)1) * sizeof *stack);
+    if (!stack) return bd_gltf_no_memory(reader, "nodes");
+    enum bd_err err = BD_ERR_OK;
+    if (doc->scene_count > 0) {
+        err = show_scene(reader, doc->default_scene == BD_NONE ? 0 : (uint32_t)doc->default_scene,
+                         stack);
+    } else {
+        for (uint32_t i = 0; i < doc->node_count; i++)
+            if (reader->scene->nodes[i].parent == BD_NONE) show(doc, reader->scene, i, stack);
+    }
+    free(stack);
+    return err;
+}
+
+static void read_node(struct bd_gltf_reader *reader, const struct bd_gltf_node *in,
+                      struct bd_node *out)
+{
+    bd_gltf_copy_name(out->name, in->name);
+    out->parent = BD_NONE;
+    out->mesh = in->mesh;
+    out->camera = in->camera;
+    out->light = in->light;
+    out->parent_from_node = matrix_of(reader, in);
+}
+
+enum bd_err bd_gltf_read_nodes(struct bd_gltf_reader *reader)
+{
+    const struct bd_gltf_document *doc = reader->doc;
+    struct bd_scene *scene = reader->scene;
+    scene->lights = calloc(doc->light_count + (size_t)1, sizeof *scene->lights);
+    scene->cameras = calloc(doc->camera_count + (size_t)1, sizeof *scene->cameras);
+    scene->nodes = calloc(doc->node_count + (size_t)1, sizeof *scene->nodes);
+    if (!scene->lights || !scene->cameras || !scene->nodes)
+        return bd_gltf_no_memory(reader, "nodes");
+    scene->light_count = doc->light_count;
+    scene->camera_count = doc->camera_count;
+    scene->node_count = doc->node_count;
+    for (uint32_t i = 0; i < doc->light_count; i++)
+        read_light(reader, &doc->lights[i], &scene->lights[i]);
+    for (uint32_t i = 0; i < doc->camera_count; i++)
+        read_camera(reader, &doc->cameras[i], &scene->cameras[i]);
+    for (uint32_t i = 0; i < doc->node_count; i++)
+        read_node(reader, &doc->nodes[i], &scene->nodes[i]);
+    enum bd_err err = adopt_children(reader);
+    return err == BD_ERR_OK ? show_nodes(reader) : err;
+}
