@@ -75,6 +75,23 @@ static enum bd_err choose_index(const struct bd_egl_candidate *candidates, uint3
     return bd_egl_open(&candidates[index], debug, out, fault);
 }
 
+// The names are known only once a context is there, so candidates are opened in turn.
+static enum bd_err choose_identity(const struct bd_egl_candidate *candidates, uint32_t count,
+                                   bool (*matches)(const struct bd_identity *, const char *),
+                                   const char *device, bool debug, struct bd_egl *out,
+                                   struct bd_fault *fault)
+{
+    for (uint32_t i = 0; i < count; i++) {
+        struct bd_identity identity;
+        if (bd_egl_open(&candidates[i], debug, out, NULL)) continue;
+        bd_identify(&candidates[i], &identity);
+        if (matches(&identity, strchr(device, ':') + 1)) return BD_ERR_OK;
+        bd_egl_close(out);
+    }
+    return bd_fault_set(fault, BD_ERR_DEVICE, "device",
+                        "no device %s among %u; --list-devices names them", device, count);
+}
+
 enum bd_err bd_choose(const char *device, bool debug, struct bd_egl *out, struct bd_fault *fault)
 {
     struct bd_egl_candidate candidates[BD_EGL_CANDIDATE_MAX];
@@ -89,6 +106,10 @@ enum bd_err bd_choose(const char *device, bool debug, struct bd_egl *out, struct
     }
     if (strncmp(device, "egl:", 4) == 0)
         return choose_index(candidates, count, device + 4, debug, out, fault);
+    if (strncmp(device, "uuid:", 5) == 0)
+        return choose_identity(candidates, count, bd_is_uuid, device, debug, out, fault);
+    if (strncmp(device, "pci:", 4) == 0)
+        return choose_identity(candidates, count, bd_is_pci, device, debug, out, fault);
     return bd_fault_set(fault, BD_ERR_USAGE, "device",
                         "device \"%s\" is none of auto, software, egl:N, uuid:HEX, pci:ID", device);
 }

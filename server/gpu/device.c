@@ -1,4 +1,3 @@
-#include <ctype.h>
 #include <errno.h>
 #include <inttypes.h>
 #include <stdio.h>
@@ -125,61 +124,6 @@ void bd_gpu_memory_reset_peak(struct bd_gpu *gpu)
     gpu->memory.peak_bytes = gpu->memory.used_bytes;
 }
 
-// --- capabilities -------------------------------------------------------------------------
-
-bool bd_is_software_renderer(const char *renderer)
-{
-    return strstr(renderer, "llvmpipe") || strstr(renderer, "softpipe") || strstr(renderer, "SWR");
-}
-
-// Lower-case words joined by '-', up to the first of `stop`.
-static void append_slug(char *out, size_t out_size, const char *text, const char *stop)
-{
-    size_t used = strlen(out);
-    for (; *text && !strchr(stop, *text) && used + 2 < out_size; text++) {
-        if (isalnum((unsigned char)*text) || *text == '.')
-            out[used++] = (char)tolower((unsigned char)*text);
-        else if (used > 0 && out[used - 1] != '-')
-            out[used++] = '-';
-    }
-    while (used > 0 && out[used - 1] == '-') used--;
-    out[used] = 0;
-}
-
-// Renderer and driver version: what decides the bits of a picture.
-static void name_class(char *out, size_t out_size, const char *renderer, const char *version)
-{
-    int llvm[3] = {0}, bits = 0;
-    const char *driver = strchr(version, ' ');
-    out[0] = 0;
-    if (sscanf(renderer, "llvmpipe (LLVM %d.%d.%d, %d bits)", &llvm[0], &llvm[1], &llvm[2],
-               &bits) == 4)
-        snprintf(out, out_size, "llvmpipe-%d.%d.%d-%d", llvm[0], llvm[1], llvm[2], bits);
-    else
-        append_slug(out, out_size, renderer, "(/");
-    // "4.5 (Core Profile) Mesa 22.3.6" and "4.5.0 NVIDIA 570.12"
-    const char *mesa = strstr(version, "Mesa "), *nvidia = strstr(version, "NVIDIA ");
-    const char *words = mesa ? mesa : nvidia ? nvidia + 7 : driver ? driver + 1 : version;
-    size_t used = strlen(out);
-    if (used + 2 < out_size) memcpy(out + used, "-", 2);
-    append_slug(out, out_size, words, "(");
-}
-
-static void read_caps(struct bd_gpu_caps *caps)
-{
-    const char *renderer = (const char *)glGetString(GL_RENDERER);
-    const char *version = (const char *)glGetString(GL_VERSION);
-    snprintf(caps->name, sizeof caps->name, "%s", renderer);
-    name_class(caps->device_class, sizeof caps->device_class, renderer, version);
-    caps->software = bd_is_software_renderer(renderer);
-    GLint side = 0;
-    glGetIntegerv(GL_MAX_TEXTURE_SIZE, &side);
-    GLint64 block = 0;
-    glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &block);
-    caps->texture_side_max_px = (uint32_t)side;
-    caps->storage_block_max_bytes = (uint64_t)block;
-}
-
 const struct bd_gpu_caps *bd_gpu_caps(const struct bd_gpu *gpu)
 {
     return &gpu->caps;
@@ -267,7 +211,7 @@ enum bd_err bd_gpu_create(const struct bd_gpu_options *options, struct bd_gpu **
     if (err) goto free_gpu;
     gpu->memory.limit_bytes = options->memory_limit_bytes;
     gpu->lose_after_waits = options->lose_after_waits;
-    read_caps(&gpu->caps);
+    bd_read_caps(&gpu->caps);
     gpu->arrays_are_textures = gpu->caps.software;
     start_debug(options->debug);
     set_fixed_state();

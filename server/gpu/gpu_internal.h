@@ -142,7 +142,19 @@ void bd_timers_add_compile(struct bd_gpu *gpu, double ms);
 // Opens the device that `device` asks for (choose.c).
 BD_MUST_CHECK
 enum bd_err bd_choose(const char *device, bool debug, struct bd_egl *out, struct bd_fault *fault);
+// Of the context that is current (caps.c).
 bool bd_is_software_renderer(const char *renderer);
+void bd_read_caps(struct bd_gpu_caps *caps);
+
+// Names of a device that outlive a reboot; empty where nothing tells them (identity.c).
+struct bd_identity {
+    char uuid[33]; // 32 lower-case hexadecimal digits
+    char pci[16];  // 0000:65:00.0
+};
+// Wants the candidate's context current.
+void bd_identify(const struct bd_egl_candidate *candidate, struct bd_identity *out);
+bool bd_is_uuid(const struct bd_identity *identity, const char *text); // "GPU-1234..." too
+bool bd_is_pci(const struct bd_identity *identity, const char *text);  // "65:00.0" too
 
 struct bd_gpu {
     struct bd_egl egl;
