@@ -7,10 +7,10 @@
 #include <time.h>
 #include <turbojpeg.h>
 
-#include "cmocka_all.h"
 #include "image/encode.h"
 #include "image/exr.h"
 #include "image/png.h"
+#include "tests/unit/cmocka_all.h"
 
 static const struct bd_manifest_entry entries[] = {{"scene", "sha256:00ff"},
                                                    {"camera", "K\xc3\xbc"

@@ -5,9 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "cmocka_all.h"
 #include "image/exr.h"
 #include "image/layers.h"
+#include "tests/unit/cmocka_all.h"
 
 #define WIDTH  33 // odd, and more than one chunk of 16 lines high
 #define HEIGHT 35

@@ -3,8 +3,8 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "cmocka_all.h"
 #include "image/metric.h"
+#include "tests/unit/cmocka_all.h"
 
 #define SIDE 256
 

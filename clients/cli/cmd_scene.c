@@ -1,0 +1,171 @@
+// `bounce scenes`, `bounce scene add`, `bounce scene rm`.
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "clients/cli/commands.h"
+#include "clients/cli/conn.h"
+#include "clients/cli/files.h"
+#include "clients/cli/help.h"
+#include "clients/cli/options.h"
+#include "clients/cli/progress.h"
+#include "clients/cli/report.h"
+#include "clients/cli/upload.h"
+
+// The answer as JSON on standard output.
+static enum bd_err print_json(const ProtobufCMessage *message, struct bd_fault *fault)
+{
+    char *text = bd_cli_report_json(message);
+    if (!text) return bd_fault_set(fault, BD_ERR_NO_MEMORY, "", "no memory for the answer");
+    fputs(text, stdout);
+    free(text);
+    return BD_ERR_OK;
+}
+
+static void print_scene(const Bounced__Scene *scene)
+{
+    printf("%s  revision %" PRIu64 "  %s", scene->id, scene->revision,
+           scene->name ? scene->name : "");
+    if (scene->counts)
+        printf("  (%" PRIu64 " triangles, %" PRIu64 " lights, %" PRIu64 " cameras)",
+               scene->counts->triangles, scene->counts->lights, scene->counts->cameras);
+    putchar('\n');
+}
+
+static enum bd_err list_scenes(const struct bd_cli_common *common, struct bd_fault *fault)
+{
+    struct bd_cli_conn *conn = NULL;
+    enum bd_err err = bd_cli_conn_open(common, BD_CLI_CONN_RUNNING, &conn, fault);
+    if (err) return err;
+    Bounced__SceneList list = BOUNCED__SCENE_LIST__INIT;
+    Bounced__Envelope envelope = BOUNCED__ENVELOPE__INIT;
+    envelope.body_case = BOUNCED__ENVELOPE__BODY_SCENE_LIST;
+    envelope.scene_list = &list;
+    struct bd_cli_answer answer;
+    err = bd_cli_conn_call(conn, &envelope, NULL, 0, BOUNCED__ENVELOPE__BODY_SCENE_LIST_REPLY, NULL,
+                           &answer, fault);
+    if (!err) {
+        const Bounced__SceneListReply *reply = answer.envelope->scene_list_reply;
+        if (common->json) err = print_json(&reply->base, fault);
+        for (size_t i = 0; !common->json && i < reply->n_scenes; i++) print_scene(reply->scenes[i]);
+    }
+    bd_cli_answer_finish(&answer);
+    bd_cli_conn_close(&conn);
+    return err;
+}
+
+int bd_cmd_scenes(const char *const *words, int count)
+{
+    struct bd_cli_common common;
+    struct bd_fault fault = {0};
+    const char *operands[1];
+    int operand_count;
+    bool help;
+    enum bd_err err =
+        bd_cli_parse_plain(words, count, &common, operands, 0, &operand_count, &help, &fault);
+    if (!err && help) return bd_help_scenes();
+    if (!err) err = list_scenes(&common, &fault);
+    return err ? bd_cmd_fail(err, &fault, common.json) : 0;
+}
+
+static void on_stage(void *user, const char *stage)
+{
+    bd_cli_progress_stage(user, stage);
+}
+
+static void on_tick(void *user)
+{
+    bd_cli_progress_tick(user);
+}
+
+static enum bd_err send_scene(struct bd_cli_conn *conn, const char *path,
+                              const struct bd_cli_files *files, struct bd_cli_progress *progress,
+                              struct bd_cli_answer *answer, struct bd_fault *fault)
+{
+    enum bd_err err = bd_cli_upload(conn, files, progress, fault);
+    if (err) return err;
+    const char *slash = strrchr(path, '/');
+    Bounced__SceneAdd add = BOUNCED__SCENE_ADD__INIT;
+    add.blob = (char *)files->items[0].blob;
+    add.name = (char *)(slash ? slash + 1 : path);
+    err = bd_cli_upload_table(files, &add.files, &add.n_files);
+    if (err) return bd_fault_set(fault, err, "scene", "no memory for the table of files");
+    Bounced__Envelope envelope = BOUNCED__ENVELOPE__INIT;
+    envelope.body_case = BOUNCED__ENVELOPE__BODY_SCENE_ADD;
+    envelope.scene_add = &add;
+    const struct bd_cli_conn_watch watch = {on_stage, on_tick, progress};
+    bd_cli_progress_stage(progress, "import");
+    err = bd_cli_conn_call(conn, &envelope, NULL, 0, BOUNCED__ENVELOPE__BODY_SCENE, &watch, answer,
+                           fault);
+    bd_cli_upload_table_free(add.files);
+    return err;
+}
+
+static enum bd_err add_scene(const struct bd_cli_common *common, const char *path,
+                             struct bd_fault *fault)
+{
+    struct bd_cli_conn *conn = NULL;
+    struct bd_cli_files files = {0};
+    struct bd_cli_answer answer = {0};
+    struct bd_cli_progress progress;
+    bd_cli_progress_init(&progress, common->quiet);
+    enum bd_err err = bd_cli_conn_open(common, BD_CLI_CONN_RUNNING, &conn, fault);
+    if (!err) err = bd_cli_files_collect(path, &files, fault);
+    if (!err) err = send_scene(conn, path, &files, &progress, &answer, fault);
+    bd_cli_progress_clear(&progress);
+    if (!err) {
+        const Bounced__Scene *scene = answer.envelope->scene;
+        for (size_t i = 0; !common->quiet && i < scene->n_flags; i++)
+            fprintf(stderr, "bounce: flag: %s\n", scene->flags[i]);
+        if (common->json)
+            err = print_json(&scene->base, fault);
+        else
+            print_scene(scene);
+    }
+    bd_cli_answer_finish(&answer);
+    bd_cli_files_finish(&files);
+    bd_cli_conn_close(&conn);
+    return err;
+}
+
+static enum bd_err remove_scene(const struct bd_cli_common *common, const char *id,
+                                struct bd_fault *fault)
+{
+    struct bd_cli_conn *conn = NULL;
+    enum bd_err err = bd_cli_conn_open(common, BD_CLI_CONN_RUNNING, &conn, fault);
+    if (err) return err;
+    Bounced__SceneRemove remove = BOUNCED__SCENE_REMOVE__INIT;
+    remove.id = (char *)id;
+    Bounced__Envelope envelope = BOUNCED__ENVELOPE__INIT;
+    envelope.body_case = BOUNCED__ENVELOPE__BODY_SCENE_REMOVE;
+    envelope.scene_remove = &remove;
+    struct bd_cli_answer answer;
+    err = bd_cli_conn_call(conn, &envelope, NULL, 0, BOUNCED__ENVELOPE__BODY_DONE, NULL, &answer,
+                           fault);
+    bd_cli_answer_finish(&answer);
+    bd_cli_conn_close(&conn);
+    return err;
+}
+
+int bd_cmd_scene(const char *const *words, int count)
+{
+    struct bd_cli_common common;
+    struct bd_fault fault = {0};
+    const char *operands[2] = {"", ""};
+    int operand_count;
+    bool help;
+    enum bd_err err =
+        bd_cli_parse_plain(words, count, &common, operands, 2, &operand_count, &help, &fault);
+    if (!err && help) return bd_help_scenes();
+    if (err) return bd_cmd_fail(err, &fault, common.json);
+    if (operand_count == 2 && strcmp(operands[0], "add") == 0)
+        err = add_scene(&common, operands[1], &fault);
+    else if (operand_count == 2 && strcmp(operands[0], "rm") == 0)
+        err = remove_scene(&common, operands[1], &fault);
+    else
+        err = bd_fault_set(&fault, BD_ERR_USAGE, "scene",
+                           "bounce scene add FILE, or bounce scene rm ID");
+    return err ? bd_cmd_fail(err, &fault, common.json) : 0;
+}

@@ -1,0 +1,19 @@
+// The subcommands. Each takes the words behind its name and returns the process's exit code.
+
+#ifndef BD_CLI_COMMANDS_H
+#define BD_CLI_COMMANDS_H
+
+#include <stdbool.h>
+
+#include "base/err.h"
+
+int bd_cmd_render(const char *const *words, int count);
+int bd_cmd_devices(const char *const *words, int count);
+int bd_cmd_scenes(const char *const *words, int count);
+int bd_cmd_scene(const char *const *words, int count); // add FILE | rm ID
+
+// Says what went wrong: a line on standard error, and with `json` the same as an object on
+// standard output. Returns the exit code.
+int bd_cmd_fail(enum bd_err err, const struct bd_fault *fault, bool json);
+
+#endif

@@ -1,0 +1,83 @@
+#include "clients/cli/help.h"
+
+#include <stdio.h>
+
+#define COMMON_HELP                                                                                \
+    "  --server URL         unix:PATH or tcp:HOST:PORT (default: the daemon of this user, at\n"    \
+    "                       $XDG_RUNTIME_DIR/bounced/bounced.sock)\n"                              \
+    "  --token-file FILE    the server's token, in the first line\n"
+
+#define START_HELP                                                                                 \
+    "  --device SPEC        start a private daemon on this device: auto, software, egl:N,\n"       \
+    "                       uuid:HEX, pci:ID\n"
+
+#define END_HELP                                                                                   \
+    "  --json               the answer, or the error, as JSON on standard output\n"                \
+    "  -q, --quiet          no progress and no notes\n"                                            \
+    "  -h, --help           this text\n"
+
+int bd_help(void)
+{
+    fputs("usage: bounce COMMAND ...\n"
+          "\n"
+          "  render SCENE -o FILE   one frame of a .glb or .gltf as PNG, JPEG or EXR\n"
+          "  devices                the devices that frames can be rendered on\n"
+          "  scenes                 the scenes that the daemon holds\n"
+          "  scene add FILE         gives the daemon a scene; prints its id\n"
+          "  scene rm ID            takes it away\n"
+          "\n"
+          "  bounce COMMAND --help  the options of one\n"
+          "  bounce --version\n"
+          "\n"
+          "Exit codes: 0 ok, 2 usage, 4 bad input, 5 budget missed, 6 device wrong or missing,\n"
+          "7 server unreachable, 130 interrupted.\n",
+          stdout);
+    return 0;
+}
+
+int bd_help_render(void)
+{
+    fputs(
+        "usage: bounce render SCENE -o FILE [options]\n"
+        "\n"
+        "Renders one frame. SCENE is a .glb or .gltf file, or scene:ID for one that the daemon\n"
+        "holds. Where no daemon runs, a private one is started and ended. Without -o one of\n"
+        "--plan, --report and --json must say what is wanted instead of a picture.\n"
+        "\n"
+        "  -o, --output FILE    .png, .jpg (.jpeg) or .exr; - writes PNG to standard output\n"
+        "  --size WxH           pixels (default 512x512)\n"
+        "  --camera NAME|INDEX  of the scene (default: its first, or one that frames it)\n"
+        "  --technique NAME     direct, rsm (default), ...\n"
+        "  --set KEY=VALUE      a parameter of the technique; repeatable: vpls=256\n"
+        "  --aa N               sub-frames averaged, 1 to 64 (default 16 to PNG and JPEG, else 1)\n"
+        "  --layers LIST        beauty,direct,indirect,emission,albedo,normal,depth: an .exr\n"
+        "                       holds all of them, a .png or .jpg one\n"
+        "  --exposure X         auto (default) or stops: pixel = luminance * 2^stops\n"
+        "  --tonemap NAME       neutral (default), agx, linear\n"
+        "  --seed N             same seed, same bytes (default 0)\n"
+        "  --deadline-ms N      give up after this long\n"
+        "  --plan               print what would run and what is left out; render nothing\n"
+        "  --report FILE.json   write the frame's report\n" START_HELP COMMON_HELP END_HELP,
+        stdout);
+    return 0;
+}
+
+int bd_help_scenes(void)
+{
+    fputs("usage: bounce scenes [options]\n"
+          "       bounce scene add FILE [options]\n"
+          "       bounce scene rm ID [options]\n"
+          "\n" COMMON_HELP END_HELP,
+          stdout);
+    return 0;
+}
+
+int bd_help_devices(void)
+{
+    fputs("usage: bounce devices [options]\n"
+          "\n"
+          "Lists the devices of the running daemon's machine, or of this one. * is in use.\n"
+          "\n" START_HELP COMMON_HELP END_HELP,
+          stdout);
+    return 0;
+}

@@ -1,0 +1,11 @@
+// Texts of --help, on standard output. Each returns the exit code 0.
+
+#ifndef BD_CLI_HELP_H
+#define BD_CLI_HELP_H
+
+int bd_help(void);
+int bd_help_render(void);
+int bd_help_scenes(void);
+int bd_help_devices(void);
+
+#endif

@@ -1,0 +1,61 @@
+// What was asked on the command line, decoded and range-checked. Strings are borrowed from argv.
+//
+// Names that the server knows better (techniques, cameras, layers, keys of --set) are passed on
+// unchecked: it refuses them with the list that holds for it. Thread: main.
+
+#ifndef BD_CLI_OPTIONS_H
+#define BD_CLI_OPTIONS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "base/err.h"
+
+#define BD_CLI_SET_MAX   32
+#define BD_CLI_LAYER_MAX 16
+
+// Where to, and how to speak: every command has these.
+struct bd_cli_common {
+    const char *server;     // NULL: the default socket, else a private daemon
+    const char *token_file; // NULL: none
+    const char *device;     // of the private daemon; NULL: its default
+    bool json, quiet;
+};
+
+enum bd_cli_format { BD_CLI_NONE, BD_CLI_PNG, BD_CLI_JPEG, BD_CLI_EXR };
+// "none", "png", "jpeg", "exr": FrameRequest.encoding on the wire.
+const char *bd_cli_format_name(enum bd_cli_format format);
+
+struct bd_cli_render {
+    struct bd_cli_common common;
+    const char *scene;  // a path, or "scene:ID"
+    const char *output; // path, "-" for standard output, NULL for none
+    enum bd_cli_format format;
+    const char *report; // path, NULL for none
+    bool plan;
+    uint32_t width_px, height_px;                        // 0 = the server's default
+    const char *camera, *technique, *exposure, *tonemap; // NULL = the server's default
+    const char *sets[BD_CLI_SET_MAX];                    // "KEY=VALUE"
+    uint32_t set_count;
+    char layer_text[512]; // a copy of LIST, cut into `layers`
+    const char *layers[BD_CLI_LAYER_MAX];
+    uint32_t layer_count;
+    uint32_t aa;
+    uint64_t seed;
+    uint32_t deadline_ms; // 0 = none
+    bool help;
+};
+
+// Decodes the words behind `bounce render`. BD_ERR_USAGE names the option and what it allows.
+BD_MUST_CHECK
+enum bd_err bd_cli_parse_render(const char *const *words, int count, struct bd_cli_render *out,
+                                struct bd_fault *fault);
+
+// Decodes the words of a command that takes only the common options and operands: at most
+// `operand_max` of them, which `*operand_count` then counts.
+BD_MUST_CHECK
+enum bd_err bd_cli_parse_plain(const char *const *words, int count, struct bd_cli_common *out,
+                               const char **operands, int operand_max, int *operand_count,
+                               bool *help, struct bd_fault *fault);
+
+#endif

@@ -1,0 +1,86 @@
+#include "clients/cli/report.h"
+
+#include <inttypes.h>
+#include <jansson.h>
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "protocol/json.h"
+
+char *bd_cli_report_json(const ProtobufCMessage *message)
+{
+    json_t *json = bd_json_from_message(message);
+    if (!json) return NULL;
+    char *text = json_dumps(json, JSON_INDENT(2));
+    json_decref(json);
+    char *line = text ? realloc(text, strlen(text) + 2) : NULL;
+    if (!line) free(text);
+    return line ? strcat(line, "\n") : NULL;
+}
+
+static const char *or_none(const char *text)
+{
+    return text ? text : "";
+}
+
+static bool is_plan(const Bounced__Report *report)
+{
+    for (size_t i = 0; i < report->n_passes; i++)
+        if (strcmp(or_none(report->passes[i]->state), "planned") == 0) return true;
+    return false;
+}
+
+static void print_heading(const Bounced__Report *report, FILE *out)
+{
+    fprintf(out, "%s", or_none(report->technique));
+    if (report->n_size == 2)
+        fprintf(out, " %" PRIu32 "x%" PRIu32, report->size[0], report->size[1]);
+    if (report->camera && report->camera[0]) fprintf(out, ", camera %s", report->camera);
+    if (report->has_aa) fprintf(out, ", aa %" PRIu32, report->aa);
+    if (report->counts)
+        fprintf(out, ", %" PRIu64 " lights, %" PRIu64 " vpls, %" PRIu64 " triangles",
+                report->counts->lights, report->counts->vpls, report->counts->triangles);
+    if (report->has_exposure_stops) fprintf(out, ", %+.2f stops", report->exposure_stops);
+    fputc('\n', out);
+    if (report->device)
+        fprintf(out, "on %s%s\n", or_none(report->device->name),
+                report->device->software ? " (software)" : "");
+}
+
+static void print_passes(const Bounced__Report *report, FILE *out)
+{
+    for (size_t i = 0; i < report->n_passes; i++) {
+        const Bounced__ReportPass *pass = report->passes[i];
+        if (strcmp(or_none(pass->state), "ran") == 0)
+            fprintf(out, "  %-16s %9.2f ms\n", or_none(pass->name), pass->ms);
+        else
+            fprintf(out, "  %-16s %9s\n", or_none(pass->name), or_none(pass->state));
+    }
+    for (size_t i = 0; i < report->n_omitted; i++)
+        fprintf(out, "  %-16s   omitted: %s\n", or_none(report->omitted[i]->pass),
+                or_none(report->omitted[i]->reason));
+}
+
+static void print_time(const Bounced__ReportTime *time, FILE *out)
+{
+    fprintf(out, "%.0f ms: load %.0f, compile %.0f, gpu %.0f, readback %.0f, encode %.0f\n",
+            time->total, time->load, time->compile, time->gpu, time->readback, time->encode);
+}
+
+void bd_cli_report_print(const Bounced__Report *report, FILE *out)
+{
+    print_heading(report, out);
+    print_passes(report, out);
+    if (report->time_ms && !is_plan(report)) print_time(report->time_ms, out);
+    if (report->nonfinite_pixels)
+        fprintf(out, "%" PRIu64 " pixels are not finite\n", report->nonfinite_pixels);
+    if (report->stopped && strcmp(report->stopped, "complete") != 0)
+        fprintf(out, "stopped: %s\n", report->stopped);
+}
+
+void bd_cli_report_print_flags(const Bounced__Report *report, FILE *out)
+{
+    for (size_t i = 0; i < report->n_flags; i++)
+        fprintf(out, "bounce: flag: %s\n", report->flags[i]);
+}
