@@ -20,6 +20,8 @@ void gpu_test_open(void)
 
 int gpu_test_close(int result)
 {
+    // A failed test leaves its resources behind, at which the device would abort.
+    if (result) return result;
     enum bd_err err = bd_gpu_wait(gpu);
     if (err) fprintf(stderr, "stuck to the device: %s\n", bd_err_name(err));
     bd_gpu_destroy(&gpu);

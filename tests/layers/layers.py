@@ -1,0 +1,98 @@
+"""Holds the rooms of server/ to the table of who may include whom.
+
+usage: layers.py SOURCE_ROOT
+
+A room may include itself, base/, the contract (protocol/) where the table says so, structs shared
+with GLSL (shared/), and the rooms that stand beside its name. GL and EGL belong to gpu/ alone, and
+C++ to the shim around the glTF parser.
+"""
+
+import os
+import re
+import sys
+
+# Lowest first. main.c may include everything.
+ROOMS = {
+    'base': [],
+    'image': [],
+    'scene': ['image'],  # the import child decodes textures
+    'gpu': [],
+    'upload': ['scene', 'gpu'],
+    'pass': ['upload', 'gpu'],
+    'technique': ['pass', 'gpu'],
+    'frame': ['technique', 'pass', 'upload', 'scene', 'gpu', 'image'],
+    'reference': ['scene', 'image'],
+    'sched': ['frame', 'reference', 'scene', 'image'],
+    'net': ['sched', 'frame', 'scene', 'image', 'protocol'],
+}
+GL = re.compile(r'^(epoxy|GL|GLES\d?|EGL|KHR|gbm)/|^(gbm|glvnd).*\.h$')
+INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
+# The one C++ file.
+CPP_SHIM = re.compile(r'^server/scene/[a-z_/]*gltf[a-z_]*\.(cc|cpp)$')
+
+
+def sources(root, folder):
+    for path, _, names in os.walk(os.path.join(root, folder)):
+        for name in sorted(names):
+            if name.endswith(('.c', '.h', '.cc', '.cpp', '.cxx', '.hpp')):
+                yield os.path.relpath(os.path.join(path, name), root)
+
+
+def includes(root, path):
+    with open(os.path.join(root, path), encoding='utf-8') as file:
+        for number, line in enumerate(file, 1):
+            found = INCLUDE.match(line)
+            if found:
+                yield number, found[1] == '"', found[2]
+
+
+def check_room_include(room, name):
+    """What is wrong with an include of `name` by `room`; None if nothing."""
+    target = name.split('/')[0]
+    if '/' not in name:
+        return 'is named without its room'
+    if target in (room, 'base', 'shared'):
+        return None
+    if target not in ROOMS and target != 'protocol':
+        return f'{target}/ is no room'
+    if target not in ROOMS[room]:
+        return f'{room}/ may not include {target}/'
+    return None
+
+
+def check_file(root, path):
+    parts = path.split(os.sep)
+    room = parts[1] if parts[0] == 'server' and len(parts) > 2 else None
+    if room and room not in ROOMS:
+        yield f'{path}: server/{room}/ is no room of the table'
+        return
+    for number, quoted, name in includes(root, path):
+        if GL.match(name) and room != 'gpu':
+            yield f'{path}:{number}: <{name}>: only server/gpu/ includes GL or EGL'
+        elif quoted and room:
+            wrong = check_room_include(room, name)
+            if wrong:
+                yield f'{path}:{number}: "{name}": {wrong}'
+
+
+def check_tree(root):
+    faults = []
+    for folder in ('server', 'clients', 'protocol', 'shaders'):
+        for path in sources(root, folder):
+            faults.extend(check_file(root, path))
+            cpp = path.endswith(('.cc', '.cpp', '.cxx', '.hpp'))
+            if cpp and not CPP_SHIM.match(path):
+                faults.append(f'{path}: C++ belongs to the glTF shim alone')
+    return faults
+
+
+def main():
+    root = sys.argv[1]
+    faults = check_tree(root)
+    seen = sum(1 for _ in sources(root, 'server'))
+    print('\n'.join(faults) if faults else f'{seen} files of server/ keep to their rooms')
+    # A walk that finds nothing would find no fault either.
+    return 1 if faults or seen < 10 else 0
+
+
+sys.exit(main())
