@@ -1,13 +1,37 @@
 #include "gpu/egl.h"
 
 #include <dlfcn.h>
+#include <limits.h>
+#include <stdio.h>
 #include <string.h>
+#include <unistd.h>
 
-// libepoxy ends the process if it finds no libEGL, so look first.
-static bool load_library(struct bd_fault *fault)
+// Beside the executable, as deploy/bundle lays it out.
+static bool load_fallback(const char *name)
 {
-    if (dlopen("libEGL.so.1", RTLD_LAZY | RTLD_GLOBAL)) return true;
-    bd_fault_set(fault, BD_ERR_DEVICE, "device", "no libEGL.so.1 on this machine: %s", dlerror());
+    char path[PATH_MAX];
+    ssize_t length = readlink("/proc/self/exe", path, sizeof path - 1);
+    if (length <= 0) return false;
+    path[length] = 0;
+    char *slash = strrchr(path, '/');
+    size_t room = sizeof path - (size_t)(slash - path);
+    if ((size_t)snprintf(slash, room, "/../lib/fallback/%s", name) >= room) return false;
+    return dlopen(path, RTLD_LAZY | RTLD_GLOBAL);
+}
+
+// The host's own, which knows its driver, before ours. Once one is loaded, whoever asks for it by
+// its name is given that one.
+static bool load(const char *name)
+{
+    return dlopen(name, RTLD_LAZY | RTLD_GLOBAL) || load_fallback(name);
+}
+
+// libepoxy ends the process if it finds no library, so look first.
+static bool load_libraries(struct bd_fault *fault)
+{
+    if (load("libEGL.so.1") && (load("libOpenGL.so.0") || load("libGL.so.1"))) return true;
+    bd_fault_set(fault, BD_ERR_DEVICE, "device",
+                 "no libEGL.so.1 with libOpenGL.so.0 or libGL.so.1 on this machine");
     return false;
 }
 
@@ -20,7 +44,7 @@ static bool is_software(EGLDeviceEXT device)
 uint32_t bd_egl_candidates(struct bd_egl_candidate out[BD_EGL_CANDIDATE_MAX],
                            struct bd_fault *fault)
 {
-    if (!load_library(fault)) return 0;
+    if (!load_libraries(fault)) return 0;
     uint32_t count = 0;
     if (epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_device_enumeration") &&
         epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_EXT_device_query") &&
