@@ -38,6 +38,13 @@ static int64_t read_bytes(exr_const_context_t context, void *user, void *buffer,
     return (int64_t)size;
 }
 
+// The core leaves buffers half-filled when a damaged chunk unpacks to less than it should. Zeroes
+// there keep a picture from showing what was on the heap.
+static void *allocate_zeroed(size_t size)
+{
+    return calloc(1, size);
+}
+
 static enum bd_err fault_of(exr_result_t rv, const struct read_stream *stream,
                             struct bd_fault *fault)
 {
@@ -265,6 +272,8 @@ enum bd_err bd_exr_read(const void *bytes, size_t size_bytes, const struct bd_ex
     init.user_data = &stream;
     init.read_fn = read_bytes;
     init.size_fn = stream_size;
+    init.alloc_fn = allocate_zeroed;
+    init.free_fn = free;
     init.error_handler_fn = bd_exr_keep_complaint;
     init.max_image_width = init.max_image_height = (int)limits->side_px_max;
     // Without this a file whose offset table is damaged is searched for chunks: slow, and the
