@@ -124,6 +124,11 @@ void bd_gpu_memory_reset_peak(struct bd_gpu *gpu)
     gpu->memory.peak_bytes = gpu->memory.used_bytes;
 }
 
+void bd_gpu_set_memory_limit(struct bd_gpu *gpu, uint64_t limit_bytes)
+{
+    gpu->memory.limit_bytes = limit_bytes;
+}
+
 const struct bd_gpu_caps *bd_gpu_caps(const struct bd_gpu *gpu)
 {
     return &gpu->caps;

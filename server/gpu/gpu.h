@@ -62,6 +62,8 @@ struct bd_gpu_memory {
 };
 void bd_gpu_memory(const struct bd_gpu *gpu, struct bd_gpu_memory *out);
 void bd_gpu_memory_reset_peak(struct bd_gpu *gpu);
+// For a limit that follows from what the device turned out to have.
+void bd_gpu_set_memory_limit(struct bd_gpu *gpu, uint64_t limit_bytes);
 
 // One line a device for people, or one JSON array: `bounced --list-devices`. Any thread; makes
 // and ends a context on each. Caller frees.
