@@ -1,11 +1,47 @@
 // Binding numbers, one truth for C and GLSL. Textures and arrays share one number space (both
 // are texture units on software devices); images, storage blocks and uniform blocks have one
-// each. A pass uses the numbers of its own section; no shader sees two sections.
+// each.
 #ifndef BD_SHARED_BINDINGS_H
 #define BD_SHARED_BINDINGS_H
 
-// Every shader: the view or light that it renders for, and the arguments of its pass.
-#define BD_UNIFORM_VIEW 0
-#define BD_UNIFORM_ARGS 1
+// Uniform blocks.
+#define BD_UNIFORM_VIEW     0 // shared/view.h: the camera or light face that is rendered for
+#define BD_UNIFORM_ARGS     1 // the arguments of the pass
+#define BD_UNIFORM_MATERIAL 2 // shared/material.h, raster passes
+#define BD_UNIFORM_LIGHT    3 // shared/light.h
+
+// Textures and arrays of the raster passes (gbuffer, shadow_map, rsm).
+#define BD_UNIT_INSTANCES          0 // array, shared/instance.h
+#define BD_UNIT_BASE_COLOR         1
+#define BD_UNIT_METALLIC_ROUGHNESS 2
+#define BD_UNIT_NORMAL             3
+#define BD_UNIT_EMISSIVE           4
+#define BD_UNIT_SURFACE_TRIANGLES  5 // array, three vec4s a triangle: corner, edge, edge
+
+// Textures and arrays of everything that reads the G-buffer.
+#define BD_UNIT_GBUFFER_DEPTH    0
+#define BD_UNIT_GBUFFER_NORMALS  1
+#define BD_UNIT_GBUFFER_ALBEDO   2
+#define BD_UNIT_GBUFFER_MATERIAL 3
+#define BD_UNIT_GBUFFER_TRIANGLE 4
+#define BD_UNIT_GBUFFER_EMISSION 5
+#define BD_UNIT_TRIANGLES        6 // array, three vec4s a triangle
+#define BD_UNIT_SHADOW_IDS       7
+#define BD_UNIT_SHADOW_DEPTH     8
+#define BD_UNIT_VPLS             6 // array, shared/vpl.h
+#define BD_UNIT_VPL_QUADS        7 // array, shared/vpl.h
+#define BD_UNIT_DIRECT           6
+#define BD_UNIT_INDIRECT         7
+#define BD_UNIT_INDIRECT_GLOSSY  8
+
+// Textures of vpl_grid.
+#define BD_UNIT_RSM_POSITION 0
+#define BD_UNIT_RSM_NORMAL   1
+#define BD_UNIT_RSM_ALBEDO   2
+#define BD_UNIT_RSM_WEIGHT   3
+
+// Storage blocks of vpl_grid.
+#define BD_STORAGE_VPLS      0
+#define BD_STORAGE_VPL_QUADS 1
 
 #endif

@@ -1,0 +1,152 @@
+#include "upload/gpu_mesh.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/assert.h"
+
+const uint32_t bd_stream_component_count[BD_STREAM_COUNT] = {3, 3, 4, 2, 2, 4};
+
+static const float *stream_of(const struct bd_primitive *primitive, enum bd_stream stream)
+{
+    switch (stream) {
+    case BD_STREAM_POSITION: return primitive->position;
+    case BD_STREAM_NORMAL: return primitive->normal;
+    case BD_STREAM_TANGENT: return primitive->tangent;
+    case BD_STREAM_UV0: return primitive->uv[0];
+    case BD_STREAM_UV1: return primitive->uv[1];
+    case BD_STREAM_COLOR: return primitive->color;
+    case BD_STREAM_COUNT: break;
+    }
+    return NULL;
+}
+
+static size_t stream_bytes(const struct bd_primitive *primitive, enum bd_stream stream)
+{
+    return (size_t)primitive->vertex_count * bd_stream_component_count[stream] * sizeof(float);
+}
+
+// Lays out the streams of all primitives one after the other; returns the sizes of both buffers.
+static void lay_out(const struct bd_mesh *mesh, struct bd_gpu_primitive *out, size_t *vertex_bytes,
+                    size_t *index_bytes)
+{
+    *vertex_bytes = *index_bytes = 0;
+    for (uint32_t p = 0; p < mesh->primitive_count; p++) {
+        const struct bd_primitive *primitive = &mesh->primitives[p];
+        for (int s = 0; s < BD_STREAM_COUNT; s++) {
+            out[p].has[s] = stream_of(primitive, (enum bd_stream)s) != NULL;
+            if (!out[p].has[s]) continue;
+            out[p].offset_bytes[s] = *vertex_bytes;
+            *vertex_bytes += stream_bytes(primitive, (enum bd_stream)s);
+        }
+        out[p].index_offset_bytes = *index_bytes;
+        out[p].index_count = primitive->index_count;
+        *index_bytes += primitive->index_count * sizeof(uint32_t);
+    }
+}
+
+static void upload_streams(struct bd_gpu *gpu, const struct bd_mesh *mesh,
+                           const struct bd_gpu_mesh *to)
+{
+    for (uint32_t p = 0; p < mesh->primitive_count; p++) {
+        const struct bd_primitive *primitive = &mesh->primitives[p];
+        const struct bd_gpu_primitive *where = &to->primitives[p];
+        for (int s = 0; s < BD_STREAM_COUNT; s++) {
+            if (!where->has[s]) continue;
+            bd_buf_upload(gpu, to->vertices, where->offset_bytes[s],
+                          stream_of(primitive, (enum bd_stream)s),
+                          stream_bytes(primitive, (enum bd_stream)s));
+        }
+        bd_buf_upload(gpu, to->indices, where->index_offset_bytes, primitive->index,
+                      primitive->index_count * sizeof(uint32_t));
+    }
+}
+
+enum bd_err bd_gpu_mesh_acquire(struct bd_uploader *uploader, const struct bd_mesh *mesh,
+                                struct bd_gpu_mesh **out, struct bd_fault *fault)
+{
+    for (struct bd_gpu_mesh *m = uploader->meshes; m; m = m->next) {
+        if (m->content_hash != mesh->content_hash) continue;
+        m->reference_count++;
+        *out = m;
+        return BD_ERR_OK;
+    }
+    struct bd_gpu_mesh *made = calloc(1, sizeof *made);
+    BD_ASSERT(made);
+    made->primitives = calloc(mesh->primitive_count + 1, sizeof *made->primitives);
+    BD_ASSERT(made->primitives);
+    made->content_hash = mesh->content_hash;
+    made->reference_count = 1;
+    made->primitive_count = mesh->primitive_count;
+    made->next = uploader->meshes;
+    uploader->meshes = made;
+
+    size_t vertex_bytes, index_bytes;
+    lay_out(mesh, made->primitives, &vertex_bytes, &index_bytes);
+    enum bd_err err = bd_buf_create(uploader->gpu, "mesh vertices", vertex_bytes ? vertex_bytes : 4,
+                                    NULL, &made->vertices, fault);
+    if (!err)
+        err = bd_buf_create(uploader->gpu, "mesh indices", index_bytes ? index_bytes : 4, NULL,
+                            &made->indices, fault);
+    if (err) {
+        bd_gpu_mesh_drop(uploader, &made);
+        return err;
+    }
+    upload_streams(uploader->gpu, mesh, made);
+    *out = made;
+    return BD_ERR_OK;
+}
+
+void bd_gpu_mesh_drop(struct bd_uploader *uploader, struct bd_gpu_mesh **mesh)
+{
+    struct bd_gpu_mesh *m = *mesh;
+    *mesh = NULL;
+    if (!m || --m->reference_count > 0) return;
+    struct bd_gpu_mesh **link = &uploader->meshes;
+    while (*link != m) link = &(*link)->next;
+    *link = m->next;
+    bd_buf_destroy(uploader->gpu, &m->vertices);
+    bd_buf_destroy(uploader->gpu, &m->indices);
+    free(m->primitives);
+    free(m);
+}
+
+enum bd_err bd_gpu_picture_acquire(struct bd_uploader *uploader, const struct bd_picture *picture,
+                                   bool srgb, struct bd_gpu_picture **out, struct bd_fault *fault)
+{
+    for (struct bd_gpu_picture *p = uploader->pictures; p; p = p->next) {
+        if (p->content_hash != picture->content_hash || p->srgb != srgb) continue;
+        p->reference_count++;
+        *out = p;
+        return BD_ERR_OK;
+    }
+    const struct bd_tex_desc desc = {
+        .name = "picture",
+        .format = srgb ? BD_FORMAT_RGBA8_SRGB : BD_FORMAT_RGBA8,
+        .width_px = picture->width_px,
+        .height_px = picture->height_px,
+    };
+    struct bd_tex *tex;
+    enum bd_err err = bd_tex_create(uploader->gpu, &desc, &tex, fault);
+    if (err) return err;
+    bd_tex_upload(uploader->gpu, tex, 0, picture->rgba,
+                  (size_t)picture->width_px * picture->height_px * 4);
+    struct bd_gpu_picture *made = calloc(1, sizeof *made);
+    BD_ASSERT(made);
+    *made = (struct bd_gpu_picture){picture->content_hash, srgb, 1, tex, uploader->pictures};
+    uploader->pictures = made;
+    *out = made;
+    return BD_ERR_OK;
+}
+
+void bd_gpu_picture_drop(struct bd_uploader *uploader, struct bd_gpu_picture **picture)
+{
+    struct bd_gpu_picture *p = *picture;
+    *picture = NULL;
+    if (!p || --p->reference_count > 0) return;
+    struct bd_gpu_picture **link = &uploader->pictures;
+    while (*link != p) link = &(*link)->next;
+    *link = p->next;
+    bd_tex_destroy(uploader->gpu, &p->tex);
+    free(p);
+}

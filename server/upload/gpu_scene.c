@@ -1,0 +1,301 @@
+#include "upload/gpu_scene.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/assert.h"
+#include "base/clock.h"
+#include "shared/instance.h"
+#include "upload/gpu_mesh.h"
+
+// --- draws ---------------------------------------------------------------------------------
+
+static bool is_mirrored(const struct bd_instance *instance)
+{
+    return bd_dmat4_determinant3(&instance->world_from_mesh) < 0;
+}
+
+// Counting sort of the instances by (mesh, winding), stable, so that each group is one range.
+// `group_begin` has 2 * mesh_count + 1 entries.
+static void order_instances(const struct bd_scene *scene, uint32_t *order, uint32_t *group_begin)
+{
+    for (uint32_t i = 0; i < scene->instance_count; i++) {
+        const struct bd_instance *instance = &scene->instances[i];
+        group_begin[2 * instance->mesh + is_mirrored(instance) + 1]++;
+    }
+    for (uint32_t g = 0; g < 2 * scene->mesh_count; g++) group_begin[g + 1] += group_begin[g];
+    uint32_t *next = malloc((2 * (size_t)scene->mesh_count + 1) * sizeof *next);
+    BD_ASSERT(next);
+    memcpy(next, group_begin, (2 * (size_t)scene->mesh_count + 1) * sizeof *next);
+    for (uint32_t i = 0; i < scene->instance_count; i++) {
+        const struct bd_instance *instance = &scene->instances[i];
+        order[next[2 * instance->mesh + is_mirrored(instance)]++] = i;
+    }
+    free(next);
+}
+
+static void append_draws(struct bd_gpu_scene *to, uint32_t mesh_index, uint32_t begin, uint32_t end,
+                         bool mirrored)
+{
+    const struct bd_mesh *mesh = to->scene->meshes[mesh_index];
+    for (uint32_t p = 0; begin < end && p < mesh->primitive_count; p++) {
+        const struct bd_primitive *primitive = &mesh->primitives[p];
+        if (primitive->index_count == 0) continue;
+        struct bd_scene_draw *draw = &to->draws[to->draw_count++];
+        *draw = (struct bd_scene_draw){
+            .mesh = to->meshes[mesh_index],
+            .primitive = &to->meshes[mesh_index]->primitives[p],
+            .material = &to->scene->materials[primitive->material],
+            .first_instance = begin,
+            .instance_count = end - begin,
+            .first_triangle = (uint32_t)to->triangle_count,
+            .triangles_per_instance = primitive->index_count / 3,
+            .mirrored = mirrored,
+        };
+        to->triangle_count += (uint64_t)draw->triangles_per_instance * draw->instance_count;
+    }
+}
+
+static void build_draws(struct bd_gpu_scene *to)
+{
+    const struct bd_scene *scene = to->scene;
+    uint32_t *group_begin = calloc(2 * (size_t)scene->mesh_count + 1, sizeof *group_begin);
+    to->instance_order = calloc(scene->instance_count + 1, sizeof *to->instance_order);
+    BD_ASSERT(group_begin && to->instance_order);
+    order_instances(scene, to->instance_order, group_begin);
+    uint32_t draw_count_max = 0;
+    for (uint32_t m = 0; m < scene->mesh_count; m++)
+        draw_count_max += 2 * scene->meshes[m]->primitive_count;
+    to->draws = calloc(draw_count_max + 1, sizeof *to->draws);
+    BD_ASSERT(to->draws);
+    for (uint32_t g = 0; g < 2 * scene->mesh_count; g++)
+        append_draws(to, g / 2, group_begin[g], group_begin[g + 1], g % 2 == 1);
+    free(group_begin);
+}
+
+// --- triangles -----------------------------------------------------------------------------
+
+static void store_vec3(float to[4], bd_dvec3 v)
+{
+    to[0] = (float)v.x, to[1] = (float)v.y, to[2] = (float)v.z, to[3] = 0;
+}
+
+// Edges are subtracted in double precision, so that a small triangle keeps its normal however
+// far from the scene's origin it lies.
+static void append_triangles(const struct bd_gpu_scene *scene, const struct bd_scene_draw *draw,
+                             const struct bd_primitive *primitive, float *to)
+{
+    for (uint32_t i = 0; i < draw->instance_count; i++) {
+        uint32_t at = scene->instance_order[draw->first_instance + i];
+        const bd_dmat4 *world_from_mesh = &scene->scene->instances[at].world_from_mesh;
+        for (uint32_t t = 0; t < primitive->index_count; t += 3, to += 12) {
+            bd_dvec3 corner[3];
+            for (int k = 0; k < 3; k++) {
+                const float *p = primitive->position + 3 * (size_t)primitive->index[t + k];
+                bd_dvec3 world = bd_dmat4_point(world_from_mesh, (bd_dvec3){p[0], p[1], p[2]});
+                corner[k] = bd_render_from_world(&scene->space, world);
+            }
+            store_vec3(to, corner[0]);
+            store_vec3(to + 4, bd_dvec3_sub(corner[1], corner[0]));
+            store_vec3(to + 8, bd_dvec3_sub(corner[2], corner[0]));
+        }
+    }
+}
+
+static const struct bd_primitive *source_of(const struct bd_gpu_scene *scene,
+                                            const struct bd_scene_draw *draw)
+{
+    const uint32_t instance = scene->instance_order[draw->first_instance];
+    const struct bd_mesh *mesh = scene->scene->meshes[scene->scene->instances[instance].mesh];
+    return &mesh->primitives[draw->primitive - draw->mesh->primitives];
+}
+
+static enum bd_err build_triangles(struct bd_gpu *gpu, struct bd_gpu_scene *scene,
+                                   struct bd_fault *fault)
+{
+    size_t floats = (size_t)scene->triangle_count * 12;
+    float *triangles = malloc((floats + 4) * sizeof *triangles);
+    if (!triangles)
+        return bd_fault_set(fault, BD_ERR_NO_MEMORY, "scene", "no memory for %llu triangles",
+                            (unsigned long long)scene->triangle_count);
+    for (uint32_t d = 0; d < scene->draw_count; d++) {
+        const struct bd_scene_draw *draw = &scene->draws[d];
+        append_triangles(scene, draw, source_of(scene, draw),
+                         triangles + 12 * (size_t)draw->first_triangle);
+    }
+    enum bd_err err = bd_buf_create(gpu, "triangles", floats ? floats * sizeof *triangles : 16,
+                                    floats ? triangles : NULL, &scene->triangles, fault);
+    free(triangles);
+    return err;
+}
+
+static enum bd_err build_instance_ids(struct bd_gpu *gpu, struct bd_gpu_scene *scene,
+                                      struct bd_fault *fault)
+{
+    uint32_t count = scene->instance_count ? scene->instance_count : 1;
+    uint32_t *ids = malloc(count * sizeof *ids);
+    BD_ASSERT(ids);
+    for (uint32_t i = 0; i < count; i++) ids[i] = i;
+    enum bd_err err =
+        bd_buf_create(gpu, "instance ids", count * sizeof *ids, ids, &scene->instance_ids, fault);
+    free(ids);
+    return err;
+}
+
+// --- textures ------------------------------------------------------------------------------
+
+static enum bd_err acquire_map(struct bd_uploader *uploader, struct bd_gpu_scene *scene,
+                               const struct bd_texture_ref *ref, bool srgb, struct bd_fault *fault)
+{
+    if (ref->texture == BD_NONE) return BD_ERR_OK;
+    int32_t picture = scene->scene->textures[ref->texture].picture;
+    if (picture == BD_NONE || scene->pictures[picture][srgb]) return BD_ERR_OK;
+    return bd_gpu_picture_acquire(uploader, scene->scene->pictures[picture], srgb,
+                                  &scene->pictures[picture][srgb], fault);
+}
+
+// Only the maps that some pass reads, of the materials that something wears.
+static enum bd_err acquire_maps(struct bd_uploader *uploader, struct bd_gpu_scene *scene,
+                                struct bd_fault *fault)
+{
+    for (uint32_t d = 0; d < scene->draw_count; d++) {
+        const struct bd_material *m = scene->draws[d].material;
+        enum bd_err err = acquire_map(uploader, scene, &m->base_color_map, true, fault);
+        if (!err) err = acquire_map(uploader, scene, &m->metallic_roughness_map, false, fault);
+        if (!err) err = acquire_map(uploader, scene, &m->normal_map, false, fault);
+        if (!err) err = acquire_map(uploader, scene, &m->emissive_map, true, fault);
+        if (err) return err;
+    }
+    return BD_ERR_OK;
+}
+
+const struct bd_tex *bd_gpu_scene_texture(const struct bd_gpu_scene *scene,
+                                          const struct bd_texture_ref *ref, bool srgb)
+{
+    if (ref->texture == BD_NONE) return NULL;
+    int32_t picture = scene->scene->textures[ref->texture].picture;
+    if (picture == BD_NONE || !scene->pictures[picture][srgb]) return NULL;
+    return scene->pictures[picture][srgb]->tex;
+}
+
+// --- the whole -----------------------------------------------------------------------------
+
+static enum bd_err acquire_meshes(struct bd_uploader *uploader, struct bd_gpu_scene *scene,
+                                  struct bd_fault *fault)
+{
+    for (uint32_t i = 0; i < scene->scene->instance_count; i++) {
+        int32_t mesh = scene->scene->instances[i].mesh;
+        if (scene->meshes[mesh]) continue;
+        enum bd_err err = bd_gpu_mesh_acquire(uploader, scene->scene->meshes[mesh],
+                                              &scene->meshes[mesh], fault);
+        if (err) return err;
+    }
+    return BD_ERR_OK;
+}
+
+enum bd_err bd_gpu_scene_create(struct bd_uploader *uploader, struct bd_scene *scene,
+                                struct bd_gpu_scene **out, struct bd_fault *fault)
+{
+    uint64_t start_ns = bd_clock_ns();
+    struct bd_gpu_scene *made = calloc(1, sizeof *made);
+    BD_ASSERT(made);
+    made->scene = bd_scene_retain(scene);
+    made->space = bd_render_space_of(scene);
+    made->instance_count = scene->instance_count;
+    made->mesh_count = scene->mesh_count;
+    made->picture_count = scene->picture_count;
+    made->meshes = calloc(scene->mesh_count + 1, sizeof *made->meshes);
+    made->pictures = calloc(scene->picture_count + 1, sizeof *made->pictures);
+    BD_ASSERT(made->meshes && made->pictures);
+
+    enum bd_err err = acquire_meshes(uploader, made, fault);
+    if (!err) {
+        build_draws(made);
+        err = acquire_maps(uploader, made, fault);
+    }
+    if (!err) err = build_triangles(uploader->gpu, made, fault);
+    if (!err) err = build_instance_ids(uploader->gpu, made, fault);
+    uploader->upload_ms += bd_ms_since(start_ns);
+    if (err) {
+        bd_gpu_scene_destroy(uploader, &made);
+        return err;
+    }
+    *out = made;
+    return BD_ERR_OK;
+}
+
+void bd_gpu_scene_destroy(struct bd_uploader *uploader, struct bd_gpu_scene **scene)
+{
+    struct bd_gpu_scene *s = *scene;
+    *scene = NULL;
+    if (!s) return;
+    for (uint32_t m = 0; m < s->mesh_count; m++) bd_gpu_mesh_drop(uploader, &s->meshes[m]);
+    for (uint32_t p = 0; p < s->picture_count; p++)
+        for (int srgb = 0; srgb < 2; srgb++) bd_gpu_picture_drop(uploader, &s->pictures[p][srgb]);
+    bd_buf_destroy(uploader->gpu, &s->instance_ids);
+    bd_buf_destroy(uploader->gpu, &s->triangles);
+    free(s->draws);
+    free(s->instance_order);
+    free(s->meshes);
+    free(s->pictures);
+    bd_scene_release(&s->scene);
+    free(s);
+}
+
+// --- instances for one viewpoint -----------------------------------------------------------
+
+// Rows of view_from_mesh in render units, composed in double: relative to the viewpoint from the
+// start, so that what is near it is precise wherever both are.
+static void store_view_rows(const struct bd_viewpoint *viewpoint, double render_per_m,
+                            const bd_dmat4 *world_from_mesh, float rows[12])
+{
+    const bd_dvec3 axes[3] = {viewpoint->axis_x, viewpoint->axis_y, viewpoint->axis_z};
+    const double *m = world_from_mesh->m;
+    const bd_dvec3 columns[3] = {{m[0], m[1], m[2]}, {m[4], m[5], m[6]}, {m[8], m[9], m[10]}};
+    const bd_dvec3 offset = bd_dvec3_sub((bd_dvec3){m[12], m[13], m[14]}, viewpoint->position_m);
+    for (int r = 0; r < 3; r++) {
+        for (int c = 0; c < 3; c++)
+            rows[4 * r + c] = (float)(bd_dvec3_dot(axes[r], columns[c]) * render_per_m);
+        rows[4 * r + 3] = (float)(bd_dvec3_dot(axes[r], offset) * render_per_m);
+    }
+}
+
+// Cofactors of the upper 3x3, scaled to a largest element of 1: lengths are renormalised per
+// fragment, and squares of a scale of 1e-20 would leave the range of float.
+static void store_normal_rows(const bd_dmat4 *world_from_mesh, float rows[12])
+{
+    const double *m = world_from_mesh->m;
+    const bd_dvec3 x = {m[0], m[1], m[2]}, y = {m[4], m[5], m[6]}, z = {m[8], m[9], m[10]};
+    double sign = bd_dmat4_determinant3(world_from_mesh) < 0 ? -1 : 1;
+    const bd_dvec3 cofactor[3] = {bd_dvec3_cross(y, z), bd_dvec3_cross(z, x), bd_dvec3_cross(x, y)};
+    double largest = 0;
+    for (int c = 0; c < 3; c++)
+        largest = fmax(largest, fmax(fabs(cofactor[c].x), fmax(fabs(cofactor[c].y),
+                                                               fabs(cofactor[c].z))));
+    double scale = largest > 0 ? sign / largest : 0;
+    for (int c = 0; c < 3; c++) {
+        rows[0 + c] = (float)(cofactor[c].x * scale);
+        rows[4 + c] = (float)(cofactor[c].y * scale);
+        rows[8 + c] = (float)(cofactor[c].z * scale);
+    }
+    rows[3] = rows[7] = rows[11] = 0;
+}
+
+enum bd_err bd_gpu_scene_instances(struct bd_gpu *gpu, const struct bd_gpu_scene *scene,
+                                   const struct bd_viewpoint *viewpoint, struct bd_buf **out,
+                                   struct bd_fault *fault)
+{
+    const size_t instance_bytes = BD_INSTANCE_VEC4S * sizeof(struct bd_vec4);
+    const uint32_t count = scene->instance_count ? scene->instance_count : 1;
+    float *rows = calloc(count, instance_bytes);
+    BD_ASSERT(rows);
+    for (uint32_t i = 0; i < scene->instance_count; i++) {
+        const struct bd_instance *instance = &scene->scene->instances[scene->instance_order[i]];
+        float *to = rows + (size_t)i * BD_INSTANCE_VEC4S * 4;
+        store_view_rows(viewpoint, scene->space.render_per_m, &instance->world_from_mesh, to);
+        store_normal_rows(&instance->world_from_mesh, to + 12);
+    }
+    enum bd_err err = bd_buf_create(gpu, "instances", count * instance_bytes, rows, out, fault);
+    free(rows);
+    return err;
+}

@@ -1,0 +1,104 @@
+// A snapshot on the GPU: meshes, textures, the list of draws and the list of triangles.
+//
+// Meshes and textures are shared between snapshots by the hash of their content, so that an edit
+// uploads only what it brought. What depends on transforms (draw order, triangles) belongs to one
+// snapshot.
+//
+// Thread: render thread, context current.
+
+#ifndef BD_UPLOAD_GPU_SCENE_H
+#define BD_UPLOAD_GPU_SCENE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "gpu/gpu.h"
+#include "scene/scene.h"
+#include "upload/render_space.h"
+#include "upload/viewpoint.h"
+
+// Where a primitive's streams lie in its mesh's vertex buffer.
+enum bd_stream {
+    BD_STREAM_POSITION, // 3 floats
+    BD_STREAM_NORMAL,   // 3
+    BD_STREAM_TANGENT,  // 4
+    BD_STREAM_UV0,      // 2
+    BD_STREAM_UV1,      // 2
+    BD_STREAM_COLOR,    // 4
+    BD_STREAM_COUNT,
+};
+extern const uint32_t bd_stream_component_count[BD_STREAM_COUNT];
+
+struct bd_gpu_primitive {
+    bool has[BD_STREAM_COUNT];
+    size_t offset_bytes[BD_STREAM_COUNT];
+    size_t index_offset_bytes;
+    uint32_t index_count;
+};
+
+struct bd_gpu_mesh {
+    uint64_t content_hash;
+    uint32_t reference_count;
+    struct bd_buf *vertices, *indices;
+    uint32_t primitive_count;
+    struct bd_gpu_primitive *primitives;
+    struct bd_gpu_mesh *next;
+};
+
+struct bd_gpu_picture {
+    uint64_t content_hash;
+    bool srgb;
+    uint32_t reference_count;
+    struct bd_tex *tex;
+    struct bd_gpu_picture *next;
+};
+
+// All instances of one primitive that share a winding: one draw call.
+struct bd_scene_draw {
+    const struct bd_gpu_mesh *mesh;
+    const struct bd_gpu_primitive *primitive;
+    const struct bd_material *material;
+    uint32_t first_instance, instance_count; // in the order of `instance_order`
+    uint32_t first_triangle, triangles_per_instance;
+    bool mirrored;
+};
+
+struct bd_gpu_scene {
+    struct bd_scene *scene; // retained
+    struct bd_render_space space;
+    uint32_t draw_count;
+    struct bd_scene_draw *draws;
+    uint32_t instance_count;
+    uint32_t *instance_order;  // index into scene->instances, grouped by mesh and winding
+    struct bd_buf *instance_ids; // 0, 1, 2 ...: the per-instance attribute
+    struct bd_buf *triangles;  // array, three vec4s: corner, edge, edge; render space
+    uint64_t triangle_count;
+    uint32_t mesh_count, picture_count;
+    struct bd_gpu_mesh **meshes;        // by scene mesh index; NULL where not drawn
+    struct bd_gpu_picture *(*pictures)[2]; // by scene picture index and srgb
+};
+
+// Owns the shared meshes and textures. `upload_ms` grows by the time spent.
+struct bd_uploader {
+    struct bd_gpu *gpu;
+    struct bd_gpu_mesh *meshes;
+    struct bd_gpu_picture *pictures;
+    double upload_ms;
+};
+
+BD_MUST_CHECK
+enum bd_err bd_gpu_scene_create(struct bd_uploader *uploader, struct bd_scene *scene,
+                                struct bd_gpu_scene **out, struct bd_fault *fault);
+void bd_gpu_scene_destroy(struct bd_uploader *uploader, struct bd_gpu_scene **scene);
+
+// The texture behind a reference; NULL if it has none (then the factor stands alone).
+const struct bd_tex *bd_gpu_scene_texture(const struct bd_gpu_scene *scene,
+                                          const struct bd_texture_ref *ref, bool srgb);
+
+// The instance array for one viewpoint (shared/instance.h). The caller destroys it.
+BD_MUST_CHECK
+enum bd_err bd_gpu_scene_instances(struct bd_gpu *gpu, const struct bd_gpu_scene *scene,
+                                   const struct bd_viewpoint *viewpoint, struct bd_buf **out,
+                                   struct bd_fault *fault);
+
+#endif

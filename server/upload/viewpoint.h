@@ -1,0 +1,35 @@
+// A viewpoint: where a raster pass looks from. A camera, or one face of a light.
+
+#ifndef BD_UPLOAD_VIEWPOINT_H
+#define BD_UPLOAD_VIEWPOINT_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "scene/scene.h"
+#include "shared/view.h"
+#include "upload/render_space.h"
+
+struct bd_viewpoint {
+    bd_dvec3 position_m;
+    bd_dvec3 axis_x, axis_y, axis_z; // right, up, backwards; orthonormal
+    bool orthographic;
+    double half_width, half_height;  // tangents; metres if orthographic
+    double near_m, far_m;            // far only if orthographic
+    uint32_t width_px, height_px;
+    double sample_x_px, sample_y_px; // within the pixel, .5 = centre
+};
+
+// The camera that a placement puts into the scene, for a picture of that size. A camera's yfov
+// (or ymag) is the vertical extent whatever the picture's aspect.
+struct bd_viewpoint bd_viewpoint_of_camera(const struct bd_scene *scene, uint32_t placed_camera,
+                                           uint32_t width_px, uint32_t height_px);
+
+// Moves the samples of a sub-frame to their place in the pixel: index 0 of 1 is the centre, more
+// are spread by a fixed low-discrepancy sequence.
+void bd_viewpoint_set_sub_frame(struct bd_viewpoint *viewpoint, uint32_t index, uint32_t count);
+
+struct bd_view bd_viewpoint_uniform(const struct bd_viewpoint *viewpoint,
+                                    const struct bd_render_space *space);
+
+#endif
