@@ -1,0 +1,57 @@
+#include "pass/composite.h"
+
+#include "shared/bindings.h"
+
+static struct bd_program_source source_of(const struct bd_composite_inputs *inputs, uint32_t which)
+{
+    struct bd_program_source source = {.compute = "pass/composite/composite.comp"};
+    bool indirect = which == BD_COMPOSITE_BEAUTY || which == BD_COMPOSITE_INDIRECT;
+    bool emission = which == BD_COMPOSITE_BEAUTY || which == BD_COMPOSITE_EMISSION;
+    bd_define(&source.defines, "BD_LAYER", (int32_t)which);
+    if (indirect && inputs->indirect) bd_define(&source.defines, "BD_INDIRECT", 1);
+    if (indirect && inputs->indirect && inputs->indirect->glossy)
+        bd_define(&source.defines, "BD_GLOSSY", 1);
+    if (emission && inputs->gbuffer->emission) bd_define(&source.defines, "BD_EMISSION", 1);
+    if (inputs->lambert) bd_define(&source.defines, "BD_LAMBERT", 1);
+    return source;
+}
+
+static void bind_inputs(const struct bd_composite_inputs *inputs, struct bd_bindings *bindings)
+{
+    bd_gbuffer_bind(inputs->gbuffer, bindings);
+    bindings->textures[BD_UNIT_GBUFFER_EMISSION].tex = inputs->gbuffer->emission;
+    bindings->textures[BD_UNIT_DIRECT].tex = inputs->direct;
+    if (!inputs->indirect) return;
+    bindings->textures[BD_UNIT_INDIRECT].tex = inputs->indirect->irradiance;
+    bindings->textures[BD_UNIT_INDIRECT_GLOSSY].tex = inputs->indirect->glossy;
+}
+
+enum bd_err bd_composite_run(const struct bd_pass_context *context,
+                             const struct bd_composite_inputs *inputs, uint32_t which,
+                             struct bd_tex *layer, struct bd_fault *fault)
+{
+    const struct bd_program_source source = source_of(inputs, which);
+    const struct bd_render_space *space = &inputs->scene->space;
+    const struct bd_view view = bd_viewpoint_uniform(inputs->viewpoint, space);
+    const struct bd_composite_args args = {
+        .scale = {1.0f / (float)inputs->sub_frame_count, (float)space->unit_cd_m2,
+                  (float)(1 / space->render_per_m), 0},
+        .state = {inputs->sub_frame == 0, inputs->sub_frame + 1 == inputs->sub_frame_count, 0, 0},
+    };
+    struct bd_program *program;
+    enum bd_err err = bd_program_get(context->gpu, &source, &program, fault);
+    if (err) return err;
+    struct bd_bindings bindings = {0};
+    bind_inputs(inputs, &bindings);
+    bindings.images[0].tex = layer;
+    bindings.images[0].read = bindings.images[0].write = true;
+    bindings.uniforms[BD_UNIFORM_VIEW].bytes = &view;
+    bindings.uniforms[BD_UNIFORM_VIEW].size_bytes = sizeof view;
+    bindings.uniforms[BD_UNIFORM_ARGS].bytes = &args;
+    bindings.uniforms[BD_UNIFORM_ARGS].size_bytes = sizeof args;
+    uint32_t group[3];
+    bd_program_group_size(program, group);
+    bd_gpu_dispatch(context->gpu, program, &bindings, (view.size_px.x + group[0] - 1) / group[0],
+                    (view.size_px.y + group[1] - 1) / group[1], 1);
+    return bd_slicer_checkpoint(context->slicer, 0);
+}

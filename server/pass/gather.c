@@ -1,0 +1,139 @@
+#include "pass/gather.h"
+
+#include <stdlib.h>
+
+#include "base/assert.h"
+#include "shared/bindings.h"
+#include "shared/gather.h"
+
+// VPLs a dispatch: a fixed number, because it sets the order of the sums. With it even 8 rows of
+// a 16384 px wide picture stay near one slice on the software device.
+#define VPLS_PER_DISPATCH 1024u
+#define GLOSSY_UNITS      4.0 // one evaluation of the whole BRDF against a diffuse one
+
+struct gather {
+    const struct bd_pass_context *context;
+    const struct bd_gather_inputs *inputs;
+    const struct bd_program *program;
+    struct bd_view view;
+    struct bd_indirect *out;
+};
+
+static void dispatch(const struct gather *g, const struct bd_vpl_list *list,
+                     const struct bd_gather_args *args)
+{
+    struct bd_bindings bindings = {0};
+    bd_gbuffer_bind(g->inputs->gbuffer, &bindings);
+    bindings.arrays[BD_UNIT_VPLS] = list->vpls;
+    bindings.arrays[BD_UNIT_VPL_QUADS] = list->quads;
+    bindings.images[0].tex = g->out->irradiance;
+    bindings.images[0].read = bindings.images[0].write = true;
+    bindings.images[1].tex = g->out->glossy;
+    bindings.images[1].read = bindings.images[1].write = g->out->glossy != NULL;
+    bindings.uniforms[BD_UNIFORM_VIEW].bytes = &g->view;
+    bindings.uniforms[BD_UNIFORM_VIEW].size_bytes = sizeof g->view;
+    bindings.uniforms[BD_UNIFORM_ARGS].bytes = args;
+    bindings.uniforms[BD_UNIFORM_ARGS].size_bytes = sizeof *args;
+    uint32_t group[3];
+    bd_program_group_size(g->program, group);
+    bd_gpu_dispatch(g->context->gpu, g->program, &bindings,
+                    (g->view.size_px.x + group[0] - 1) / group[0],
+                    (args->rows.y + group[1] - 1) / group[1], 1);
+}
+
+static enum bd_err gather_range(const struct gather *g, const struct bd_vpl_list *list,
+                                uint32_t first_vpl, uint32_t vpl_count, bool first)
+{
+    const uint32_t width = g->view.size_px.x, height = g->view.size_px.y;
+    double units_per_row = (double)width * vpl_count * (g->inputs->glossy ? GLOSSY_UNITS : 1);
+    for (uint32_t row = 0; row < height;) {
+        uint32_t rows = bd_slicer_rows(g->context->slicer, units_per_row, height - row);
+        const struct bd_gather_args args = {
+            .rows = {row, rows, first, 0},
+            .vpls = {first_vpl, vpl_count, 0, 0},
+        };
+        dispatch(g, list, &args);
+        enum bd_err err = bd_slicer_checkpoint(g->context->slicer, units_per_row * rows);
+        if (err) return err;
+        row += rows;
+    }
+    return BD_ERR_OK;
+}
+
+static enum bd_err gather_list(const struct gather *g, const struct bd_vpl_list *list, bool *first)
+{
+    for (uint32_t at = 0; at < list->count; at += VPLS_PER_DISPATCH) {
+        uint32_t left = list->count - at;
+        enum bd_err err = gather_range(g, list, at,
+                                       left < VPLS_PER_DISPATCH ? left : VPLS_PER_DISPATCH, *first);
+        if (err) return err;
+        *first = false;
+    }
+    return BD_ERR_OK;
+}
+
+static enum bd_err create_targets(struct bd_gpu *gpu, const struct bd_gather_inputs *inputs,
+                                  struct bd_indirect *out, struct bd_fault *fault)
+{
+    struct bd_tex_desc desc = {
+        .name = "indirect irradiance",
+        .format = BD_FORMAT_RGBA32F,
+        .width_px = inputs->viewpoint->width_px,
+        .height_px = inputs->viewpoint->height_px,
+    };
+    enum bd_err err = bd_tex_create(gpu, &desc, &out->irradiance, fault);
+    if (err || !inputs->glossy) return err;
+    desc.name = "indirect glossy";
+    return bd_tex_create(gpu, &desc, &out->glossy, fault);
+}
+
+static enum bd_err gather_all(struct gather *g, struct bd_fault *fault)
+{
+    struct bd_program_source source = {.compute = "pass/gather/gather.comp"};
+    if (g->inputs->near_patches) bd_define(&source.defines, "BD_VPL_PATCH", 1);
+    if (g->inputs->glossy) bd_define(&source.defines, "BD_GLOSSY", 1);
+    struct bd_program *program;
+    enum bd_err err = bd_program_get(g->context->gpu, &source, &program, fault);
+    if (err) return err;
+    g->program = program;
+    bool first = true;
+    for (uint32_t i = 0; !err && i < g->inputs->list_count; i++)
+        err = gather_list(g, g->inputs->lists[i], &first);
+    return err;
+}
+
+enum bd_err bd_gather_run(const struct bd_pass_context *context,
+                          const struct bd_gather_inputs *inputs, struct bd_indirect **out,
+                          struct bd_fault *fault)
+{
+    struct gather g = {
+        .context = context,
+        .inputs = inputs,
+        .view = bd_viewpoint_uniform(inputs->viewpoint, &inputs->scene->space),
+        .out = calloc(1, sizeof *g.out),
+    };
+    BD_ASSERT(g.out);
+    enum bd_err err = create_targets(context->gpu, inputs, g.out, fault);
+    if (!err) err = gather_all(&g, fault);
+    if (err) {
+        bd_indirect_destroy(context->gpu, &g.out);
+        return err;
+    }
+    *out = g.out;
+    return BD_ERR_OK;
+}
+
+void bd_indirect_destroy(struct bd_gpu *gpu, struct bd_indirect **indirect)
+{
+    if (!*indirect) return;
+    bd_tex_destroy(gpu, &(*indirect)->irradiance);
+    bd_tex_destroy(gpu, &(*indirect)->glossy);
+    free(*indirect);
+    *indirect = NULL;
+}
+
+uint64_t bd_indirect_bytes(const struct bd_indirect *indirect)
+{
+    return bd_tex_bytes(indirect->irradiance) +
+           (indirect->glossy ? bd_tex_bytes(indirect->glossy) : 0);
+}

@@ -1,0 +1,38 @@
+// Full-resolution gather: every pixel sums every VPL (algorithms.md A0.7 N1), in compute.
+//
+// Exact as the VPLs become many and small, for a scene without occlusion between VPL and
+// receiver. Cost: pixels x VPLs evaluations, about 24 instruction slots each.
+
+#ifndef BD_PASS_GATHER_H
+#define BD_PASS_GATHER_H
+
+#include <stdbool.h>
+
+#include "pass/gbuffer.h"
+#include "pass/pass.h"
+#include "pass/vpl_grid.h"
+
+struct bd_gather_inputs {
+    const struct bd_gpu_scene *scene;
+    const struct bd_viewpoint *viewpoint;
+    const struct bd_gbuffer *gbuffer;
+    const struct bd_vpl_list *const *lists; // one a light, in the order that they are summed in
+    uint32_t list_count;
+    bool near_patches; // some VPL asks for the exact near field
+    bool glossy;       // receivers have a specular lobe worth its price
+};
+
+// Indirect light, in the frame's light unit.
+struct bd_indirect {
+    struct bd_tex *irradiance; // RGBA32F, of the diffuse lobe, without receiver albedo
+    struct bd_tex *glossy;     // RGBA32F, radiance of the specular lobe; NULL if not asked for
+};
+
+BD_MUST_CHECK
+enum bd_err bd_gather_run(const struct bd_pass_context *context,
+                          const struct bd_gather_inputs *inputs, struct bd_indirect **out,
+                          struct bd_fault *fault);
+void bd_indirect_destroy(struct bd_gpu *gpu, struct bd_indirect **indirect);
+uint64_t bd_indirect_bytes(const struct bd_indirect *indirect);
+
+#endif

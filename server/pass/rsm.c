@@ -1,0 +1,118 @@
+#include "pass/rsm.h"
+
+#include <stdlib.h>
+
+#include "base/assert.h"
+#include "pass/rsm_weights.h"
+#include "pass/scene_draws.h"
+
+static enum bd_err create_array(struct bd_gpu *gpu, const char *name, enum bd_format format,
+                                uint32_t side_px, uint32_t layer_count, struct bd_tex **out,
+                                struct bd_fault *fault)
+{
+    const struct bd_tex_desc desc = {
+        .name = name,
+        .format = format,
+        .width_px = side_px,
+        .height_px = side_px,
+        .layer_count = layer_count,
+    };
+    return bd_tex_create(gpu, &desc, out, fault);
+}
+
+static enum bd_err create_textures(struct bd_gpu *gpu, struct bd_rsm *rsm, struct bd_fault *fault)
+{
+    uint32_t side = rsm->side_px, faces = rsm->face_count;
+    enum bd_err err = create_array(gpu, "rsm position", BD_FORMAT_RGBA32F, side, faces,
+                                   &rsm->position, fault);
+    if (!err)
+        err = create_array(gpu, "rsm normals", BD_FORMAT_RG32UI, side, faces, &rsm->normals, fault);
+    if (!err)
+        err = create_array(gpu, "rsm albedo", BD_FORMAT_RGBA16, side, faces, &rsm->albedo, fault);
+    return err;
+}
+
+static enum bd_err upload_weights(struct bd_gpu *gpu, const struct bd_rsm_inputs *inputs,
+                                  struct bd_rsm *rsm, struct bd_fault *fault)
+{
+    struct bd_rsm_weights weights =
+        bd_rsm_weights_create(inputs->light, inputs->scene->space.render_per_m, inputs->side_px,
+                              inputs->paper_mode);
+    rsm->weight_layer_count = weights.layer_count;
+    enum bd_err err = create_array(gpu, "rsm weight", BD_FORMAT_RG32F, weights.side_px,
+                                   weights.layer_count, &rsm->weight, fault);
+    size_t layer_floats = (size_t)weights.side_px * weights.side_px * 2;
+    for (uint32_t layer = 0; !err && layer < weights.layer_count; layer++)
+        bd_tex_upload(gpu, rsm->weight, layer, weights.values + layer_floats * layer,
+                      layer_floats * sizeof(float));
+    bd_rsm_weights_destroy(&weights);
+    return err;
+}
+
+static enum bd_err draw_face(const struct bd_pass_context *context,
+                             const struct bd_rsm_inputs *inputs, struct bd_rsm *rsm,
+                             struct bd_tex *depth, uint32_t face, struct bd_fault *fault)
+{
+    const struct bd_viewpoint viewpoint =
+        bd_light_setup_viewpoint(inputs->light, face, inputs->side_px);
+    const struct bd_scene_draws draws = {
+        .scene = inputs->scene,
+        .viewpoint = &viewpoint,
+        .fragment = "pass/rsm/rsm.frag",
+        .surface = true,
+        .lambert = inputs->lambert,
+    };
+    const struct bd_target target = {
+        .color = {{rsm->position, face}, {rsm->normals, face}, {rsm->albedo, face}},
+        .depth = {depth, 0},
+    };
+    bd_gpu_target_begin(context->gpu, &target);
+    enum bd_err err = bd_scene_draws_record(context->gpu, &draws, context->slicer, fault);
+    bd_gpu_target_end(context->gpu);
+    return err ? err : bd_slicer_checkpoint(context->slicer, 0);
+}
+
+enum bd_err bd_rsm_render(const struct bd_pass_context *context, const struct bd_rsm_inputs *inputs,
+                          struct bd_rsm **out, struct bd_fault *fault)
+{
+    struct bd_rsm *rsm = calloc(1, sizeof *rsm);
+    BD_ASSERT(rsm);
+    rsm->side_px = inputs->side_px;
+    rsm->face_count = inputs->light->face_count;
+    const struct bd_tex_desc depth_desc = {
+        .name = "rsm z",
+        .format = BD_FORMAT_DEPTH32F,
+        .width_px = inputs->side_px,
+        .height_px = inputs->side_px,
+    };
+    struct bd_tex *depth = NULL;
+    enum bd_err err = create_textures(context->gpu, rsm, fault);
+    if (!err) err = upload_weights(context->gpu, inputs, rsm, fault);
+    if (!err) err = bd_tex_create(context->gpu, &depth_desc, &depth, fault);
+    for (uint32_t face = 0; !err && face < rsm->face_count; face++)
+        err = draw_face(context, inputs, rsm, depth, face, fault);
+    bd_tex_destroy(context->gpu, &depth);
+    if (err) {
+        bd_rsm_destroy(context->gpu, &rsm);
+        return err;
+    }
+    *out = rsm;
+    return BD_ERR_OK;
+}
+
+void bd_rsm_destroy(struct bd_gpu *gpu, struct bd_rsm **rsm)
+{
+    if (!*rsm) return;
+    bd_tex_destroy(gpu, &(*rsm)->position);
+    bd_tex_destroy(gpu, &(*rsm)->normals);
+    bd_tex_destroy(gpu, &(*rsm)->albedo);
+    bd_tex_destroy(gpu, &(*rsm)->weight);
+    free(*rsm);
+    *rsm = NULL;
+}
+
+uint64_t bd_rsm_bytes(const struct bd_rsm *rsm)
+{
+    return bd_tex_bytes(rsm->position) + bd_tex_bytes(rsm->normals) + bd_tex_bytes(rsm->albedo) +
+           bd_tex_bytes(rsm->weight);
+}

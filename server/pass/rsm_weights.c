@@ -1,0 +1,128 @@
+#include "pass/rsm_weights.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "base/assert.h"
+
+// Sub-samples along a texel's side where a cone's edge or slope crosses it (hazard 60).
+#define CONE_SUB_SAMPLES 4
+
+static double corner_solid_angle(double u, double v)
+{
+    return atan2(u * v, sqrt(u * u + v * v + 1));
+}
+
+double bd_rectangle_solid_angle_sr(double u0, double u1, double v0, double v1)
+{
+    return corner_solid_angle(u1, v1) - corner_solid_angle(u0, v1) - corner_solid_angle(u1, v0) +
+           corner_solid_angle(u0, v0);
+}
+
+static double attenuation(const struct bd_light *light, double cos_to_axis)
+{
+    double cos_inner = cos(light->cone_inner), cos_outer = cos(light->cone_outer);
+    double a = (cos_to_axis - cos_outer) / fmax(cos_inner - cos_outer, 1e-7);
+    a = fmin(fmax(a, 0), 1);
+    return a * a;
+}
+
+// Cosine between the light's axis (-z) and the direction through (u, v) of a face. Six faces in
+// the order of upload/light_setup.h.
+static double cos_to_axis(uint32_t face_count, uint32_t face, double u, double v)
+{
+    double length = sqrt(u * u + v * v + 1);
+    if (face_count == 1) return 1 / length;
+    switch (face) {
+    case 0: return -u / length; // looks along +x; its right is +z
+    case 1: return u / length;
+    case 2: return -v / length; // looks along +y; its up is +z
+    case 3: return v / length;
+    case 4: return -1 / length;
+    default: return 1 / length;
+    }
+}
+
+struct texel_bounds {
+    double u0, u1, v0, v1;
+};
+
+// Mean attenuation over a texel; the four corners tell whether sub-samples are needed at all.
+static double mean_attenuation(const struct bd_light_setup *setup, uint32_t face,
+                               const struct texel_bounds *t)
+{
+    const struct bd_light *light = setup->light;
+    double du = (t->u1 - t->u0) / CONE_SUB_SAMPLES, dv = (t->v1 - t->v0) / CONE_SUB_SAMPLES;
+    double sum = 0;
+    for (int y = 0; y < CONE_SUB_SAMPLES; y++)
+        for (int x = 0; x < CONE_SUB_SAMPLES; x++)
+            sum += attenuation(light, cos_to_axis(setup->face_count, face, t->u0 + (x + 0.5) * du,
+                                                  t->v0 + (y + 0.5) * dv));
+    return sum / (CONE_SUB_SAMPLES * CONE_SUB_SAMPLES);
+}
+
+// One face of a perspective light; returns the sum of its fluxes.
+static double fill_face(const struct bd_light_setup *setup, uint32_t face, uint32_t side,
+                        bool paper_mode, float *values)
+{
+    double t = setup->half_width, step = 2 * t / side, sum = 0;
+    double face_sr = bd_rectangle_solid_angle_sr(-t, t, -t, t);
+    for (uint32_t y = 0; y < side; y++) {
+        for (uint32_t x = 0; x < side; x++) {
+            // Row 0 is the face's upper edge.
+            struct texel_bounds b = {-t + x * step, -t + (x + 1) * step, t - (y + 1) * step,
+                                     t - y * step};
+            double sr = paper_mode ? face_sr / ((double)side * side)
+                                   : bd_rectangle_solid_angle_sr(b.u0, b.u1, b.v0, b.v1);
+            double part = setup->light->kind == BD_LIGHT_SPOT ? mean_attenuation(setup, face, &b)
+                                                              : 1;
+            values[2 * ((size_t)y * side + x)] = (float)(sr * part);
+            values[2 * ((size_t)y * side + x) + 1] = (float)sr;
+            sum += sr * part;
+        }
+    }
+    return sum;
+}
+
+static void fill_directional(const struct bd_light_setup *setup, double render_per_m,
+                             struct bd_rsm_weights *weights)
+{
+    double width = 2 * setup->half_width * render_per_m / weights->side_px;
+    double height = 2 * setup->half_height * render_per_m / weights->side_px;
+    size_t count = (size_t)weights->side_px * weights->side_px;
+    for (size_t i = 0; i < 2 * count; i++) weights->values[i] = (float)(width * height);
+    weights->raw_sum = weights->exact_sum = width * height * (double)count;
+}
+
+struct bd_rsm_weights bd_rsm_weights_create(const struct bd_light_setup *light,
+                                            double render_per_m, uint32_t side_px,
+                                            bool paper_mode)
+{
+    bool faces_alike = light->face_count == 1 || light->light->kind == BD_LIGHT_POINT;
+    struct bd_rsm_weights weights = {
+        .side_px = side_px,
+        .layer_count = faces_alike ? 1 : light->face_count,
+    };
+    size_t texels = (size_t)side_px * side_px;
+    weights.values = malloc(texels * weights.layer_count * 2 * sizeof(float));
+    BD_ASSERT(weights.values);
+    if (light->light->kind == BD_LIGHT_DIRECTIONAL) {
+        fill_directional(light, render_per_m, &weights);
+        return weights;
+    }
+    for (uint32_t layer = 0; layer < weights.layer_count; layer++)
+        weights.raw_sum +=
+            fill_face(light, layer, side_px, paper_mode, weights.values + 2 * texels * layer);
+    if (faces_alike) weights.raw_sum *= light->face_count;
+    weights.exact_sum = bd_light_effective_solid_angle_sr(light->light);
+    double scale = weights.raw_sum > 0 && !paper_mode ? weights.exact_sum / weights.raw_sum : 0;
+    for (size_t i = 0; scale > 0 && i < texels * weights.layer_count; i++)
+        weights.values[2 * i] = (float)(weights.values[2 * i] * scale);
+    return weights;
+}
+
+void bd_rsm_weights_destroy(struct bd_rsm_weights *weights)
+{
+    free(weights->values);
+    weights->values = NULL;
+}

@@ -1,0 +1,36 @@
+// Read access to the G-buffer.
+#include "common/normals.glsl"
+#include "common/view.glsl"
+
+layout(binding = BD_UNIT_GBUFFER_DEPTH) uniform sampler2D gbuffer_depth;
+layout(binding = BD_UNIT_GBUFFER_NORMALS) uniform usampler2D gbuffer_normals;
+layout(binding = BD_UNIT_GBUFFER_ALBEDO) uniform sampler2D gbuffer_albedo;
+layout(binding = BD_UNIT_GBUFFER_MATERIAL) uniform sampler2D gbuffer_material;
+
+struct receiver {
+    vec3 relative_position; // to the view
+    vec3 position;          // render space
+    vec3 normal, normal_geometric;
+    vec3 base_color;
+    float metallic, roughness, f0_dielectric;
+    bool lit; // something is there, and light can reach it
+};
+
+receiver gbuffer_receiver(ivec2 pixel)
+{
+    receiver r;
+    float depth = texelFetch(gbuffer_depth, pixel, 0).x;
+    uvec2 normals = texelFetch(gbuffer_normals, pixel, 0).xy;
+    vec4 albedo = texelFetch(gbuffer_albedo, pixel, 0);
+    vec4 material = texelFetch(gbuffer_material, pixel, 0);
+    r.relative_position = view_relative_position(pixel, depth);
+    r.position = view.position.xyz + r.relative_position;
+    r.normal = unpack_normal(normals.x);
+    r.normal_geometric = unpack_normal(normals.y);
+    r.base_color = albedo.rgb;
+    r.metallic = albedo.a;
+    r.roughness = material.x;
+    r.f0_dielectric = material.y;
+    r.lit = material.w > 0.0 && material.z == 0.0;
+    return r;
+}

@@ -1,0 +1,28 @@
+// Unit vectors in 32 bits by the octahedral map: about 3e-5 rad, which a G-buffer can afford.
+
+vec2 octahedral_from_unit(vec3 n)
+{
+    n /= abs(n.x) + abs(n.y) + abs(n.z);
+    vec2 folded = (1.0 - abs(n.yx)) * vec2(n.x >= 0.0 ? 1.0 : -1.0, n.y >= 0.0 ? 1.0 : -1.0);
+    return n.z >= 0.0 ? n.xy : folded;
+}
+
+vec3 unit_from_octahedral(vec2 e)
+{
+    vec3 n = vec3(e, 1.0 - abs(e.x) - abs(e.y));
+    float t = max(-n.z, 0.0);
+    n.xy += vec2(n.x >= 0.0 ? -t : t, n.y >= 0.0 ? -t : t);
+    return normalize(n);
+}
+
+// x = shading normal, y = geometric normal.
+uvec2 pack_normals(vec3 shading, vec3 geometric)
+{
+    return uvec2(packSnorm2x16(octahedral_from_unit(shading)),
+                 packSnorm2x16(octahedral_from_unit(geometric)));
+}
+
+vec3 unpack_normal(uint packed_normal)
+{
+    return unit_from_octahedral(unpackSnorm2x16(packed_normal));
+}

@@ -1,0 +1,120 @@
+// What a fragment's material says, for the raster passes. Each map costs a define: a scene
+// without it compiles no code for it.
+//
+//   BD_BASE_COLOR_MAP BD_METALLIC_ROUGHNESS_MAP BD_NORMAL_MAP BD_EMISSIVE_MAP BD_VERTEX_COLOR
+//   BD_ALPHA_MASK
+#include "common/array.glsl"
+#include "common/view.glsl"
+#include "shared/material.h"
+
+BD_ARRAY(triangles, BD_UNIT_SURFACE_TRIANGLES);
+
+layout(std140, binding = BD_UNIFORM_MATERIAL) uniform material_block
+{
+    bd_material_uniform material;
+};
+
+layout(location = 0) in vec3 position_vs;
+layout(location = 1) in vec3 normal_rs;
+layout(location = 2) in vec4 tangent_rs;
+layout(location = 3) in vec4 uv01;
+layout(location = 4) in vec4 vertex_color;
+layout(location = 5) flat in uint instance_in_draw;
+
+#ifdef BD_BASE_COLOR_MAP
+layout(binding = BD_UNIT_BASE_COLOR) uniform sampler2D base_color_map;
+#endif
+#ifdef BD_METALLIC_ROUGHNESS_MAP
+layout(binding = BD_UNIT_METALLIC_ROUGHNESS) uniform sampler2D metallic_roughness_map;
+#endif
+#ifdef BD_NORMAL_MAP
+layout(binding = BD_UNIT_NORMAL) uniform sampler2D normal_map;
+#endif
+#ifdef BD_EMISSIVE_MAP
+layout(binding = BD_UNIT_EMISSIVE) uniform sampler2D emissive_map;
+#endif
+
+vec2 map_uv(vec4 rows[2])
+{
+    vec3 uv = vec3(rows[0].w == 0.0 ? uv01.xy : uv01.zw, 1.0);
+    return vec2(dot(rows[0].xyz, uv), dot(rows[1].xyz, uv));
+}
+
+vec4 surface_base_color()
+{
+    vec4 c = material.base_color;
+#ifdef BD_BASE_COLOR_MAP
+    c *= texture(base_color_map, map_uv(material.base_color_uv));
+#endif
+#ifdef BD_VERTEX_COLOR
+    c *= vertex_color;
+#endif
+    return c;
+}
+
+void discard_by_alpha(float alpha)
+{
+#ifdef BD_ALPHA_MASK
+    if (alpha < material.emissive.w) discard;
+#endif
+}
+
+// x = metallic, y = perceptual roughness.
+vec2 surface_metallic_roughness()
+{
+    vec2 m = material.surface.xy;
+#ifdef BD_METALLIC_ROUGHNESS_MAP
+    m *= texture(metallic_roughness_map, map_uv(material.metallic_roughness_uv)).bg;
+#endif
+    return m;
+}
+
+vec3 surface_emission()
+{
+    vec3 e = material.emissive.xyz;
+#ifdef BD_EMISSIVE_MAP
+    e *= texture(emissive_map, map_uv(material.emissive_uv)).rgb;
+#endif
+    return e;
+}
+
+vec3 render_from_view(vec3 d)
+{
+    return view.axis_x.xyz * d.x + view.axis_y.xyz * d.y + view.axis_z.xyz * d.z;
+}
+
+uint triangle_id()
+{
+    return material.triangles.x + instance_in_draw * material.triangles.y + uint(gl_PrimitiveID);
+}
+
+// The triangle's own unit normal on the side of the viewer. From the triangle's edges, which were
+// subtracted in double precision: screen derivatives lose it on small and on grazing triangles.
+vec3 geometric_normal()
+{
+    uint at = 3u * triangle_id();
+    vec3 n = cross(BD_LOAD(triangles, at + 1u).xyz, BD_LOAD(triangles, at + 2u).xyz);
+    vec3 to_viewer = view_is_orthographic() ? view.axis_z.xyz : -render_from_view(position_vs);
+    n = dot(n, n) > 0.0 ? normalize(n) : normalize(to_viewer);
+    return dot(n, to_viewer) < 0.0 ? -n : n;
+}
+
+// Shading normal on the side of `geometric`.
+//
+// A normal map's frame is used as it is interpolated, neither made unit nor orthogonal, with the
+// bitangent from the cross product: so MikkTSpace bakes it, and so it must be unbaked.
+vec3 shading_normal(vec3 geometric)
+{
+    vec3 n = normal_rs;
+#ifdef BD_NORMAL_MAP
+    bool mirrored = (material.flags.x & BD_MATERIAL_MIRRORED) != 0u;
+    vec3 b = cross(n, tangent_rs.xyz) * (mirrored ? -tangent_rs.w : tangent_rs.w);
+    vec3 m = texture(normal_map, map_uv(material.normal_uv)).xyz * 2.0 - 1.0;
+    m.xy *= material.surface.z;
+    vec3 bent = tangent_rs.xyz * m.x + b * m.y + n * m.z;
+    if (dot(bent, bent) > 0.0) n = bent;
+#endif
+    if (!(dot(n, n) > 0.0)) return geometric;
+    n = normalize(n);
+    return dot(n, geometric) < 0.0 ? -n : n;
+}

@@ -1,0 +1,102 @@
+// One layer of the picture from what the passes left, averaged over the sub-frames of a frame.
+//
+// The layers are formed by the same expressions for beauty as for themselves, so that direct,
+// indirect and emission add up to it. Colour in alpha 1 is one sub-frame's; depth and normal are
+// averaged over the sub-frames that hit something.
+#include "common/gbuffer.glsl"
+#include "shared/composite.h"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(std140, binding = BD_UNIFORM_ARGS) uniform args_block { bd_composite_args args; };
+layout(binding = 0, rgba32f) uniform image2D layer;
+layout(binding = BD_UNIT_DIRECT) uniform sampler2D direct_radiance;
+#ifdef BD_INDIRECT
+layout(binding = BD_UNIT_INDIRECT) uniform sampler2D indirect_irradiance;
+#endif
+#ifdef BD_GLOSSY
+layout(binding = BD_UNIT_INDIRECT_GLOSSY) uniform sampler2D indirect_glossy;
+#endif
+#ifdef BD_EMISSION
+layout(binding = BD_UNIT_GBUFFER_EMISSION) uniform sampler2D gbuffer_emission;
+#endif
+
+const float DEPTH_OF_NOTHING_M = 1e10;
+
+vec3 diffuse_albedo(receiver r)
+{
+#ifdef BD_LAMBERT
+    return r.base_color;
+#else
+    return r.base_color * (1.0 - r.metallic);
+#endif
+}
+
+vec3 direct_part(ivec2 pixel) { return texelFetch(direct_radiance, pixel, 0).rgb; }
+
+vec3 indirect_part(ivec2 pixel, receiver r)
+{
+    vec3 sum = vec3(0.0);
+#ifdef BD_INDIRECT
+    if (r.lit)
+        sum = texelFetch(indirect_irradiance, pixel, 0).rgb * diffuse_albedo(r) /
+              3.14159265358979;
+#endif
+#ifdef BD_GLOSSY
+    if (r.lit) sum += texelFetch(indirect_glossy, pixel, 0).rgb;
+#endif
+    return sum;
+}
+
+vec3 emission_part(ivec2 pixel)
+{
+#ifdef BD_EMISSION
+    return texelFetch(gbuffer_emission, pixel, 0).rgb;
+#else
+    return vec3(0.0);
+#endif
+}
+
+// rgb = the layer's value for this sub-frame, a = 1 where something is.
+vec4 sub_frame_value(ivec2 pixel)
+{
+    float covered = texelFetch(gbuffer_material, pixel, 0).w;
+    if (covered == 0.0) return vec4(0.0);
+    receiver r = gbuffer_receiver(pixel);
+    vec3 value = vec3(0.0);
+#if BD_LAYER == BD_COMPOSITE_BEAUTY
+    value = (direct_part(pixel) + indirect_part(pixel, r) + emission_part(pixel)) * args.scale.y;
+#elif BD_LAYER == BD_COMPOSITE_DIRECT
+    value = direct_part(pixel) * args.scale.y;
+#elif BD_LAYER == BD_COMPOSITE_INDIRECT
+    value = indirect_part(pixel, r) * args.scale.y;
+#elif BD_LAYER == BD_COMPOSITE_EMISSION
+    value = emission_part(pixel) * args.scale.y;
+#elif BD_LAYER == BD_COMPOSITE_ALBEDO
+    value = r.base_color;
+#elif BD_LAYER == BD_COMPOSITE_NORMAL
+    value = r.normal;
+#elif BD_LAYER == BD_COMPOSITE_DEPTH
+    value = vec3(texelFetch(gbuffer_depth, pixel, 0).x * args.scale.z);
+#endif
+    return vec4(value, 1.0);
+}
+
+vec4 finished(vec4 sum)
+{
+#if BD_LAYER == BD_COMPOSITE_NORMAL
+    return dot(sum.xyz, sum.xyz) > 0.0 ? vec4(normalize(sum.xyz), sum.w) : vec4(0.0);
+#elif BD_LAYER == BD_COMPOSITE_DEPTH
+    return sum.w > 0.0 ? vec4(vec3(sum.x / sum.w), sum.w) : vec4(vec3(DEPTH_OF_NOTHING_M), 0.0);
+#else
+    return sum;
+#endif
+}
+
+void main()
+{
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(pixel, ivec2(view.size_px.xy)))) return;
+    vec4 sum = sub_frame_value(pixel) * args.scale.x;
+    if (args.state.x == 0u) sum += imageLoad(layer, pixel);
+    imageStore(layer, pixel, args.state.y != 0u ? finished(sum) : sum);
+}

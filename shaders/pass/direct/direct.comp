@@ -1,0 +1,61 @@
+// Direct light of one punctual light, added to those before it.
+#include "common/brdf.glsl"
+#include "common/gbuffer.glsl"
+#include "common/shadow.glsl"
+#include "shared/direct.h"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(std140, binding = BD_UNIFORM_ARGS) uniform args_block { bd_direct_args args; };
+layout(binding = BD_UNIT_GBUFFER_TRIANGLE) uniform usampler2D gbuffer_triangle;
+layout(binding = 0, rgba32f) uniform image2D radiance;
+
+// Vector to the light, its whole length, and the irradiance at normal incidence.
+vec3 span_to_light(vec3 position, out vec3 irradiance)
+{
+    if (light.kind.x == BD_LIGHT_KIND_DIRECTIONAL) {
+        irradiance = light.intensity.xyz;
+        return -light.direction.xyz * light.direction.w;
+    }
+    vec3 span = light.position.xyz - position;
+    float distance_squared = max(dot(span, span), 1e-30);
+    float distance = sqrt(distance_squared);
+    irradiance = light.intensity.xyz *
+                 (cone_attenuation(-span / distance) * range_window(distance) / distance_squared);
+    return span;
+}
+
+// Off the surface, on the light's side, by what 32 bits can tell apart at this place.
+vec3 shadow_origin(receiver r, vec3 to_light)
+{
+    float side = dot(r.normal_geometric, to_light) < 0.0 ? -1.0 : 1.0;
+    vec3 magnitude = abs(r.position) + abs(r.relative_position);
+    float step = 4e-6 * max(magnitude.x, max(magnitude.y, magnitude.z));
+    return r.position + r.normal_geometric * (side * step);
+}
+
+vec3 light_radiance(receiver r, ivec2 pixel)
+{
+    vec3 irradiance;
+    vec3 span = span_to_light(r.position, irradiance);
+    if (irradiance == vec3(0.0)) return vec3(0.0);
+    vec3 l = normalize(span);
+    float cosine = dot(r.normal, l);
+    if (cosine <= 0.0 || dot(r.normal_geometric, l) <= 0.0) return vec3(0.0);
+    uint own_id = texelFetch(gbuffer_triangle, pixel, 0).x;
+    vec3 origin = shadow_origin(r, l);
+    if (light.kind.x != BD_LIGHT_KIND_DIRECTIONAL) span = light.position.xyz - origin;
+    if (segment_is_blocked(origin, span, own_id)) return vec3(0.0);
+    vec3 v = direction_to_viewer(r.relative_position);
+    vec3 f = brdf(r.base_color, r.metallic, r.roughness, r.f0_dielectric, r.normal, l, v);
+    return f * irradiance * cosine;
+}
+
+void main()
+{
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, args.rows.x);
+    if (pixel.x >= int(view.size_px.x) || gl_GlobalInvocationID.y >= args.rows.y) return;
+    receiver r = gbuffer_receiver(pixel);
+    vec3 sum = args.rows.z != 0u ? vec3(0.0) : imageLoad(radiance, pixel).rgb;
+    if (r.lit) sum += light_radiance(r, pixel);
+    imageStore(radiance, pixel, vec4(sum, 1.0));
+}

@@ -1,0 +1,27 @@
+// A material and the draw that uses it, as the raster passes read them.
+#ifndef BD_SHARED_MATERIAL_H
+#define BD_SHARED_MATERIAL_H
+
+#include "shared/types.h"
+
+struct bd_material_uniform {
+    BD_VEC4 base_color;
+    BD_VEC4 emissive;       // xyz cd/m^2 in the frame's light unit; w = alpha cut-off
+    BD_VEC4 surface;        // metallic, roughness, normal scale, F0 of a dielectric
+    BD_UVEC4 flags;         // x = BD_MATERIAL_*
+    BD_UVEC4 triangles;     // x = first triangle of the draw, y = triangles an instance
+    BD_VEC4 base_color_uv[2]; // rows of the texture transform; row 0's w = UV set
+    BD_VEC4 metallic_roughness_uv[2];
+    BD_VEC4 normal_uv[2];
+    BD_VEC4 emissive_uv[2];
+};
+
+#define BD_MATERIAL_DOUBLE_SIDED 1u
+#define BD_MATERIAL_UNLIT        2u
+#define BD_MATERIAL_MIRRORED     4u // the instance's transform mirrors: bitangents flip
+
+#ifndef BD_GLSL
+_Static_assert(sizeof(struct bd_material_uniform) == 208, "std140 size");
+#endif
+
+#endif
