@@ -1,12 +1,13 @@
 // Parameters of techniques: KEY=VALUE text in, checked numbers out, and back into a report.
 //
-// One table holds every parameter that any technique takes, with range and default; a technique
-// names the ones it reads. A key that no technique knows, one that this technique does not read,
-// and a value out of range are refused by name.
+// One table (params.c) holds every parameter that any technique takes, with range and default; a
+// technique names the ones it reads. A key that no technique knows, one that this technique does
+// not read, and a value out of range are refused by name.
 
 #ifndef BD_TECHNIQUE_PARAMS_H
 #define BD_TECHNIQUE_PARAMS_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "base/err.h"
@@ -28,5 +29,38 @@ struct bd_param_list {
 BD_MUST_CHECK
 enum bd_err bd_param_list_add(struct bd_param_list *list, const char *key_equals_value,
                               struct bd_fault *fault);
+
+enum bd_param {
+    BD_PARAM_BRDF,        // full | lambert: without specular lobe and metals
+    BD_PARAM_SHADOW_SIZE, // texels of one face's side
+    BD_PARAM_VPLS,        // light samples per light source: k^2, or 6 k^2 over six faces
+    BD_PARAM_VPL_BUDGET,  // total over all lights, split by flux; 0 = none
+    BD_PARAM_RSM_SIZE,    // texels of one face's side
+    BD_PARAM_VPL_KERNEL,  // patch | disk | point (pass/vpl_grid.h)
+    BD_PARAM_NEAR_FIELD,  // radii of a VPL's disk below which `patch` is exact
+    BD_PARAM_PAPER_MODE,  // 1: the papers' printed formulas
+    BD_PARAM_COUNT,
+};
+
+// Checked values. Those that a technique does not read stand at their defaults.
+struct bd_params {
+    uint32_t lambert; // brdf: 0 = full, 1 = lambert
+    uint32_t shadow_size;
+    uint32_t vpls;
+    uint32_t vpl_budget;
+    uint32_t rsm_size;
+    uint32_t vpl_kernel; // enum bd_vpl_kernel
+    double near_field;
+    uint32_t paper_mode;
+};
+
+// Reads `list` against the parameters in the mask `readable` (bits 1 << enum bd_param). `owner`
+// is the technique's name, for messages.
+BD_MUST_CHECK
+enum bd_err bd_params_read(const struct bd_param_list *list, uint64_t readable, const char *owner,
+                           struct bd_params *out, struct bd_fault *fault);
+
+// Every parameter in the mask, as text, in the table's order.
+void bd_params_write(const struct bd_params *params, uint64_t readable, struct bd_param_list *out);
 
 #endif

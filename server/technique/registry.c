@@ -1,0 +1,29 @@
+#include <stdio.h>
+#include <string.h>
+
+#include "technique/technique.h"
+
+// A technique registers here, once; clients, tests and the plan find it from then on.
+static const struct bd_technique *const techniques[] = {
+    &bd_technique_direct,
+    &bd_technique_rsm,
+};
+#define TECHNIQUE_COUNT (sizeof techniques / sizeof techniques[0])
+
+const struct bd_technique *bd_technique_at(uint32_t index)
+{
+    return index < TECHNIQUE_COUNT ? techniques[index] : NULL;
+}
+
+const struct bd_technique *bd_technique_find(const char *name, struct bd_fault *fault)
+{
+    char known[256] = "";
+    for (size_t i = 0; i < TECHNIQUE_COUNT; i++) {
+        if (strcmp(techniques[i]->name, name) == 0) return techniques[i];
+        size_t used = strlen(known);
+        snprintf(known + used, sizeof known - used, "%s%s", i ? ", " : "", techniques[i]->name);
+    }
+    (void)bd_fault_set(fault, BD_ERR_USAGE, "technique", "%.40s: no such technique; known: %s",
+                       name, known);
+    return NULL;
+}

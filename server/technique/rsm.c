@@ -1,0 +1,41 @@
+// Baseline `rsm` (algorithms.md A0.7 N1): one diffuse bounce from a regular grid of VPLs over each
+// light's reflective shadow map, gathered at every pixel, without visibility of the VPLs.
+//
+// Paper:  Dachsbacher and Stamminger 2005 (reflective shadow maps); kernel of Nichols, Shopf and
+//         Wyman 2009, Eq. 1, with the near-field rule of A2.2
+// Exact when: `vpls` grows, nothing stands between VPL and receiver, surfaces that send light on
+//         are diffuse
+// Known:  ignores occlusion of VPLs; metals send no light on (their lobe is not diffuse)
+
+#include "technique/technique.h"
+
+static enum bd_err gather_indirect(const struct bd_pass_context *context,
+                                   const struct bd_technique_inputs *inputs,
+                                   struct bd_indirect **out, struct bd_fault *fault)
+{
+    const struct bd_gather_inputs gather = {
+        .scene = inputs->scene,
+        .viewpoint = inputs->viewpoint,
+        .gbuffer = inputs->gbuffer,
+        .lists = inputs->vpl_lists,
+        .list_count = inputs->light_count,
+        .near_patches = inputs->params->vpl_kernel == BD_KERNEL_PATCH,
+        .glossy = inputs->glossy_receivers,
+    };
+    bd_gpu_pass_begin(context->gpu, "gather");
+    enum bd_err err = bd_gather_run(context, &gather, out, fault);
+    bd_gpu_pass_end(context->gpu);
+    return err;
+}
+
+const struct bd_technique bd_technique_rsm = {
+    .name = "rsm",
+    .summary = "one bounce from a grid of virtual lights, gathered at every pixel",
+    .model = {.indirect_bounces = 1},
+    .inputs = BD_INPUT_VPL_GRID,
+    .params_read = 1u << BD_PARAM_BRDF | 1u << BD_PARAM_SHADOW_SIZE | 1u << BD_PARAM_VPLS |
+                   1u << BD_PARAM_VPL_BUDGET | 1u << BD_PARAM_RSM_SIZE |
+                   1u << BD_PARAM_VPL_KERNEL | 1u << BD_PARAM_NEAR_FIELD |
+                   1u << BD_PARAM_PAPER_MODE,
+    .indirect = gather_indirect,
+};
