@@ -1,0 +1,308 @@
+#include "frame/frame.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/assert.h"
+#include "base/clock.h"
+#include "frame/stages.h"
+
+void bd_renderer_init(struct bd_renderer *renderer, struct bd_gpu *gpu, uint64_t memo_budget_bytes)
+{
+    *renderer = (struct bd_renderer){.gpu = gpu, .uploader = {.gpu = gpu}};
+    renderer->memo = bd_memo_create(renderer, memo_budget_bytes);
+}
+
+void bd_renderer_finish(struct bd_renderer *renderer)
+{
+    bd_memo_destroy(&renderer->memo);
+}
+
+// --- lights ---------------------------------------------------------------------------------
+
+static bool shines(const struct bd_light *light)
+{
+    return light->intensity > 0 &&
+           fmax(light->color[0], fmax(light->color[1], light->color[2])) > 0;
+}
+
+static void set_up_lights(struct bd_frame *frame)
+{
+    const struct bd_scene *scene = frame->snapshot;
+    frame->lights = calloc(scene->placed_light_count + 1, sizeof *frame->lights);
+    BD_ASSERT(frame->lights);
+    double total_flux_lm = 0;
+    for (uint32_t i = 0; i < scene->placed_light_count; i++) {
+        if (!shines(&scene->lights[scene->placed_lights[i].object])) continue;
+        struct bd_frame_light *light = &frame->lights[frame->light_count++];
+        light->setup = bd_light_setup_of(scene, i);
+        total_flux_lm += light->setup.flux_lm;
+    }
+    for (uint32_t i = 0; i < frame->light_count && frame->plan->vpl_grid; i++) {
+        struct bd_frame_light *light = &frame->lights[i];
+        light->grid_side = bd_plan_grid_side(frame->plan, light->setup.flux_lm, total_flux_lm,
+                                             light->setup.face_count);
+        // A VPL needs at least one texel.
+        uint32_t asked = frame->plan->params.rsm_size;
+        light->rsm_size = asked > light->grid_side ? asked : light->grid_side;
+        frame->report->counts.vpls +=
+            (uint64_t)light->grid_side * light->grid_side * light->setup.face_count;
+    }
+}
+
+static enum bd_err run_light_side(struct bd_frame *frame)
+{
+    for (uint32_t i = 0; i < frame->light_count; i++) {
+        struct bd_frame_light *light = &frame->lights[i];
+        enum bd_err err = bd_stage_shadow_map(frame, light);
+        if (!err && frame->plan->vpl_grid) err = bd_stage_rsm(frame, light);
+        if (!err && frame->plan->vpl_grid) err = bd_stage_vpl_grid(frame, light);
+        if (err) return err;
+    }
+    return BD_ERR_OK;
+}
+
+// --- layers ---------------------------------------------------------------------------------
+
+static bool wants(const struct bd_frame *frame, uint32_t layer)
+{
+    return layer == BD_LAYER_BEAUTY || (frame->request->layers >> layer & 1);
+}
+
+static enum bd_err create_layers(struct bd_frame *frame, struct bd_tex *layers[BD_LAYER_COUNT])
+{
+    for (uint32_t l = 0; l < BD_LAYER_COUNT; l++) {
+        if (!wants(frame, l)) continue;
+        const struct bd_tex_desc desc = {
+            .name = bd_layer_name((enum bd_layer)l),
+            .format = BD_FORMAT_RGBA32F,
+            .width_px = frame->request->width_px,
+            .height_px = frame->request->height_px,
+        };
+        enum bd_err err = bd_tex_create(frame->context.gpu, &desc, &layers[l], frame->fault);
+        if (err) return err;
+    }
+    return BD_ERR_OK;
+}
+
+static enum bd_err composite(struct bd_frame *frame, uint32_t sub_frame,
+                             struct bd_tex *layers[BD_LAYER_COUNT])
+{
+    const struct bd_composite_inputs inputs = {
+        .scene = frame->scene,
+        .viewpoint = &frame->viewpoint,
+        .gbuffer = frame->gbuffer,
+        .direct = frame->direct,
+        .indirect = frame->indirect,
+        .lambert = frame->plan->params.lambert,
+        .sub_frame = sub_frame,
+        .sub_frame_count = frame->request->aa,
+    };
+    bd_report_mark(frame->report, "composite", BD_PASS_RAN);
+    bd_gpu_pass_begin(frame->context.gpu, "composite");
+    enum bd_err err = BD_ERR_OK;
+    for (uint32_t l = 0; !err && l < BD_LAYER_COUNT; l++)
+        if (layers[l])
+            err = bd_composite_run(&frame->context, &inputs, l, layers[l], frame->fault);
+    bd_gpu_pass_end(frame->context.gpu);
+    return err;
+}
+
+static enum bd_err run_sub_frame(struct bd_frame *frame, uint32_t index,
+                                 struct bd_tex *layers[BD_LAYER_COUNT])
+{
+    bd_viewpoint_set_sub_frame(&frame->viewpoint, index, frame->request->aa);
+    enum bd_err err = bd_stage_gbuffer(frame);
+    if (!err) err = bd_stage_direct(frame);
+    if (!err && frame->plan->indirect) err = bd_stage_indirect(frame);
+    if (!err) err = composite(frame, index, layers);
+    if (frame->request->aa > 1) bd_stage_forget_camera_side(frame);
+    return err;
+}
+
+static enum bd_err run_camera_side(struct bd_frame *frame, struct bd_tex *layers[BD_LAYER_COUNT])
+{
+    frame->viewpoint =
+        bd_viewpoint_of_camera(frame->snapshot, (uint32_t)frame->plan->camera,
+                               frame->request->width_px, frame->request->height_px);
+    for (uint32_t s = 0; s < frame->request->aa; s++) {
+        enum bd_err err = run_sub_frame(frame, s, layers);
+        if (err) return err;
+        if (frame->plan->indirect)
+            frame->report->counts.fragments +=
+                (uint64_t)frame->request->width_px * frame->request->height_px;
+    }
+    return BD_ERR_OK;
+}
+
+// --- readback -------------------------------------------------------------------------------
+
+static const uint32_t layer_channel_count[BD_LAYER_COUNT] = {4, 3, 3, 3, 3, 3, 1};
+
+static struct bd_image *image_from_rgba(const float *rgba, uint32_t width_px, uint32_t height_px,
+                                        uint32_t channel_count)
+{
+    struct bd_image *image = bd_image_create(width_px, height_px, channel_count);
+    for (size_t i = 0; image && i < (size_t)width_px * height_px; i++)
+        memcpy(image->pixels + i * channel_count, rgba + 4 * i, channel_count * sizeof(float));
+    return image;
+}
+
+static enum bd_err finish_readback(struct bd_frame *frame, struct bd_readback **pending,
+                                   uint32_t layer, float *rgba, struct bd_image **out)
+{
+    uint32_t width = frame->request->width_px, height = frame->request->height_px;
+    enum bd_err err = bd_gpu_readback_finish(frame->context.gpu, pending, rgba,
+                                             (size_t)width * height * 4 * sizeof *rgba);
+    if (err) return err;
+    *out = image_from_rgba(rgba, width, height, layer_channel_count[layer]);
+    return *out ? BD_ERR_OK
+                : bd_fault_set(frame->fault, BD_ERR_NO_MEMORY, "size", "no memory for a layer");
+}
+
+static enum bd_err read_layers(struct bd_frame *frame, struct bd_tex *textures[BD_LAYER_COUNT],
+                               struct bd_image *layers[BD_LAYER_COUNT])
+{
+    uint64_t start_ns = bd_clock_ns();
+    struct bd_gpu *gpu = frame->context.gpu;
+    struct bd_readback *pending[BD_LAYER_COUNT] = {0};
+    size_t texels = (size_t)frame->request->width_px * frame->request->height_px;
+    float *rgba = malloc(texels * 4 * sizeof *rgba);
+    enum bd_err err = BD_ERR_OK;
+    if (!rgba) err = bd_fault_set(frame->fault, BD_ERR_NO_MEMORY, "size", "no memory for a layer");
+    bd_report_mark(frame->report, "readback", BD_PASS_RAN);
+    bd_gpu_pass_begin(gpu, "readback");
+    for (uint32_t l = 0; !err && l < BD_LAYER_COUNT; l++)
+        if (textures[l]) err = bd_gpu_readback_start(gpu, textures[l], 0, &pending[l], frame->fault);
+    bd_gpu_pass_end(gpu);
+    // Every started readback is finished, also after an error: finishing is what frees it.
+    for (uint32_t l = 0; l < BD_LAYER_COUNT; l++) {
+        if (!pending[l]) continue;
+        enum bd_err finished = finish_readback(frame, &pending[l], l, rgba, &layers[l]);
+        if (!err) err = finished;
+    }
+    free(rgba);
+    frame->report->time_ms.readback = bd_ms_since(start_ns);
+    return err;
+}
+
+// --- the report -----------------------------------------------------------------------------
+
+static void report_device(struct bd_report *report, const struct bd_gpu *gpu)
+{
+    const struct bd_gpu_caps *caps = bd_gpu_caps(gpu);
+    memcpy(report->device.name, caps->name, sizeof report->device.name);
+    memcpy(report->device.device_class, caps->device_class, sizeof report->device.device_class);
+    report->device.software = caps->software;
+}
+
+static void report_pass_times(struct bd_report *report, struct bd_gpu *gpu)
+{
+    struct bd_gpu_pass_time times[256];
+    uint32_t count;
+    while ((count = bd_gpu_take_pass_times(gpu, times, 256)) > 0) {
+        for (uint32_t t = 0; t < count; t++) {
+            report->time_ms.gpu += times[t].ms;
+            for (uint32_t p = 0; p < report->pass_count; p++)
+                if (strcmp(report->passes[p].name, times[t].name) == 0)
+                    report->passes[p].ms += times[t].ms;
+        }
+    }
+}
+
+static void add_flag(struct bd_report *report, const char *text)
+{
+    if (report->flag_count == BD_REPORT_FLAG_MAX) return;
+    strcpy(report->flags[report->flag_count++], text);
+}
+
+static void inspect_beauty(struct bd_report *report, const struct bd_image *beauty)
+{
+    bool blank = true;
+    for (size_t i = 0; i < (size_t)beauty->width_px * beauty->height_px; i++) {
+        const float *p = beauty->pixels + 4 * i;
+        if (!isfinite(p[0]) || !isfinite(p[1]) || !isfinite(p[2])) report->nonfinite_pixels++;
+        if (p[0] != 0 || p[1] != 0 || p[2] != 0) blank = false;
+    }
+    if (blank) add_flag(report, "blank_frame");
+    if (report->nonfinite_pixels > 0) add_flag(report, "nonfinite_pixels");
+}
+
+static void report_memory(struct bd_report *report, const struct bd_gpu *gpu)
+{
+    struct bd_gpu_memory memory;
+    bd_gpu_memory(gpu, &memory);
+    report->memory_gpu_mib = (double)memory.used_bytes / (1 << 20);
+    report->memory_gpu_peak_mib = (double)memory.peak_bytes / (1 << 20);
+}
+
+// --- the frame ------------------------------------------------------------------------------
+
+static enum bd_err run_frame(struct bd_frame *frame, struct bd_image *layers[BD_LAYER_COUNT])
+{
+    struct bd_tex *textures[BD_LAYER_COUNT] = {0};
+    enum bd_err err = bd_stage_upload(frame);
+    set_up_lights(frame);
+    if (!err) err = run_light_side(frame);
+    if (!err) err = create_layers(frame, textures);
+    if (!err) err = run_camera_side(frame, textures);
+    if (!err) err = read_layers(frame, textures, layers);
+    for (uint32_t l = 0; l < BD_LAYER_COUNT; l++)
+        bd_tex_destroy(frame->context.gpu, &textures[l]);
+    free(frame->lights);
+    frame->lights = NULL;
+    frame->light_count = 0;
+    return err;
+}
+
+static void destroy_images(struct bd_image *layers[BD_LAYER_COUNT])
+{
+    for (uint32_t l = 0; l < BD_LAYER_COUNT; l++) bd_image_destroy(&layers[l]);
+}
+
+enum bd_err bd_frame_render(struct bd_renderer *renderer, struct bd_scene *scene,
+                            const struct bd_frame_request *request,
+                            enum bd_err (*should_stop)(void *user), void *user,
+                            struct bd_image *layers[BD_LAYER_COUNT], struct bd_report *report,
+                            struct bd_fault *fault)
+{
+    uint64_t start_ns = bd_clock_ns();
+    struct bd_gpu *gpu = renderer->gpu;
+    struct bd_plan plan;
+    enum bd_err err = bd_plan_make(scene, request, &plan, report, fault);
+    report_device(report, gpu);
+    if (err || request->plan_only) return err;
+
+    double compile_ms = bd_gpu_compile_ms(gpu), upload_ms = renderer->uploader.upload_ms;
+    bd_slicer_init(&renderer->slicer, gpu, should_stop, user);
+    bd_gpu_memory_reset_peak(gpu);
+    struct bd_frame frame = {
+        .renderer = renderer,
+        .context = {gpu, &renderer->slicer},
+        .snapshot = scene,
+        .request = request,
+        .plan = &plan,
+        .report = report,
+        .fault = fault,
+    };
+    const struct bd_report planned = *report;
+    bd_memo_begin_frame(renderer->memo);
+    err = run_frame(&frame, layers);
+    if (err == BD_ERR_NO_MEMORY && bd_memo_evict_unused(renderer->memo) > 0) {
+        // Other scenes' and views' outputs stood in the way: once more with the room to itself.
+        destroy_images(layers);
+        *report = planned;
+        err = run_frame(&frame, layers);
+    }
+    if (!err) inspect_beauty(report, layers[BD_LAYER_BEAUTY]);
+    if (err) destroy_images(layers);
+    report_pass_times(report, gpu);
+    report_memory(report, gpu);
+    report->time_ms.compile = bd_gpu_compile_ms(gpu) - compile_ms;
+    report->time_ms.load = renderer->uploader.upload_ms - upload_ms;
+    report->time_ms.total = bd_ms_since(start_ns);
+    if (err == BD_ERR_CANCELLED) report->stopped = BD_STOPPED_CANCELLED;
+    if (err == BD_ERR_DEADLINE) report->stopped = BD_STOPPED_DEADLINE;
+    return err;
+}

@@ -1,0 +1,131 @@
+#include "frame/memo.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/assert.h"
+#include "base/hash.h"
+
+struct entry {
+    uint64_t key;
+    void *output;
+    uint64_t bytes;
+    uint64_t used_in_frame;
+    bd_memo_destroy_fn destroy;
+};
+
+// A few dozen entries: a linear array is the fastest map there is.
+struct bd_memo {
+    void *owner;
+    uint64_t budget_bytes, used_bytes, frame;
+    size_t count, capacity;
+    struct entry *entries;
+};
+
+struct bd_memo *bd_memo_create(void *owner, uint64_t budget_bytes)
+{
+    struct bd_memo *memo = calloc(1, sizeof *memo);
+    BD_ASSERT(memo);
+    memo->owner = owner;
+    memo->budget_bytes = budget_bytes;
+    return memo;
+}
+
+static void remove_at(struct bd_memo *memo, size_t index)
+{
+    struct entry gone = memo->entries[index];
+    memo->entries[index] = memo->entries[--memo->count];
+    memo->used_bytes -= gone.bytes;
+    gone.destroy(memo->owner, gone.output);
+}
+
+void bd_memo_destroy(struct bd_memo **memo)
+{
+    if (!*memo) return;
+    while ((*memo)->count > 0) remove_at(*memo, (*memo)->count - 1);
+    free((*memo)->entries);
+    free(*memo);
+    *memo = NULL;
+}
+
+// Index of the least recently used entry that the current frame does not use; count if none.
+static size_t oldest_unused(const struct bd_memo *memo)
+{
+    size_t oldest = memo->count;
+    for (size_t i = 0; i < memo->count; i++) {
+        if (memo->entries[i].used_in_frame == memo->frame) continue;
+        if (oldest == memo->count ||
+            memo->entries[i].used_in_frame < memo->entries[oldest].used_in_frame)
+            oldest = i;
+    }
+    return oldest;
+}
+
+static void evict_to_budget(struct bd_memo *memo)
+{
+    while (memo->used_bytes > memo->budget_bytes) {
+        size_t index = oldest_unused(memo);
+        if (index == memo->count) return;
+        remove_at(memo, index);
+    }
+}
+
+void bd_memo_begin_frame(struct bd_memo *memo)
+{
+    memo->frame++;
+    evict_to_budget(memo);
+}
+
+void *bd_memo_find(struct bd_memo *memo, uint64_t key)
+{
+    for (size_t i = 0; i < memo->count; i++) {
+        if (memo->entries[i].key != key) continue;
+        memo->entries[i].used_in_frame = memo->frame;
+        return memo->entries[i].output;
+    }
+    return NULL;
+}
+
+void bd_memo_store(struct bd_memo *memo, uint64_t key, void *output, uint64_t bytes,
+                   bd_memo_destroy_fn destroy)
+{
+    if (memo->count == memo->capacity) {
+        memo->capacity = memo->capacity ? 2 * memo->capacity : 32;
+        memo->entries = realloc(memo->entries, memo->capacity * sizeof *memo->entries);
+        BD_ASSERT(memo->entries);
+    }
+    memo->entries[memo->count++] = (struct entry){key, output, bytes, memo->frame, destroy};
+    memo->used_bytes += bytes;
+    evict_to_budget(memo);
+}
+
+void bd_memo_forget(struct bd_memo *memo, uint64_t key)
+{
+    for (size_t i = 0; i < memo->count; i++) {
+        if (memo->entries[i].key != key) continue;
+        remove_at(memo, i);
+        return;
+    }
+}
+
+uint64_t bd_memo_evict_unused(struct bd_memo *memo)
+{
+    uint64_t before = memo->used_bytes;
+    for (size_t i; (i = oldest_unused(memo)) != memo->count;) remove_at(memo, i);
+    return before - memo->used_bytes;
+}
+
+uint64_t bd_key_begin(const char *pass)
+{
+    return bd_hash64(pass, strlen(pass), 0);
+}
+
+uint64_t bd_key_bytes(uint64_t key, const void *bytes, size_t size_bytes)
+{
+    return bd_hash64(bytes, size_bytes, key);
+}
+
+uint64_t bd_key_number(uint64_t key, uint64_t value)
+{
+    return bd_hash64(&value, sizeof value, key);
+}

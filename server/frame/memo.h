@@ -1,0 +1,41 @@
+// Memo: outputs of passes by the hash of everything that they were made from.
+//
+// Same key, same output: the pass need not run. Outputs are destroyed least recently used first,
+// when the memo is over its budget or the device is short of memory; never while the frame that
+// used them last is the current one.
+//
+// Thread: render thread.
+
+#ifndef BD_FRAME_MEMO_H
+#define BD_FRAME_MEMO_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+struct bd_memo;
+
+// `owner` is what bd_memo_create was given: the device or the uploader that destroy needs.
+typedef void (*bd_memo_destroy_fn)(void *owner, void *output);
+
+struct bd_memo *bd_memo_create(void *owner, uint64_t budget_bytes);
+void bd_memo_destroy(struct bd_memo **memo);
+
+// Starts a frame: everything that it finds or stores is safe until the next call.
+void bd_memo_begin_frame(struct bd_memo *memo);
+
+// NULL if there is no such output.
+void *bd_memo_find(struct bd_memo *memo, uint64_t key);
+// Takes ownership of `output`. The key must not be in the memo.
+void bd_memo_store(struct bd_memo *memo, uint64_t key, void *output, uint64_t bytes,
+                   bd_memo_destroy_fn destroy);
+// Destroys one output at once, if it is there: for what will not be asked for again.
+void bd_memo_forget(struct bd_memo *memo, uint64_t key);
+// Destroys everything that the current frame did not use; returns the bytes set free.
+uint64_t bd_memo_evict_unused(struct bd_memo *memo);
+
+// Keys: begin with the pass's name, then add what it reads. Add no struct with padding.
+uint64_t bd_key_begin(const char *pass);
+uint64_t bd_key_bytes(uint64_t key, const void *bytes, size_t size_bytes);
+uint64_t bd_key_number(uint64_t key, uint64_t value);
+
+#endif

@@ -1,0 +1,158 @@
+#include "frame/plan.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "base/hash.h"
+
+static bool any_light_shines(const struct bd_scene *scene)
+{
+    for (uint32_t i = 0; i < scene->placed_light_count; i++) {
+        const struct bd_light *light = &scene->lights[scene->placed_lights[i].object];
+        bool coloured = light->color[0] > 0 || light->color[1] > 0 || light->color[2] > 0;
+        if (light->intensity > 0 && coloured) return true;
+    }
+    return false;
+}
+
+// --- the report's share ---------------------------------------------------------------------
+
+static void add_pass(struct bd_report *report, bool needed, const char *name)
+{
+    if (!needed) return;
+    snprintf(report->passes[report->pass_count].name, sizeof report->passes[0].name, "%s", name);
+    report->passes[report->pass_count++].state = BD_PASS_PLANNED;
+}
+
+static void omit(struct bd_report *report, bool omitted, const char *pass, const char *reason)
+{
+    if (!omitted) return;
+    uint32_t at = report->omitted_count++;
+    snprintf(report->omitted[at].pass, sizeof report->omitted[at].pass, "%s", pass);
+    snprintf(report->omitted[at].reason, sizeof report->omitted[at].reason, "%s", reason);
+}
+
+static void flag(struct bd_report *report, const char *text)
+{
+    if (report->flag_count == BD_REPORT_FLAG_MAX) return;
+    snprintf(report->flags[report->flag_count++], sizeof report->flags[0], "%s", text);
+}
+
+static void list_passes(const struct bd_plan *plan, struct bd_report *report)
+{
+    add_pass(report, true, "gbuffer");
+    add_pass(report, plan->lights, "shadow_map");
+    add_pass(report, plan->lights, "direct");
+    add_pass(report, plan->vpl_grid, "rsm");
+    add_pass(report, plan->vpl_grid, "vpl_grid");
+    add_pass(report, plan->indirect, "gather");
+    add_pass(report, true, "composite");
+    add_pass(report, true, "readback");
+}
+
+static void list_omitted(const struct bd_plan *plan, const struct bd_scene *scene,
+                         struct bd_report *report)
+{
+    const struct bd_features *f = &scene->features;
+    bool maps = f->has_base_color_map || f->has_metallic_roughness_map || f->has_normal_map ||
+                f->has_emissive_map;
+    omit(report, !maps, "gbuffer", "texture code: no material has a map");
+    omit(report, !f->has_mask && !f->has_blend, "gbuffer",
+         "alpha code: every material is opaque");
+    omit(report, !plan->emission, "gbuffer", "emission: no surface emits");
+    omit(report, !plan->lights, "shadow_map", "no punctual light shines");
+    omit(report, !plan->lights, "direct", "no punctual light shines");
+    const char *no_indirect = plan->technique->indirect ? "no light to reflect"
+                                                        : "the technique has no indirect light";
+    omit(report, !plan->vpl_grid, "rsm", no_indirect);
+    omit(report, !plan->vpl_grid, "vpl_grid", no_indirect);
+    omit(report, !plan->indirect, "gather", no_indirect);
+    omit(report, plan->indirect && !plan->glossy, "gather",
+         plan->params.lambert ? "glossy lobe: brdf=lambert"
+                              : "glossy lobe: every surface is rough and no metal");
+}
+
+static void flag_what_is_not_honoured(const struct bd_plan *plan, const struct bd_scene *scene,
+                                      struct bd_report *report)
+{
+    const struct bd_features *f = &scene->features;
+    char text[96];
+    for (uint32_t i = 0; i < scene->flags.count; i++) flag(report, scene->flags.text[i]);
+    if (f->has_blend) flag(report, "blend_as_mask");
+    if (f->has_transmissive) flag(report, "transmission_as_opaque");
+    if (f->has_emissive && !plan->technique->model.emissive_surfaces && plan->technique->indirect) {
+        double total = f->emissive_flux_lm + f->punctual_flux_lm;
+        snprintf(text, sizeof text, "emissive_not_lighting: %.3g %% of the flux",
+                 total > 0 ? 100 * f->emissive_flux_lm / total : 0.0);
+        flag(report, text);
+    }
+}
+
+static void describe_request(const struct bd_plan *plan, const struct bd_scene *scene,
+                             const struct bd_frame_request *request, struct bd_report *report)
+{
+    char hex[BD_SHA256_HEX];
+    bd_sha256_hex(scene->content_sha256, hex);
+    snprintf(report->scene, sizeof report->scene, "sha256:%s", hex);
+    report->width_px = request->width_px;
+    report->height_px = request->height_px;
+    const struct bd_placement *camera = &scene->placed_cameras[plan->camera];
+    snprintf(report->camera, sizeof report->camera, "%s",
+             camera->node != BD_NONE ? scene->nodes[camera->node].name
+                                     : scene->cameras[camera->object].name);
+    snprintf(report->technique, sizeof report->technique, "%s", plan->technique->name);
+    bd_params_write(&plan->params, plan->technique->params_read, &report->params);
+    report->seed = request->seed;
+    report->aa = request->aa;
+    report->counts.lights = scene->placed_light_count;
+    report->counts.triangles = scene->features.triangle_count;
+}
+
+// --- the plan -------------------------------------------------------------------------------
+
+static enum bd_err find_camera(const struct bd_scene *scene, const char *name, int32_t *out,
+                               struct bd_fault *fault)
+{
+    *out = bd_scene_find_camera(scene, name);
+    if (*out != BD_NONE) return BD_ERR_OK;
+    return bd_fault_set(fault, BD_ERR_USAGE, "camera",
+                        "%.63s: no such camera; the scene has %u, by index or by name", name,
+                        scene->placed_camera_count);
+}
+
+enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_request *request,
+                         struct bd_plan *out, struct bd_report *report, struct bd_fault *fault)
+{
+    memset(out, 0, sizeof *out);
+    memset(report, 0, sizeof *report);
+    const char *name = request->technique[0] ? request->technique : "rsm";
+    out->technique = bd_technique_find(name, fault);
+    if (!out->technique) return BD_ERR_USAGE;
+    enum bd_err err = bd_params_read(&request->params, out->technique->params_read, name,
+                                     &out->params, fault);
+    if (!err) err = find_camera(scene, request->camera, &out->camera, fault);
+    if (err) return err;
+
+    const struct bd_features *f = &scene->features;
+    out->lights = any_light_shines(scene);
+    out->indirect = out->lights && out->technique->indirect;
+    out->vpl_grid = out->indirect && (out->technique->inputs & BD_INPUT_VPL_GRID);
+    out->glossy = out->indirect && !out->params.lambert && f->has_glossy;
+    out->emission = f->has_emissive || f->has_unlit;
+    describe_request(out, scene, request, report);
+    list_passes(out, report);
+    list_omitted(out, scene, report);
+    flag_what_is_not_honoured(out, scene, report);
+    return BD_ERR_OK;
+}
+
+uint32_t bd_plan_grid_side(const struct bd_plan *plan, double flux_lm, double total_flux_lm,
+                           uint32_t face_count)
+{
+    double vpls = plan->params.vpls;
+    if (plan->params.vpl_budget > 0 && total_flux_lm > 0)
+        vpls = plan->params.vpl_budget * flux_lm / total_flux_lm;
+    double side = round(sqrt(vpls / face_count));
+    return side > 1 ? (uint32_t)side : 1;
+}

@@ -1,0 +1,37 @@
+// The plan: what a frame needs and, in plain words, what it leaves out and why.
+//
+// Made from the request and the scene's features alone, before anything touches the device; the
+// frame then follows it and decides nothing by itself. `--plan` prints it. Any thread.
+
+#ifndef BD_FRAME_PLAN_H
+#define BD_FRAME_PLAN_H
+
+#include <stdbool.h>
+
+#include "frame/report.h"
+#include "frame/request.h"
+#include "scene/scene.h"
+#include "technique/technique.h"
+
+struct bd_plan {
+    const struct bd_technique *technique;
+    struct bd_params params;
+    int32_t camera; // placed camera
+    bool lights;    // some punctual light shines: shadow maps and direct run
+    bool indirect;  // the technique's indirect light runs
+    bool vpl_grid;  // reflective shadow maps and VPLs for it
+    bool glossy;    // receivers with a specular lobe worth its price
+    bool emission;  // some surface emits or is unlit
+};
+
+// Also fills the parts of `report` that are known now: request, parameters, planned passes, what
+// is omitted, flags of the scene and of what the technique cannot honour.
+BD_MUST_CHECK
+enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_request *request,
+                         struct bd_plan *out, struct bd_report *report, struct bd_fault *fault);
+
+// VPLs along one face's side for a light with `face_count` faces, after `vpl_budget`; at least 1.
+uint32_t bd_plan_grid_side(const struct bd_plan *plan, double flux_lm, double total_flux_lm,
+                           uint32_t face_count);
+
+#endif

@@ -1,0 +1,62 @@
+// The stages of a frame: each is one pass with its key. A stage looks its output up in the memo;
+// if it is there the pass is reported as reused, otherwise it runs and its output is kept.
+//
+// Private to frame/.
+
+#ifndef BD_FRAME_STAGES_H
+#define BD_FRAME_STAGES_H
+
+#include "frame/frame.h"
+#include "pass/composite.h"
+#include "pass/direct.h"
+#include "pass/gather.h"
+#include "pass/rsm.h"
+#include "pass/shadow_map.h"
+#include "pass/vpl_grid.h"
+
+// A light of the frame and what was made for it. Keys name the outputs.
+struct bd_frame_light {
+    struct bd_light_setup setup;
+    uint32_t grid_side, rsm_size;
+    uint64_t shadow_key, rsm_key, vpl_key;
+    struct bd_shadow_map *shadow_map;
+    struct bd_rsm *rsm;
+    struct bd_vpl_list *vpls;
+};
+
+struct bd_frame {
+    struct bd_renderer *renderer;
+    struct bd_pass_context context;
+    struct bd_scene *snapshot;
+    const struct bd_frame_request *request;
+    const struct bd_plan *plan;
+    struct bd_report *report;
+    struct bd_fault *fault;
+
+    struct bd_gpu_scene *scene;
+    uint32_t light_count;
+    struct bd_frame_light *lights;
+
+    struct bd_viewpoint viewpoint; // of the current sub-frame
+    uint64_t gbuffer_key, direct_key, indirect_key;
+    struct bd_gbuffer *gbuffer;
+    struct bd_tex *direct;
+    struct bd_indirect *indirect;
+};
+
+enum bd_err bd_stage_upload(struct bd_frame *frame);
+enum bd_err bd_stage_shadow_map(struct bd_frame *frame, struct bd_frame_light *light);
+enum bd_err bd_stage_rsm(struct bd_frame *frame, struct bd_frame_light *light);
+enum bd_err bd_stage_vpl_grid(struct bd_frame *frame, struct bd_frame_light *light);
+enum bd_err bd_stage_gbuffer(struct bd_frame *frame);
+enum bd_err bd_stage_direct(struct bd_frame *frame);
+enum bd_err bd_stage_indirect(struct bd_frame *frame);
+
+// Ends a sub-frame of an antialiased frame: no other sub-frame, of this frame or the next, looks
+// through the same points of the pixels before sixteen others did.
+void bd_stage_forget_camera_side(struct bd_frame *frame);
+
+// Marks a planned pass in the report. A pass that ran for one light and was reused for another ran.
+void bd_report_mark(struct bd_report *report, const char *pass, enum bd_pass_state state);
+
+#endif
