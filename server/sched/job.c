@@ -1,0 +1,72 @@
+#include "sched/job.h"
+
+#include <stdlib.h>
+
+#include "base/assert.h"
+#include "base/clock.h"
+
+struct bd_job *bd_job_create(const struct bd_job_request *request)
+{
+    struct bd_job *job = calloc(1, sizeof *job);
+    BD_ASSERT(job);
+    atomic_init(&job->reference_count, 2);
+    atomic_init(&job->cancelled, false);
+    job->request = *request;
+    bd_scene_retain(job->request.scene);
+    uint32_t deadline_ms = request->frame.deadline_ms;
+    if (deadline_ms) job->deadline_ns = bd_clock_ns() + deadline_ms * UINT64_C(1000000);
+    BD_ASSERT(pthread_mutex_init(&job->lock, NULL) == 0);
+    BD_ASSERT(pthread_cond_init(&job->ended_changed, NULL) == 0);
+    return job;
+}
+
+void bd_job_drop(struct bd_job *job)
+{
+    if (atomic_fetch_sub(&job->reference_count, 1) > 1) return;
+    for (int l = 0; l < BD_LAYER_COUNT; l++) bd_image_destroy(&job->result.layers[l]);
+    bd_scene_release(&job->request.scene);
+    pthread_mutex_destroy(&job->lock);
+    pthread_cond_destroy(&job->ended_changed);
+    free(job);
+}
+
+enum bd_err bd_job_should_stop(void *user)
+{
+    const struct bd_job *job = user;
+    if (atomic_load(&job->cancelled)) return BD_ERR_CANCELLED;
+    if (job->deadline_ns && bd_clock_ns() > job->deadline_ns) return BD_ERR_DEADLINE;
+    return BD_ERR_OK;
+}
+
+void bd_job_end(struct bd_job *job)
+{
+    pthread_mutex_lock(&job->lock);
+    job->ended = true;
+    pthread_cond_broadcast(&job->ended_changed);
+    pthread_mutex_unlock(&job->lock);
+    if (job->request.done) job->request.done(job->request.user, job);
+    bd_job_drop(job);
+}
+
+void bd_job_cancel(struct bd_job *job)
+{
+    atomic_store(&job->cancelled, true);
+}
+
+void bd_job_wait(struct bd_job *job)
+{
+    pthread_mutex_lock(&job->lock);
+    while (!job->ended) pthread_cond_wait(&job->ended_changed, &job->lock);
+    pthread_mutex_unlock(&job->lock);
+}
+
+void bd_job_release(struct bd_job **job)
+{
+    if (*job) bd_job_drop(*job);
+    *job = NULL;
+}
+
+const struct bd_job_result *bd_job_result(const struct bd_job *job)
+{
+    return &job->result;
+}

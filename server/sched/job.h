@@ -1,0 +1,32 @@
+// A job's life, private to sched/. Two references: the submitter's and the scheduler's, which it
+// drops after `done`.
+
+#ifndef BD_SCHED_JOB_H
+#define BD_SCHED_JOB_H
+
+#include <pthread.h>
+#include <stdatomic.h>
+
+#include "sched/sched.h"
+
+struct bd_job {
+    atomic_uint reference_count;
+    atomic_bool cancelled;
+    struct bd_job_request request;
+    uint64_t deadline_ns; // 0 = none
+    struct bd_job_result result;
+    pthread_mutex_t lock; // of `ended`
+    pthread_cond_t ended_changed;
+    bool ended;
+};
+
+struct bd_job *bd_job_create(const struct bd_job_request *request);
+void bd_job_drop(struct bd_job *job);
+
+// BD_ERR_OK, BD_ERR_CANCELLED or BD_ERR_DEADLINE; `user` is the job. For the slicer.
+enum bd_err bd_job_should_stop(void *user);
+
+// Publishes the result: wakes waiters, calls `done`, drops the scheduler's reference.
+void bd_job_end(struct bd_job *job);
+
+#endif

@@ -1,0 +1,285 @@
+#include "sched/sched.h"
+
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/assert.h"
+#include "base/clock.h"
+#include "base/log.h"
+#include "frame/frame.h"
+#include "sched/job.h"
+#include "sched/queue.h"
+
+#define GPU_MEMORY_UNKNOWN_MIB 2048
+// Share of the memory limit that may hold outputs for frames to come.
+#define MEMO_SHARE 0.6
+
+struct bd_sched {
+    struct bd_sched_options options;
+    char device[64];
+    char cache_directory[4096];
+    pthread_t thread;
+
+    pthread_mutex_t lock; // of everything below
+    pthread_cond_t work_changed;
+    struct bd_job_queue queue;
+    struct bd_job *running;
+    bool stopping;
+    bool started; // the device was tried
+    enum bd_err start_err;
+    struct bd_fault start_fault;
+    struct bd_sched_stats stats;
+
+    // Render thread only.
+    struct bd_gpu *gpu;
+    struct bd_renderer renderer;
+};
+
+// --- the device, on the render thread -------------------------------------------------------
+
+static uint64_t memory_limit_bytes(uint32_t limit_mib, const struct bd_gpu_caps *caps)
+{
+    if (limit_mib) return (uint64_t)limit_mib << 20;
+    if (caps->memory_bytes) return caps->memory_bytes / 4 * 3;
+    return (uint64_t)GPU_MEMORY_UNKNOWN_MIB << 20;
+}
+
+static enum bd_err open_device(struct bd_sched *sched, uint32_t lose_after, struct bd_fault *fault)
+{
+    const struct bd_gpu_options options = {
+        .device = sched->device,
+        .cache_directory = sched->cache_directory[0] ? sched->cache_directory : NULL,
+        .lose_after_waits = lose_after,
+    };
+    enum bd_err err = bd_gpu_create(&options, &sched->gpu, fault);
+    if (err) return err;
+    const struct bd_gpu_caps *caps = bd_gpu_caps(sched->gpu);
+    uint64_t limit = memory_limit_bytes(sched->options.gpu_memory_mib, caps);
+    bd_gpu_set_memory_limit(sched->gpu, limit);
+    bd_renderer_init(&sched->renderer, sched->gpu, (uint64_t)((double)limit * MEMO_SHARE));
+    pthread_mutex_lock(&sched->lock);
+    snprintf(sched->stats.device_name, sizeof sched->stats.device_name, "%s", caps->name);
+    snprintf(sched->stats.device_class, sizeof sched->stats.device_class, "%s",
+             caps->device_class);
+    sched->stats.software = caps->software;
+    sched->stats.device_ok = true;
+    sched->stats.gpu_memory_limit_mib = (double)(limit >> 20);
+    pthread_mutex_unlock(&sched->lock);
+    return BD_ERR_OK;
+}
+
+static void close_device(struct bd_sched *sched)
+{
+    if (!sched->gpu) return;
+    bd_renderer_finish(&sched->renderer);
+    bd_gpu_destroy(&sched->gpu);
+}
+
+static enum bd_err reopen_device(struct bd_sched *sched, struct bd_fault *fault)
+{
+    bd_log(BD_LOG_WARN, "sched", "the device was lost; building it anew from the snapshots");
+    pthread_mutex_lock(&sched->lock);
+    sched->stats.device_ok = false;
+    sched->stats.device_losses++;
+    pthread_mutex_unlock(&sched->lock);
+    close_device(sched);
+    return open_device(sched, 0, fault);
+}
+
+// --- one job, on the render thread ----------------------------------------------------------
+
+static enum bd_err render(struct bd_sched *sched, struct bd_job *job)
+{
+    enum bd_err err = bd_job_should_stop(job);
+    if (err) return err;
+    memset(&job->result.report, 0, sizeof job->result.report);
+    return bd_frame_render(&sched->renderer, job->request.scene, &job->request.frame,
+                           bd_job_should_stop, job, job->result.layers, &job->result.report,
+                           &job->result.fault);
+}
+
+static void describe_failure(struct bd_job *job, enum bd_err err)
+{
+    struct bd_fault *fault = &job->result.fault;
+    if (err == BD_ERR_CANCELLED)
+        (void)bd_fault_set(fault, err, "", "cancelled");
+    else if (err == BD_ERR_DEADLINE)
+        (void)bd_fault_set(fault, err, "deadline_ms", "the deadline of %u ms passed",
+                           job->request.frame.deadline_ms);
+    else if (err == BD_ERR_DEVICE_LOST)
+        (void)bd_fault_set(fault, err, "", "the device was lost twice; the job is given up");
+    else if (fault->err != err)
+        (void)bd_fault_set(fault, err, "", "%s", bd_err_name(err));
+}
+
+static void run_job(struct bd_sched *sched, struct bd_job *job)
+{
+    enum bd_err err = sched->gpu ? BD_ERR_OK : reopen_device(sched, &job->result.fault);
+    if (!err) err = render(sched, job);
+    if (err == BD_ERR_DEVICE_LOST) {
+        err = reopen_device(sched, &job->result.fault);
+        if (!err) err = render(sched, job);
+        if (err == BD_ERR_DEVICE_LOST) close_device(sched);
+    }
+    job->result.err = err;
+    if (err) describe_failure(job, err);
+}
+
+static void account(struct bd_sched *sched, const struct bd_job *job)
+{
+    struct bd_sched_stats *stats = &sched->stats;
+    switch (job->result.err) {
+    case BD_ERR_OK: stats->jobs_done++; break;
+    case BD_ERR_CANCELLED: stats->jobs_cancelled++; break;
+    default: stats->jobs_failed++; break;
+    }
+    stats->render_seconds += job->result.report.time_ms.total / 1000;
+    if (!sched->gpu) return;
+    struct bd_gpu_memory memory;
+    bd_gpu_memory(sched->gpu, &memory);
+    stats->gpu_memory_mib = (double)memory.used_bytes / (1 << 20);
+    if (job->result.report.memory_gpu_peak_mib > stats->gpu_memory_peak_mib)
+        stats->gpu_memory_peak_mib = job->result.report.memory_gpu_peak_mib;
+}
+
+// --- the render thread ----------------------------------------------------------------------
+
+static struct bd_job *wait_for_job(struct bd_sched *sched)
+{
+    pthread_mutex_lock(&sched->lock);
+    while (!sched->stopping && sched->queue.count == 0)
+        pthread_cond_wait(&sched->work_changed, &sched->lock);
+    struct bd_job *job = sched->stopping ? NULL : bd_job_queue_pop(&sched->queue);
+    sched->running = job;
+    pthread_mutex_unlock(&sched->lock);
+    return job;
+}
+
+static void finish_job(struct bd_sched *sched, struct bd_job *job)
+{
+    pthread_mutex_lock(&sched->lock);
+    sched->running = NULL;
+    account(sched, job);
+    pthread_mutex_unlock(&sched->lock);
+    bd_job_end(job);
+}
+
+static void fail_waiting_jobs(struct bd_sched *sched)
+{
+    struct bd_job *job;
+    while ((job = bd_job_queue_pop(&sched->queue)) != NULL) {
+        job->result.err = BD_ERR_CANCELLED;
+        (void)bd_fault_set(&job->result.fault, BD_ERR_CANCELLED, "", "the daemon is stopping");
+        bd_job_end(job);
+    }
+}
+
+static void *render_thread(void *user)
+{
+    struct bd_sched *sched = user;
+    struct bd_fault fault = {0};
+    enum bd_err err = open_device(sched, sched->options.lose_device_after_slices, &fault);
+    pthread_mutex_lock(&sched->lock);
+    sched->started = true;
+    sched->start_err = err;
+    sched->start_fault = fault;
+    pthread_cond_broadcast(&sched->work_changed);
+    pthread_mutex_unlock(&sched->lock);
+    struct bd_job *job;
+    while (!err && (job = wait_for_job(sched)) != NULL) {
+        run_job(sched, job);
+        finish_job(sched, job);
+    }
+    close_device(sched);
+    return NULL;
+}
+
+// --- from any thread ------------------------------------------------------------------------
+
+static void free_sched(struct bd_sched *sched)
+{
+    bd_job_queue_finish(&sched->queue);
+    pthread_mutex_destroy(&sched->lock);
+    pthread_cond_destroy(&sched->work_changed);
+    free(sched);
+}
+
+static void wait_until_started(struct bd_sched *sched)
+{
+    pthread_mutex_lock(&sched->lock);
+    while (!sched->started) pthread_cond_wait(&sched->work_changed, &sched->lock);
+    pthread_mutex_unlock(&sched->lock);
+}
+
+enum bd_err bd_sched_create(const struct bd_sched_options *options, struct bd_sched **out,
+                            struct bd_fault *fault)
+{
+    struct bd_sched *sched = calloc(1, sizeof *sched);
+    BD_ASSERT(sched);
+    sched->options = *options;
+    snprintf(sched->device, sizeof sched->device, "%s", options->device);
+    if (options->data_directory)
+        snprintf(sched->cache_directory, sizeof sched->cache_directory, "%s/shader-cache",
+                 options->data_directory);
+    bd_job_queue_init(&sched->queue, options->queue_length_max);
+    BD_ASSERT(pthread_mutex_init(&sched->lock, NULL) == 0);
+    BD_ASSERT(pthread_cond_init(&sched->work_changed, NULL) == 0);
+    BD_ASSERT(pthread_create(&sched->thread, NULL, render_thread, sched) == 0);
+    wait_until_started(sched);
+    if (sched->start_err) {
+        pthread_join(sched->thread, NULL);
+        if (fault) *fault = sched->start_fault;
+        enum bd_err err = sched->start_err;
+        free_sched(sched);
+        return err;
+    }
+    *out = sched;
+    return BD_ERR_OK;
+}
+
+void bd_sched_destroy(struct bd_sched **sched)
+{
+    struct bd_sched *s = *sched;
+    *sched = NULL;
+    if (!s) return;
+    pthread_mutex_lock(&s->lock);
+    s->stopping = true;
+    if (s->running) bd_job_cancel(s->running);
+    pthread_cond_broadcast(&s->work_changed);
+    pthread_mutex_unlock(&s->lock);
+    pthread_join(s->thread, NULL);
+    fail_waiting_jobs(s);
+    free_sched(s);
+}
+
+enum bd_err bd_sched_submit(struct bd_sched *sched, const struct bd_job_request *request,
+                            struct bd_job **out, struct bd_fault *fault)
+{
+    enum bd_err err =
+        bd_frame_request_check(&request->frame, &sched->options.frame_limits, fault);
+    if (err) return err;
+    struct bd_job *job = bd_job_create(request);
+    pthread_mutex_lock(&sched->lock);
+    bool queued = !sched->stopping && bd_job_queue_push(&sched->queue, job);
+    pthread_cond_signal(&sched->work_changed);
+    pthread_mutex_unlock(&sched->lock);
+    if (!queued) {
+        bd_job_drop(job);
+        bd_job_drop(job);
+        return bd_fault_set(fault, BD_ERR_BUSY, "queue", "%u jobs are waiting already",
+                            sched->options.queue_length_max);
+    }
+    *out = job;
+    return BD_ERR_OK;
+}
+
+void bd_sched_stats(struct bd_sched *sched, struct bd_sched_stats *out)
+{
+    pthread_mutex_lock(&sched->lock);
+    *out = sched->stats;
+    out->jobs_waiting = sched->queue.count;
+    out->jobs_running = sched->running != NULL;
+    pthread_mutex_unlock(&sched->lock);
+}
