@@ -104,7 +104,7 @@ bool bd_transport_default_path(char *path, size_t size)
 {
     const char *folder = getenv("XDG_RUNTIME_DIR");
     if (!folder || folder[0] != '/') return false;
-    int length = snprintf(path, size, "%s/bounced/bounced.sock", folder);
+    int length = snprintf(path, size, "%s/bounced.sock", folder);
     return length > 0 && (size_t)length < size;
 }
 

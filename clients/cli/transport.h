@@ -16,7 +16,7 @@
 BD_MUST_CHECK
 enum bd_err bd_transport_connect(const char *server, int *fd, struct bd_fault *fault);
 
-// $XDG_RUNTIME_DIR/bounced/bounced.sock, where a daemon without --listen waits. False if there is
+// $XDG_RUNTIME_DIR/bounced.sock, where a daemon without --listen waits. False if there is
 // no such folder variable, or the path does not fit a socket address.
 bool bd_transport_default_path(char *path, size_t size);
 

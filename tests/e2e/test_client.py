@@ -231,7 +231,7 @@ def test_a_second_ctrl_c_ends_all_at_once(fake):
 @pytest.fixture
 def running(fake):
     """A fake daemon on the default socket."""
-    folder = fake.folder / "run/bounced"
+    folder = fake.folder / "run"
     folder.mkdir(parents=True)
     path = folder / "bounced.sock"
     with subprocess.Popen([fake.env["BOUNCED"], str(path)], env=fake.env) as daemon:
@@ -281,7 +281,7 @@ def test_a_held_scene_is_rendered_by_its_id(running):
 
 def test_server_addresses(running):
     scene(running)
-    address = f"unix:{running.folder}/run/bounced/bounced.sock"
+    address = f"unix:{running.folder}/run/bounced.sock"
     assert running("scenes", "--server", address).returncode == 0
     result = running("scenes", "--server", "unix:/nowhere")
     assert result.returncode == 7 and "/nowhere" in result.stderr
