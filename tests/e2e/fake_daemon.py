@@ -11,6 +11,7 @@ import signal
 import socket
 import struct
 import sys
+import time
 
 sys.path.insert(0, os.environ["BD_PB2_DIR"])
 import bounced_pb2 as pb  # noqa: E402
@@ -66,6 +67,8 @@ class Peer:
             getattr(self, "on_" + body)(envelope, payload)
 
     def on_hello(self, envelope, _):
+        if MODE == "slow_start":
+            time.sleep(60)
         if MODE == "unauthorized":
             self.error(envelope.request_id, "unauthorized", "no token, or a wrong one")
             sys.exit(0)

@@ -188,11 +188,11 @@ def test_a_daemon_that_fails_is_named(fake, mode, exit_code, says):
     assert daemon_is_gone(fake)
 
 
-def interrupt(fake, count, pause_s):
+def interrupt(fake, count, pause_s, when="render"):
     scene(fake)
     process = fake.start("render", "box.glb", "-o", "out.png", start_new_session=True)
     deadline = time.monotonic() + 20
-    while not fake.asked("render") and time.monotonic() < deadline:
+    while not fake.asked(when) and time.monotonic() < deadline:
         time.sleep(0.02)
     start = time.monotonic()
     for _ in range(count):
@@ -219,6 +219,13 @@ def test_ctrl_c_gives_up_on_a_daemon_that_does_not_answer(fake):
     code, seconds = interrupt(fake, 1, 0)
     assert code == 130
     assert 2.5 < seconds < 10
+
+
+def test_ctrl_c_while_the_daemon_starts(fake):
+    fake.mode("slow_start")
+    code, seconds = interrupt(fake, 1, 0, when="hello")
+    assert code == 130
+    assert seconds < 2.5
 
 
 def test_a_second_ctrl_c_ends_all_at_once(fake):
