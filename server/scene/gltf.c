@@ -7,6 +7,7 @@
 
 #include "scene/gltf_reader.h"
 #include "scene/gltf_scan.h"
+#include "scene/gltf_schema.h"
 
 struct bd_gltf_path bd_gltf_path(const char *format, ...)
 {
@@ -75,12 +76,13 @@ static enum bd_err read_document(struct bd_gltf_reader *reader)
     if (err == BD_ERR_OK) err = bd_gltf_read_pictures(reader);
     if (err == BD_ERR_OK) err = bd_gltf_read_nodes(reader);
     if (err == BD_ERR_OK) err = bd_gltf_read_meshes(reader);
-    // Last, so that a broken file without a scene is told what is broken.
-    if (err == BD_ERR_OK && reader->doc->scene_count == 0 && reader->doc->node_count == 0)
-        err = bd_fault_set(reader->fault, BD_ERR_BAD_INPUT, "scenes",
-                           "the file holds no scene and no nodes");
     if (err == BD_ERR_OK) flag_repairs(reader);
     return err;
+}
+
+static enum bd_err no_scene(struct bd_fault *fault)
+{
+    return bd_fault_set(fault, BD_ERR_BAD_INPUT, "scenes", "the file holds no scene and no nodes");
 }
 
 static uint64_t size_of_all(const struct bd_import_file *files, uint32_t file_count)
@@ -104,6 +106,7 @@ static enum bd_err read_parsed(const struct bd_gltf_document *doc,
                                     .input_bytes = size_of_all(files, file_count),
                                     .vertex_bytes_left = limits->scene_bytes};
     enum bd_err err = read_document(&reader);
+    if (err == BD_ERR_OK && doc->scene_count == 0 && doc->node_count == 0) err = no_scene(fault);
     free(reader.uv_slots);
     if (err == BD_ERR_OK)
         *out = reader.scene;
@@ -122,8 +125,15 @@ enum bd_err bd_gltf_read(const struct bd_import_file *files, uint32_t file_count
     enum bd_err err = bd_gltf_scan(files[0].bytes, files[0].size_bytes, &text, fault);
     if (err == BD_ERR_OK)
         err = bd_gltf_parse(text.bytes, text.size, text.is_glb, files, file_count, &doc, fault);
+    // What tinygltf cannot do with a legal fragment is not the fragment's first trouble. What our
+    // own checks find in one is.
+    if (err == BD_ERR_BAD_INPUT && text.is_scanned && !text.has_scene) err = no_scene(fault);
     bd_gltf_text_free(&text);
     if (err == BD_ERR_OK) err = read_parsed(doc, files, file_count, limits, out, fault);
+    if (err == BD_ERR_OK && text.min_version[0])
+        bd_scene_flag(*out, "min_version: %s", text.min_version);
+    if (err == BD_ERR_OK && text.dataless_buffer_count)
+        bd_scene_flag(*out, "buffers_without_data: %u", text.dataless_buffer_count);
     bd_gltf_document_destroy(&doc);
     return err;
 }

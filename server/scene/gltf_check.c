@@ -55,6 +55,14 @@ uint32_t bd_gltf_element_bytes(const struct bd_gltf_accessor *accessor)
     return column * accessor->column_count;
 }
 
+// The last element of an accessor need not have the padding after its last column.
+static uint32_t last_element_bytes(const struct bd_gltf_accessor *accessor)
+{
+    uint32_t column = accessor->row_count * bd_gltf_component_bytes(accessor->component_type);
+    return bd_gltf_element_bytes(accessor) / accessor->column_count * (accessor->column_count - 1) +
+           column;
+}
+
 uint32_t bd_gltf_stride_bytes(const struct bd_gltf_reader *reader,
                               const struct bd_gltf_accessor *accessor)
 {
@@ -124,7 +132,7 @@ static enum bd_err check_sparse(struct bd_gltf_reader *reader, uint32_t i)
         return too_long(reader, bd_gltf_path("accessors[%u].sparse.indices", i),
                         accessor->sparse_index_view);
     if (value_offset < 0 || !fits(&doc->views[accessor->sparse_value_view], (uint64_t)value_offset,
-                                  count, element, element))
+                                  count, last_element_bytes(accessor), element))
         return too_long(reader, bd_gltf_path("accessors[%u].sparse.values", i),
                         accessor->sparse_value_view);
     return BD_ERR_OK;
@@ -165,8 +173,8 @@ static enum bd_err check_accessor(struct bd_gltf_reader *reader, uint32_t i)
             return bd_fault_set(reader->fault, BD_ERR_BAD_INPUT,
                                 bd_gltf_path("bufferViews[%d].byteStride", accessor->view).text,
                                 "%u bytes, elements of accessor %u have %u", stride, i, element);
-        if (!fits(&doc->views[accessor->view], accessor->offset_bytes, accessor->count, element,
-                  stride))
+        if (!fits(&doc->views[accessor->view], accessor->offset_bytes, accessor->count,
+                  last_element_bytes(accessor), stride))
             return too_long(reader, bd_gltf_path("accessors[%u]", i), accessor->view);
     }
     return accessor->is_sparse ? check_sparse(reader, i) : BD_ERR_OK;

@@ -24,14 +24,15 @@ struct bd_gltf_text {
     uint8_t *bytes;
     size_t size;
     bool is_glb;
+    bool is_scanned;                // the scan came to its end
+    bool has_scene;                 // a scene, or at least nodes to be shown without one
+    uint32_t dataless_buffer_count; // legal buffers without uri: their bytes are all zero here
+    char min_version[8]; // asset.minVersion where it is above 2.0: read anyway, and flagged
 };
 
 BD_MUST_CHECK
 enum bd_err bd_gltf_scan(const void *bytes, size_t size, struct bd_gltf_text *out,
                          struct bd_fault *fault);
 void bd_gltf_text_free(struct bd_gltf_text *text);
-
-// True for the extensions that the importer reads.
-bool bd_gltf_extension_is_supported(const char *name);
 
 #endif

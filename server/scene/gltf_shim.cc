@@ -455,6 +455,43 @@ bool load(Document *doc, const uint8_t *bytes, size_t size, bool is_glb, FileTab
                                       "");
 }
 
+std::string at(const char *array, size_t index, const char *member)
+{
+    return std::string(array) + "[" + std::to_string(index) + "]" + member;
+}
+
+// The primitive over whose indices tinygltf stopped, if it did.
+std::string bad_indices(const tinygltf::Model &model)
+{
+    for (size_t m = 0; m < model.meshes.size(); m++)
+        for (size_t p = 0; p < model.meshes[m].primitives.size(); p++) {
+            int index = model.meshes[m].primitives[p].indices;
+            if (index < 0) continue;
+            std::string path = at("meshes", m, "") + at(".primitives", p, ".indices");
+            if ((size_t)index >= model.accessors.size()) return path;
+            int view = model.accessors[(size_t)index].bufferView;
+            if (view < 0 || (size_t)view >= model.bufferViews.size()) return path;
+        }
+    return "";
+}
+
+// tinygltf does not say where it stopped; but it reads one array after the other, so what it has
+// got tells what it was at.
+enum bd_err refused(const tinygltf::Model &model, const std::string &error, struct bd_fault *fault)
+{
+    std::string path;
+    bool before_nodes = model.nodes.empty() && model.scenes.empty() && model.materials.empty();
+    if (before_nodes && model.meshes.empty() && model.accessors.empty() &&
+        model.bufferViews.empty())
+        path = at("buffers", model.buffers.size(), ".uri");
+    else if (before_nodes && !bad_indices(model).empty())
+        path = bad_indices(model);
+    else if (model.textures.empty() && model.skins.empty() && model.cameras.empty())
+        path = at("images", model.images.size(), "");
+    return bd_fault_set(fault, BD_ERR_BAD_INPUT, path.c_str(), "%s",
+                        error.substr(0, error.find('\n')).c_str());
+}
+
 } // namespace
 
 const struct bd_import_file *bd_gltf_find_file(const struct bd_import_file *files,
@@ -479,8 +516,7 @@ enum bd_err bd_gltf_parse(const uint8_t *bytes, size_t size, bool is_glb,
         FileTable table = {files, file_count, read_budget_bytes(files, file_count)};
         std::string error;
         if (!load(doc.get(), bytes, size, is_glb, &table, &error))
-            return bd_fault_set(fault, BD_ERR_BAD_INPUT, "", "%s",
-                                error.substr(0, error.find('\n')).c_str());
+            return refused(doc->model, error, fault);
         copy_model(doc.get());
         *out = doc.release();
         return BD_ERR_OK;
