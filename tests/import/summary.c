@@ -67,23 +67,24 @@ static uint32_t add_uris(const json_t *document, const char *key, const char *fo
         snprintf(relative, sizeof relative, "%s", uri);
         percent_decode(relative);
         snprintf(path, sizeof path, "%s/%s", folder, relative);
-        if (access(path, R_OK) == 0) files[count++] = map_file(path, strdup(uri));
+        if (access(path, R_OK) == 0) files[count++] = map_file(path, uri);
     }
     return count;
 }
 
-static uint32_t find_files(const char *path, struct bd_import_file files[64])
+// The uris live in `document`; NULL for a .glb.
+static uint32_t find_files(const char *path, struct bd_import_file files[64], json_t **out)
 {
     files[0] = map_file(path, path);
     json_t *document =
         json_loadb(files[0].bytes, files[0].size_bytes, JSON_REJECT_DUPLICATES, NULL);
+    *out = document;
     char *copy = strdup(path);
     uint32_t count = add_uris(document, "buffers", dirname(copy), files, 1);
     free(copy);
     copy = strdup(path);
     count = add_uris(document, "images", dirname(copy), files, count);
     free(copy);
-    json_decref(document);
     return count;
 }
 
@@ -164,7 +165,8 @@ int main(int argc, char **argv)
     struct bd_import_file files[64];
     struct bd_scene *scene = NULL;
     struct bd_fault fault = {0};
-    uint32_t count = find_files(argv[2], files);
+    json_t *document;
+    uint32_t count = find_files(argv[2], files, &document);
     uint64_t start_ns = bd_clock_ns();
     enum bd_err err = import(program, files, count, &scene, &fault);
     json_t *summary = err == BD_ERR_OK ? scene_json(scene) : fault_json(&fault);
@@ -172,6 +174,7 @@ int main(int argc, char **argv)
     json_dumpf(summary, stdout, JSON_INDENT(1) | JSON_ENSURE_ASCII | JSON_REAL_PRECISION(9));
     puts("");
     json_decref(summary);
+    json_decref(document);
     bd_scene_release(&scene);
     return err == BD_ERR_OK ? 0 : 4;
 }
