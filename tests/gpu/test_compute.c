@@ -1,5 +1,6 @@
 #include <string.h>
 
+#include "gpu/gpu_internal.h"
 #include "gpu_test.h"
 #include "test/size.h"
 
@@ -70,9 +71,8 @@ static void chain_of_dispatches_sees_every_write(void **state)
     bd_tex_destroy(gpu, &tex);
 }
 
-static void array_is_read_beside_a_storage_block_of_its_number(void **state)
+static void sum_array(const struct bd_program *program)
 {
-    (void)state;
     float values[10][4], total[4], expected[4] = {0};
     for (int i = 0; i < 10; i++)
         for (int c = 0; c < 4; c++) {
@@ -85,11 +85,28 @@ static void array_is_read_beside_a_storage_block_of_its_number(void **state)
         .arrays[2] = array,
         .storage[2] = {.buf = result, .write = true},
     };
-    bd_gpu_dispatch(gpu, compute_program("test/array.comp"), &bindings, 1, 1, 1);
+    bd_gpu_dispatch(gpu, program, &bindings, 1, 1, 1);
     assert_int_equal(bd_buf_read(gpu, result, 0, total, sizeof total), BD_ERR_OK);
     assert_memory_equal(total, expected, sizeof total);
     bd_buf_destroy(gpu, &result);
     bd_buf_destroy(gpu, &array);
+}
+
+// Both forms that an array has, whatever the device is.
+static void array_is_read_beside_a_storage_block_of_its_number(void **state)
+{
+    (void)state;
+    bool preferred = gpu->arrays_are_textures;
+    for (int form = 0; form < 2; form++) {
+        struct bd_program_source source = {.compute = "test/array.comp"};
+        struct bd_program *program;
+        struct bd_fault fault = {0};
+        bd_define(&source.defines, "FORM", form); // programs are kept by source and defines
+        gpu->arrays_are_textures = form == 0;
+        assert_int_equal(bd_program_get(gpu, &source, &program, &fault), BD_ERR_OK);
+        sum_array(program);
+    }
+    gpu->arrays_are_textures = preferred;
 }
 
 static void warm_up_leaves_no_trace(void **state)

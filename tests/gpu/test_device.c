@@ -1,8 +1,10 @@
+#include <epoxy/gl.h>
 #include <jansson.h>
 #include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "gpu_test.h"
 
@@ -110,6 +112,53 @@ static void software_is_software(void **state)
     bd_gpu_destroy(&made);
 }
 
+// What is written to stderr while `auto` opens a device; whether that is software.
+static bool log_of_auto(char *log, size_t log_size)
+{
+    FILE *file = tmpfile();
+    int saved = dup(STDERR_FILENO);
+    assert_true(file && saved >= 0 && dup2(fileno(file), STDERR_FILENO) >= 0);
+    const struct bd_gpu_options options = {.device = "auto"};
+    struct bd_gpu *made;
+    struct bd_fault fault = {0};
+    enum bd_err err = bd_gpu_create(&options, &made, &fault);
+    dup2(saved, STDERR_FILENO);
+    close(saved);
+    assert_int_equal(err, BD_ERR_OK);
+    bool software = bd_gpu_caps(made)->software;
+    bd_gpu_destroy(&made);
+    rewind(file);
+    log[fread(log, 1, log_size - 1, file)] = 0;
+    fclose(file);
+    return software;
+}
+
+static void falling_back_to_software_is_said(void **state)
+{
+    (void)state;
+    char log[2000];
+    if (log_of_auto(log, sizeof log)) {
+        assert_non_null(strstr(log, "warning: gpu: no hardware device works, rendering in "
+                                    "software; tried egl:0: "));
+        assert_non_null(strstr(log, "llvmpipe"));
+    } else {
+        assert_null(strstr(log, "rendering in software"));
+    }
+}
+
+// A call that GL refuses is our bug: it is told, not passed over.
+static void a_refused_call_sticks(void **state)
+{
+    (void)state;
+    const struct bd_gpu_options options = {.device = "auto"};
+    struct bd_fault fault = {0};
+    assert_int_equal(bd_gpu_create(&options, &gpu, &fault), BD_ERR_OK);
+    glEnable(0xffff);
+    assert_int_equal(bd_gpu_wait(gpu), BD_ERR_INTERNAL);
+    assert_int_equal(bd_gpu_status(gpu), BD_ERR_INTERNAL);
+    bd_gpu_destroy(&gpu);
+}
+
 static void memory_is_counted_and_limited(void **state)
 {
     (void)state;
@@ -188,6 +237,8 @@ int main(void)
         cmocka_unit_test(names_that_are_no_device_are_refused),
         cmocka_unit_test(listed_devices_open_by_their_names),
         cmocka_unit_test(software_is_software),
+        cmocka_unit_test(falling_back_to_software_is_said),
+        cmocka_unit_test(a_refused_call_sticks),
         cmocka_unit_test(memory_is_counted_and_limited),
         cmocka_unit_test(an_injected_loss_sticks),
     };
