@@ -17,6 +17,8 @@ const uint TRIANGLE_MASKED = 0x80000000u;
 const int SHADOW_REACH = 3;
 const int SHADOW_SIDE = 2 * SHADOW_REACH + 1;
 const int SHADOW_TEXELS = SHADOW_SIDE * SHADOW_SIDE;
+const float SMALL_TRIANGLE_TEXELS = 4.0;
+const float SMALL_TRIANGLE_GAP_TEXELS = 3.0;
 
 // True if the open segment origin .. origin + span meets the triangle (Moeller and Trumbore 1997).
 // The edges are widened by a few ulps, so that no light passes between neighbours.
@@ -38,6 +40,34 @@ bool segment_meets_triangle(vec3 origin, vec3 span, uint id)
     return u >= -slack && v >= -slack && u + v <= 1.0 + slack && t > 0.0 && t < 1.0;
 }
 
+// Side of a texel at a distance from the light, render units.
+float shadow_texel_side(vec3 from_light)
+{
+    float side = 2.0 * light.axis_x.w / float(light.kind.z);
+    return light.kind.x == BD_LIGHT_KIND_DIRECTIONAL ? side : side * length(from_light);
+}
+
+// Triangles smaller than the map's texels hide each other from it: the one that the segment meets
+// may be named nowhere. Where the texel of the receiver itself names one so small, its plane
+// stands for the surface that it is part of, as in a plain shadow map; the gap to the receiver
+// must then exceed what the surface can turn within a texel or two.
+bool segment_meets_small_triangle(vec3 origin, vec3 span, uint id, float texel_side)
+{
+    vec3 corner = BD_LOAD(triangles, 3u * id).xyz;
+    vec3 edge1 = BD_LOAD(triangles, 3u * id + 1u).xyz;
+    vec3 edge2 = BD_LOAD(triangles, 3u * id + 2u).xyz;
+    vec3 edge3 = edge2 - edge1;
+    float longest = max(dot(edge1, edge1), max(dot(edge2, edge2), dot(edge3, edge3)));
+    if (longest > SMALL_TRIANGLE_TEXELS * SMALL_TRIANGLE_TEXELS * texel_side * texel_side)
+        return false;
+    vec3 n = cross(edge1, edge2);
+    float toward = dot(span, n);
+    if (toward == 0.0) return false;
+    float t = dot(corner - origin, n) / toward;
+    float cosine = abs(toward) / (length(span) * length(n));
+    return t < 1.0 && t * length(span) * max(cosine, 0.1) > SMALL_TRIANGLE_GAP_TEXELS * texel_side;
+}
+
 // Texel coordinates (not yet floored) of a point seen from the light, and its face.
 vec2 shadow_texel(vec3 from_light, out uint face)
 {
@@ -57,6 +87,7 @@ bool segment_is_blocked(vec3 origin, vec3 span, uint own_id)
     uint face = 0u;
     ivec2 centre = ivec2(floor(shadow_texel(from_light, face)));
     int last = int(light.kind.z) - 1;
+    float texel_side = shadow_texel_side(from_light);
     uint tested = own_id;
     for (int i = 0; i < SHADOW_TEXELS; i++) {
         // The centre first: it decides nearly always.
@@ -70,6 +101,7 @@ bool segment_is_blocked(vec3 origin, vec3 span, uint own_id)
         if (id == 0u || id == own_id || id == tested) continue;
         tested = id;
         if (segment_meets_triangle(origin, span, id - 1u)) return true;
+        if (i == 0 && segment_meets_small_triangle(origin, span, id - 1u, texel_side)) return true;
     }
     return false;
 }
