@@ -1,0 +1,318 @@
+// What every frame owes, whatever the technique: the same bytes twice, layers that add up, no
+// more passes than needed, and no change of digits under scale, offset and light power (hazards
+// 3, 7, 8, 9, 13, 26, 27 of algorithms.md).
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "world.h"
+
+#define WIDTH  61 // odd on purpose
+#define HEIGHT 47
+
+static const uint32_t all_layers = (1u << BD_LAYER_COUNT) - 1;
+static const double origin[3] = {0, 0, 0};
+static const char *const few_vpls[] = {"vpls=96", "rsm_size=64", "shadow_size=128", NULL};
+
+static int open_world(void **state)
+{
+    *state = world_create();
+    return 0;
+}
+
+static int close_world(void **state)
+{
+    world_destroy((struct world **)state);
+    return 0;
+}
+
+// A room with a block in it, a spot, a point and a directional light, seen from a corner; scaled
+// and moved as a whole, with light that keeps the picture's radiance.
+static void make_room(struct world *w, double scale, const double at[3], double power)
+{
+    world_clear(w);
+    int32_t grey = world_add_material(w, 0.5f), dark = world_add_material(w, 0.2f);
+    world_add_box_room(w, grey, origin, scale);
+    const double block[4][3] = {{-.3 * scale, -.4 * scale, .2 * scale},
+                                {.3 * scale, -.4 * scale, .2 * scale},
+                                {.3 * scale, -.4 * scale, -.4 * scale},
+                                {-.3 * scale, -.4 * scale, -.4 * scale}};
+    world_add_quad(w, dark, block, 3);
+    const double lamp[3] = {.5 * scale, .7 * scale, -.3 * scale}, aim[3] = {-.6, -1, .2};
+    const double bulb[3] = {-.6 * scale, .1 * scale, .5 * scale}, sun[3] = {.3, -1, .1};
+    float area = (float)(scale * scale * power);
+    world_add_light(w, BD_LIGHT_SPOT, lamp, aim, 3 * area);
+    world_add_light(w, BD_LIGHT_POINT, bulb, aim, 0.5f * area);
+    world_add_light(w, BD_LIGHT_DIRECTIONAL, origin, sun, (float)(0.25 * power));
+    const double eye[3] = {.8 * scale, .6 * scale, .9 * scale};
+    const double other[3] = {-.8 * scale, .5 * scale, .7 * scale};
+    world_add_camera(w, eye, origin, 1.2);
+    world_add_camera(w, other, origin, 1.2);
+    for (uint32_t i = 0; i < w->scene->node_count; i++)
+        for (int a = 0; a < 3; a++) w->scene->nodes[i].parent_from_node.m[12 + a] += at[a];
+    for (uint32_t i = 0; i < w->scene->camera_count; i++)
+        w->scene->cameras[i].near_m = (float)(1e-3 * scale);
+}
+
+static bool same_pixels(const struct bd_image *a, const struct bd_image *b)
+{
+    size_t count = (size_t)a->width_px * a->height_px * a->channel_count;
+    return memcmp(a->pixels, b->pixels, count * sizeof(float)) == 0;
+}
+
+// A second device and renderer: nothing can come from the first one's memo.
+static void same_bytes_on_a_fresh_device(void **state)
+{
+    struct bd_image *first[BD_LAYER_COUNT], *second[BD_LAYER_COUNT];
+    make_room(*state, 1, origin, 1);
+    world_render(*state, "rsm", 0, WIDTH, HEIGHT, all_layers, few_vpls, first);
+    world_destroy((struct world **)state);
+    *state = world_create();
+    make_room(*state, 1, origin, 1);
+    world_render(*state, "rsm", 0, WIDTH, HEIGHT, all_layers, few_vpls, second);
+    for (int l = 0; l < BD_LAYER_COUNT; l++) assert_true(same_pixels(first[l], second[l]));
+    world_free_layers(first);
+    world_free_layers(second);
+}
+
+static void layers_add_up_to_beauty(void **state)
+{
+    struct bd_image *l[BD_LAYER_COUNT];
+    make_room(*state, 1, origin, 1);
+    ((struct world *)*state)->scene->materials[1].emissive[0] = 0.7f;
+    world_render(*state, "rsm", 0, WIDTH, HEIGHT, all_layers, few_vpls, l);
+    double most_indirect = 0, most_emission = 0;
+    for (int i = 0; i < WIDTH * HEIGHT; i++) {
+        for (int c = 0; c < 3; c++) {
+            double indirect = l[BD_LAYER_INDIRECT]->pixels[3 * i + c];
+            double emission = l[BD_LAYER_EMISSION]->pixels[3 * i + c];
+            double sum = l[BD_LAYER_DIRECT]->pixels[3 * i + c] + indirect + emission;
+            double beauty = l[BD_LAYER_BEAUTY]->pixels[4 * i + c];
+            assert_true(fabs(sum - beauty) <= 1e-5 * beauty);
+            most_indirect = fmax(most_indirect, indirect);
+            most_emission = fmax(most_emission, emission);
+        }
+        assert_true(l[BD_LAYER_BEAUTY]->pixels[4 * i + 3] == 1);
+    }
+    assert_true(most_indirect > 0.01 && fabs(most_emission - 0.7) < 1e-3);
+    world_free_layers(l);
+}
+
+static enum bd_pass_state state_of(const struct bd_report *report, const char *pass)
+{
+    for (uint32_t p = 0; p < report->pass_count; p++)
+        if (strcmp(report->passes[p].name, pass) == 0) return report->passes[p].state;
+    fail_msg("pass %s is not in the report", pass);
+    return BD_PASS_PLANNED;
+}
+
+static void another_camera_reuses_the_light_side(void **state)
+{
+    struct world *w = *state;
+    struct bd_image *l[BD_LAYER_COUNT];
+    make_room(w, 1, origin, 1);
+    world_render(w, "rsm", 0, WIDTH, HEIGHT, 1, few_vpls, l);
+    world_free_layers(l);
+    assert_int_equal(state_of(&w->report, "vpl_grid"), BD_PASS_RAN);
+    world_render(w, "rsm", 1, WIDTH, HEIGHT, 1, few_vpls, l);
+    world_free_layers(l);
+    const char *const light_side[] = {"shadow_map", "rsm", "vpl_grid"};
+    for (int i = 0; i < 3; i++)
+        assert_int_equal(state_of(&w->report, light_side[i]), BD_PASS_REUSED);
+    assert_int_equal(state_of(&w->report, "gbuffer"), BD_PASS_RAN);
+    assert_int_equal(state_of(&w->report, "gather"), BD_PASS_RAN);
+    assert_true(w->report.time_ms.compile == 0 && w->report.time_ms.load == 0);
+}
+
+// A snapshot after an edit of one light's power: new lights, the same everything else.
+static void a_brighter_light_keeps_its_maps(void **state)
+{
+    struct world *w = *state;
+    struct bd_image *l[BD_LAYER_COUNT];
+    make_room(w, 1, origin, 1);
+    world_render(w, "rsm", 0, WIDTH, HEIGHT, 1, few_vpls, l);
+    float before = bd_image_at(l[0], WIDTH / 4, HEIGHT / 3)[0];
+    world_free_layers(l);
+    for (uint32_t i = 0; i < w->scene->light_count; i++) w->scene->lights[i].intensity *= 1.5f;
+    world_render(w, "rsm", 0, WIDTH, HEIGHT, 1, few_vpls, l);
+    float after = bd_image_at(l[0], WIDTH / 4, HEIGHT / 3)[0];
+    world_free_layers(l);
+    assert_int_equal(state_of(&w->report, "shadow_map"), BD_PASS_REUSED);
+    assert_int_equal(state_of(&w->report, "rsm"), BD_PASS_REUSED);
+    assert_int_equal(state_of(&w->report, "vpl_grid"), BD_PASS_RAN);
+    assert_int_equal(state_of(&w->report, "direct"), BD_PASS_RAN);
+    ASSERT_REL(after, 1.5 * before, 1e-5);
+}
+
+// Largest difference of two pictures over the mean of the first, after a factor.
+static double difference(struct world *w, const struct bd_image *expected, double factor,
+                         const char *const *settings)
+{
+    struct bd_image *l[BD_LAYER_COUNT];
+    world_render(w, "rsm", 0, WIDTH, HEIGHT, 1, settings, l);
+    double worst = 0, mean = 0;
+    for (int i = 0; i < 4 * WIDTH * HEIGHT; i++) {
+        if (i % 4 == 3) continue;
+        worst = fmax(worst, fabs(l[0]->pixels[i] * factor - expected->pixels[i]));
+        mean += expected->pixels[i] / (3 * WIDTH * HEIGHT);
+    }
+    world_free_layers(l);
+    return worst / mean;
+}
+
+static void scale_and_power_change_no_digit(void **state)
+{
+    struct bd_image *base[BD_LAYER_COUNT];
+    make_room(*state, 1, origin, 1);
+    world_render(*state, "rsm", 0, WIDTH, HEIGHT, 1, few_vpls, base);
+    const int scales[] = {-13, -5, 7, 20};
+    for (int i = 0; i < 4; i++) {
+        make_room(*state, ldexp(1, scales[i]), origin, 1);
+        assert_true(difference(*state, base[0], 1, few_vpls) == 0);
+    }
+    const int powers[] = {-30, -8, 12, 30};
+    for (int i = 0; i < 4; i++) {
+        make_room(*state, 1, origin, ldexp(1, powers[i]));
+        assert_true(difference(*state, base[0], ldexp(1, -powers[i]), few_vpls) == 0);
+    }
+    world_free_layers(base);
+}
+
+static void offset_changes_next_to_nothing(void **state)
+{
+    struct bd_image *base[BD_LAYER_COUNT];
+    make_room(*state, 1, origin, 1);
+    world_render(*state, "rsm", 0, WIDTH, HEIGHT, 1, few_vpls, base);
+    const double far[3] = {2e7, -1e7, 3e7};
+    make_room(*state, 1, far, 1);
+    double worst = difference(*state, base[0], 1, few_vpls);
+    print_message("    moved by 1e7 sizes: %.2e of the mean\n", worst);
+    assert_true(worst <= 1e-4);
+    world_free_layers(base);
+}
+
+static void a_flat_floor_lights_itself_by_nothing(void **state)
+{
+    struct world *w = *state;
+    world_clear(w);
+    int32_t grey = world_add_material(w, 0.8f);
+    const double floor[4][3] = {{-1.3, .2, 1}, {1, .2, 1.1}, {1.2, .2, -1}, {-1, .2, -1}};
+    const double lamp[3] = {.3, 1, .1}, aim[3] = {-.1, -1, 0}, eye[3] = {.4, 2, 1};
+    world_add_quad(w, grey, floor, 7);
+    world_add_light(w, BD_LIGHT_SPOT, lamp, aim, 2);
+    world_add_camera(w, eye, origin, 1.2);
+    struct bd_image *l[BD_LAYER_COUNT];
+    world_render(w, "rsm", 0, WIDTH, HEIGHT, 1u << BD_LAYER_INDIRECT, few_vpls, l);
+    for (int i = 0; i < 3 * WIDTH * HEIGHT; i++)
+        assert_true(l[BD_LAYER_INDIRECT]->pixels[i] == 0);
+    world_free_layers(l);
+}
+
+static bool has_flag(const struct bd_report *report, const char *flag)
+{
+    for (uint32_t f = 0; f < report->flag_count; f++)
+        if (strcmp(report->flags[f], flag) == 0) return true;
+    return false;
+}
+
+static void nothing_at_all_is_a_blank_frame(void **state)
+{
+    struct world *w = *state;
+    struct bd_image *l[BD_LAYER_COUNT];
+    world_clear(w);
+    world_add_material(w, 0.5f);
+    world_render(w, "rsm", 0, 1, 1, all_layers, few_vpls, l);
+    assert_true(has_flag(&w->report, "blank_frame"));
+    assert_true(l[BD_LAYER_BEAUTY]->pixels[3] == 0);
+    assert_true(l[BD_LAYER_DEPTH]->pixels[0] == 1e10f);
+    assert_int_equal(w->report.nonfinite_pixels, 0);
+    world_free_layers(l);
+}
+
+static void black_surfaces_stay_black(void **state)
+{
+    struct world *w = *state;
+    struct bd_image *l[BD_LAYER_COUNT];
+    make_room(w, 1, origin, 1);
+    for (uint32_t m = 0; m < w->scene->material_count; m++)
+        memset(w->scene->materials[m].base_color, 0, 3 * sizeof(float));
+    const char *settings[] = {"vpls=96", "brdf=lambert", NULL};
+    world_render(w, "rsm", 0, WIDTH, HEIGHT, 1, settings, l);
+    for (int i = 0; i < WIDTH * HEIGHT; i++)
+        for (int c = 0; c < 3; c++) assert_true(l[0]->pixels[4 * i + c] == 0);
+    world_free_layers(l);
+}
+
+static void a_plan_renders_nothing(void **state)
+{
+    struct world *w = *state;
+    make_room(w, 1, origin, 1);
+    struct bd_image *l[BD_LAYER_COUNT];
+    world_render(w, "direct", 0, 4, 4, 1, NULL, l);
+    world_free_layers(l);
+    struct bd_frame_request request = bd_frame_request_default;
+    request.plan_only = true;
+    struct bd_image *layers[BD_LAYER_COUNT] = {0};
+    struct bd_fault fault = {0};
+    assert_int_equal(bd_frame_render(&w->renderer, w->scene, &request, NULL, NULL, layers,
+                                     &w->report, &fault), BD_ERR_OK);
+    assert_null(layers[0]);
+    assert_int_equal(state_of(&w->report, "gather"), BD_PASS_PLANNED);
+    bool no_textures = false;
+    for (uint32_t o = 0; o < w->report.omitted_count; o++)
+        if (strstr(w->report.omitted[o].reason, "texture code")) no_textures = true;
+    assert_true(no_textures);
+}
+
+static void bad_requests_name_the_field(void **state)
+{
+    struct world *w = *state;
+    make_room(w, 1, origin, 1);
+    struct bd_image *layers[BD_LAYER_COUNT];
+    world_render(w, "direct", 0, 4, 4, 1, NULL, layers);
+    world_free_layers(layers);
+    const struct {
+        const char *technique, *setting, *camera, *field;
+    } cases[] = {{"radiosity", NULL, "", "technique"},   {"rsm", "vpls=0", "", "vpls"},
+                 {"rsm", "vpls=1.5", "", "vpls"},        {"rsm", "vpls=nan", "", "vpls"},
+                 {"rsm", "brdf=phong", "", "brdf"},      {"rsm", "colour=red", "", "colour"},
+                 {"direct", "vpls=256", "", "vpls"},     {"rsm", NULL, "nowhere", "camera"},
+                 {"rsm", "near_field=-1", "", "near_field"}, {"rsm", NULL, "2", "camera"}};
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        struct bd_frame_request request = bd_frame_request_default;
+        struct bd_fault fault = {0};
+        snprintf(request.technique, sizeof request.technique, "%s", cases[i].technique);
+        snprintf(request.camera, sizeof request.camera, "%s", cases[i].camera);
+        if (cases[i].setting)
+            assert_int_equal(bd_param_list_add(&request.params, cases[i].setting, &fault), 0);
+        assert_int_equal(bd_frame_render(&w->renderer, w->scene, &request, NULL, NULL, layers,
+                                         &w->report, &fault), BD_ERR_USAGE);
+        assert_string_equal(fault.field, cases[i].field);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(same_bytes_on_a_fresh_device),
+        cmocka_unit_test(layers_add_up_to_beauty),
+        cmocka_unit_test(another_camera_reuses_the_light_side),
+        cmocka_unit_test(a_brighter_light_keeps_its_maps),
+        cmocka_unit_test(scale_and_power_change_no_digit),
+        cmocka_unit_test(offset_changes_next_to_nothing),
+        cmocka_unit_test(a_flat_floor_lights_itself_by_nothing),
+        cmocka_unit_test(nothing_at_all_is_a_blank_frame),
+        cmocka_unit_test(black_surfaces_stay_black),
+        cmocka_unit_test(a_plan_renders_nothing),
+        cmocka_unit_test(bad_requests_name_the_field),
+    };
+    return cmocka_run_group_tests(tests, open_world, close_world);
+}
