@@ -1,0 +1,249 @@
+// The scheduler with a real device: order, cancel, deadlines, a lost device. Exits with 77 where
+// there is no EGL.
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdatomic.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include <cmocka.h>
+
+#include "base/clock.h"
+#include "sched/sched.h"
+#include "world.h"
+
+static struct bd_sched *create_sched(uint32_t lose_after)
+{
+    const struct bd_sched_options options = {
+        .device = "auto",
+        .queue_length_max = 8,
+        .frame_limits = {4096, 1u << 24},
+        .lose_device_after_slices = lose_after,
+    };
+    struct bd_sched *sched;
+    struct bd_fault fault = {0};
+    if (bd_sched_create(&options, &sched, &fault)) {
+        fprintf(stderr, "skipped: %s\n", fault.message);
+        exit(77);
+    }
+    return sched;
+}
+
+// A closed room with a lamp: every pixel has indirect light to gather.
+static struct bd_scene *create_scene(void)
+{
+    struct world builder = {.scene = bd_scene_create()};
+    const double origin[3] = {0, 0, 0}, down[3] = {0, -1, 0}, eye[3] = {.5, .5, .9};
+    world_add_box_room(&builder, world_add_material(&builder, 0.5f), origin, 1);
+    world_add_light(&builder, BD_LIGHT_POINT, origin, down, 1);
+    world_add_camera(&builder, eye, origin, 1.2);
+    struct bd_fault fault = {0};
+    assert_int_equal(bd_scene_finish(builder.scene, &fault), BD_ERR_OK);
+    return builder.scene;
+}
+
+static struct bd_job_request request_of(struct bd_scene *scene, uint32_t side_px, const char *vpls)
+{
+    struct bd_job_request request = {.scene = scene, .frame = bd_frame_request_default};
+    struct bd_fault fault;
+    request.frame.width_px = request.frame.height_px = side_px;
+    assert_int_equal(bd_param_list_add(&request.frame.params, vpls, &fault), BD_ERR_OK);
+    return request;
+}
+
+static struct bd_job *submit(struct bd_sched *sched, const struct bd_job_request *request)
+{
+    struct bd_job *job;
+    struct bd_fault fault = {0};
+    if (bd_sched_submit(sched, request, &job, &fault)) fail_msg("%s", fault.message);
+    return job;
+}
+
+static void a_lost_device_changes_no_byte(void **state)
+{
+    (void)state;
+    struct bd_scene *scene = create_scene();
+    const struct bd_job_request request = request_of(scene, 64, "vpls=384");
+    float *expected = NULL;
+    const uint32_t lose_after[] = {0, 2, 9};
+    for (int i = 0; i < 3; i++) {
+        struct bd_sched *sched = create_sched(lose_after[i]);
+        struct bd_job *job = submit(sched, &request);
+        bd_job_wait(job);
+        const struct bd_job_result *result = bd_job_result(job);
+        assert_int_equal(result->err, BD_ERR_OK);
+        struct bd_sched_stats stats;
+        bd_sched_stats(sched, &stats);
+        assert_int_equal(stats.device_losses, i > 0);
+        assert_true(stats.device_ok);
+        const size_t bytes = 64 * 64 * 4 * sizeof(float);
+        if (!expected) {
+            expected = malloc(bytes);
+            memcpy(expected, result->layers[0]->pixels, bytes);
+        }
+        assert_memory_equal(expected, result->layers[0]->pixels, bytes);
+        bd_job_release(&job);
+        bd_sched_destroy(&sched);
+    }
+    free(expected);
+    bd_scene_release(&scene);
+}
+
+static void sleep_ms(long ms)
+{
+    const struct timespec time = {ms / 1000, ms % 1000 * 1000000};
+    nanosleep(&time, NULL);
+}
+
+// With a warm cache, within 0.5 s on the software device, 0.1 s on hardware.
+static void a_cancelled_job_ends_soon(void **state)
+{
+    struct bd_sched *sched = *state;
+    struct bd_scene *scene = create_scene();
+    const struct bd_job_request warm = request_of(scene, 32, "vpls=384");
+    struct bd_job *job = submit(sched, &warm);
+    bd_job_wait(job);
+    bd_job_release(&job);
+    struct bd_sched_stats stats;
+    bd_sched_stats(sched, &stats);
+    const struct bd_job_request request = request_of(scene, 2048, "vpls=1000000");
+    for (int i = 0; i < 3; i++) {
+        job = submit(sched, &request);
+        sleep_ms(300 + 400 * i);
+        uint64_t start_ns = bd_clock_ns();
+        bd_job_cancel(job);
+        bd_job_wait(job);
+        double ms = bd_ms_since(start_ns);
+        print_message("    cancelled after %d ms: ended %.0f ms later\n", 300 + 400 * i, ms);
+        assert_int_equal(bd_job_result(job)->err, BD_ERR_CANCELLED);
+        assert_int_equal(bd_job_result(job)->report.stopped, BD_STOPPED_CANCELLED);
+        assert_null(bd_job_result(job)->layers[0]);
+        assert_true(ms < (stats.software ? 500 : 100));
+        bd_job_release(&job);
+    }
+    bd_scene_release(&scene);
+}
+
+static void a_deadline_is_kept(void **state)
+{
+    struct bd_sched *sched = *state;
+    struct bd_scene *scene = create_scene();
+    struct bd_job_request request = request_of(scene, 2048, "vpls=1000000");
+    request.frame.deadline_ms = 400;
+    uint64_t start_ns = bd_clock_ns();
+    struct bd_job *job = submit(sched, &request);
+    bd_job_wait(job);
+    double ms = bd_ms_since(start_ns);
+    assert_int_equal(bd_job_result(job)->err, BD_ERR_DEADLINE);
+    assert_int_equal(bd_job_result(job)->report.stopped, BD_STOPPED_DEADLINE);
+    assert_string_equal(bd_job_result(job)->fault.field, "deadline_ms");
+    print_message("    deadline of 400 ms: ended after %.0f ms\n", ms);
+    assert_true(ms >= 400 && ms < 900);
+    bd_job_release(&job);
+    bd_scene_release(&scene);
+}
+
+static atomic_int ended_count;
+static int ended_order[4];
+
+static void note_end(void *user, struct bd_job *job)
+{
+    (void)job;
+    ended_order[atomic_fetch_add(&ended_count, 1)] = *(const int *)user;
+}
+
+static void higher_priority_goes_first(void **state)
+{
+    struct bd_sched *sched = *state;
+    struct bd_scene *scene = create_scene();
+    static const int ids[4] = {0, 1, 2, 3}, priorities[4] = {0, 0, 10, 0};
+    struct bd_job *jobs[4];
+    atomic_store(&ended_count, 0);
+    for (int i = 0; i < 4; i++) {
+        // The first is long enough for the others to be waiting when it ends.
+        struct bd_job_request request = request_of(scene, i == 0 ? 512 : 16, "vpls=384");
+        request.priority = priorities[i];
+        request.done = note_end;
+        request.user = (void *)&ids[i];
+        jobs[i] = submit(sched, &request);
+        if (i == 0) sleep_ms(50);
+    }
+    for (int i = 0; i < 4; i++) bd_job_wait(jobs[i]);
+    for (int i = 0; i < 4; i++) bd_job_release(&jobs[i]);
+    while (atomic_load(&ended_count) < 4) sleep_ms(1); // `done` comes after the wait's end
+    const int expected[4] = {0, 2, 1, 3};
+    assert_memory_equal(ended_order, expected, sizeof expected);
+    bd_scene_release(&scene);
+}
+
+static void a_full_queue_says_so(void **state)
+{
+    struct bd_sched *sched = *state;
+    struct bd_scene *scene = create_scene();
+    const struct bd_job_request request = request_of(scene, 1024, "vpls=100000");
+    struct bd_job *jobs[16];
+    struct bd_fault fault = {0};
+    int count = 0;
+    while (count < 16 && !bd_sched_submit(sched, &request, &jobs[count], &fault)) count++;
+    assert_int_equal(fault.err, BD_ERR_BUSY);
+    assert_true(count == 8 || count == 9); // one may be running already
+    for (int i = 0; i < count; i++) bd_job_cancel(jobs[i]);
+    for (int i = 0; i < count; i++) bd_job_wait(jobs[i]);
+    for (int i = 0; i < count; i++) bd_job_release(&jobs[i]);
+    bd_scene_release(&scene);
+}
+
+static void oversize_is_refused_by_name(void **state)
+{
+    struct bd_scene *scene = create_scene();
+    struct bd_job_request request = request_of(scene, 4097, "vpls=96");
+    struct bd_job *job;
+    struct bd_fault fault = {0};
+    assert_int_equal(bd_sched_submit(*state, &request, &job, &fault), BD_ERR_LIMIT);
+    assert_string_equal(fault.field, "size");
+    bd_scene_release(&scene);
+}
+
+static void no_such_device_says_what_was_tried(void **state)
+{
+    (void)state;
+    const struct bd_sched_options options = {.device = "egl:99", .queue_length_max = 1};
+    struct bd_sched *sched;
+    struct bd_fault fault = {0};
+    assert_int_equal(bd_sched_create(&options, &sched, &fault), BD_ERR_DEVICE);
+    assert_non_null(strstr(fault.message, "egl:99"));
+}
+
+static int open_sched(void **state)
+{
+    *state = create_sched(0);
+    return 0;
+}
+
+static int close_sched(void **state)
+{
+    bd_sched_destroy((struct bd_sched **)state);
+    return 0;
+}
+
+#define WITH_SCHED(test) cmocka_unit_test_setup_teardown(test, open_sched, close_sched)
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_lost_device_changes_no_byte),
+        WITH_SCHED(a_cancelled_job_ends_soon),
+        WITH_SCHED(a_deadline_is_kept),
+        WITH_SCHED(higher_priority_goes_first),
+        WITH_SCHED(a_full_queue_says_so),
+        WITH_SCHED(oversize_is_refused_by_name),
+        cmocka_unit_test(no_such_device_says_what_was_tried),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
