@@ -74,8 +74,7 @@ static void same_bytes_on_a_fresh_device(void **state)
     struct bd_image *first[BD_LAYER_COUNT], *second[BD_LAYER_COUNT];
     make_room(*state, 1, origin, 1);
     world_render(*state, "rsm", 0, WIDTH, HEIGHT, all_layers, few_vpls, first);
-    world_destroy((struct world **)state);
-    *state = world_create();
+    world_reopen_device(*state);
     make_room(*state, 1, origin, 1);
     world_render(*state, "rsm", 0, WIDTH, HEIGHT, all_layers, few_vpls, second);
     for (int l = 0; l < BD_LAYER_COUNT; l++) assert_true(same_pixels(first[l], second[l]));

@@ -13,9 +13,8 @@
 
 // --- the world ------------------------------------------------------------------------------
 
-struct world *world_create(void)
+static void open_device(struct world *world)
 {
-    struct world *world = calloc(1, sizeof *world);
     const struct bd_gpu_options options = {.device = "auto", .debug = true};
     struct bd_fault fault = {0};
     if (bd_gpu_create(&options, &world->gpu, &fault)) {
@@ -23,15 +22,32 @@ struct world *world_create(void)
         exit(77);
     }
     bd_renderer_init(&world->renderer, world->gpu, UINT64_C(1) << 30);
+}
+
+static void close_device(struct world *world)
+{
+    bd_renderer_finish(&world->renderer);
+    bd_gpu_destroy(&world->gpu);
+}
+
+struct world *world_create(void)
+{
+    struct world *world = calloc(1, sizeof *world);
+    open_device(world);
     world->scene = bd_scene_create();
     return world;
+}
+
+void world_reopen_device(struct world *world)
+{
+    close_device(world);
+    open_device(world);
 }
 
 void world_destroy(struct world **world)
 {
     struct world *w = *world;
-    bd_renderer_finish(&w->renderer);
-    bd_gpu_destroy(&w->gpu);
+    close_device(w);
     bd_scene_release(&w->scene);
     free(w);
     *world = NULL;

@@ -19,6 +19,9 @@ struct world {
 
 struct world *world_create(void);
 void world_destroy(struct world **world);
+// The same world on a new device, with nothing in the renderer's memo. A world is the only device of
+// its thread: GL calls go to the context made last.
+void world_reopen_device(struct world *world);
 // A new, empty scene on the same device.
 void world_clear(struct world *world);
 

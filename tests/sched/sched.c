@@ -101,6 +101,17 @@ static void sleep_ms(long ms)
     nanosleep(&time, NULL);
 }
 
+#if defined(__has_feature) // clang; gcc says __SANITIZE_ADDRESS__
+#if __has_feature(address_sanitizer)
+#define __SANITIZE_ADDRESS__ 1
+#endif
+#endif
+#ifdef __SANITIZE_ADDRESS__
+#define PATIENCE 4 // the host's share of a slice is that much slower
+#else
+#define PATIENCE 1
+#endif
+
 // With a warm cache, within 0.5 s on the software device, 0.1 s on hardware.
 static void a_cancelled_job_ends_soon(void **state)
 {
@@ -124,7 +135,7 @@ static void a_cancelled_job_ends_soon(void **state)
         assert_int_equal(bd_job_result(job)->err, BD_ERR_CANCELLED);
         assert_int_equal(bd_job_result(job)->report.stopped, BD_STOPPED_CANCELLED);
         assert_null(bd_job_result(job)->layers[0]);
-        assert_true(ms < (stats.software ? 500 : 100));
+        assert_true(ms < PATIENCE * (stats.software ? 500 : 100));
         bd_job_release(&job);
     }
     bd_scene_release(&scene);
@@ -144,7 +155,7 @@ static void a_deadline_is_kept(void **state)
     assert_int_equal(bd_job_result(job)->report.stopped, BD_STOPPED_DEADLINE);
     assert_string_equal(bd_job_result(job)->fault.field, "deadline_ms");
     print_message("    deadline of 400 ms: ended after %.0f ms\n", ms);
-    assert_true(ms >= 400 && ms < 900);
+    assert_true(ms >= 400 && ms < 400 + PATIENCE * 500);
     bd_job_release(&job);
     bd_scene_release(&scene);
 }
