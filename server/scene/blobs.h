@@ -39,11 +39,17 @@ enum bd_err bd_blob_upload_commit(struct bd_blob_upload **upload, const char *he
                                   struct bd_fault *fault);
 void bd_blob_upload_abort(struct bd_blob_upload **upload);
 
-// Maps a blob for reading. BD_ERR_NOT_FOUND if there is none. Unmap with bd_blob_unmap.
 struct bd_blob_map {
     const void *bytes;
     size_t size_bytes;
 };
+// Maps what was uploaded so far without keeping it: for content that is read once. The map
+// outlives the upload.
+BD_MUST_CHECK
+enum bd_err bd_blob_upload_map(struct bd_blob_upload *upload, struct bd_blob_map *out,
+                               struct bd_fault *fault);
+
+// Maps a blob for reading. BD_ERR_NOT_FOUND if there is none. Unmap with bd_blob_unmap.
 BD_MUST_CHECK
 enum bd_err bd_blobs_map(struct bd_blobs *blobs, const char *hex, struct bd_blob_map *out,
                          struct bd_fault *fault);
