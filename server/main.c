@@ -1,17 +1,137 @@
 // bounced: options, then the rooms opened in order and closed in reverse.
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
+#include "base/log.h"
+#include "gpu/gpu.h"
+#include "net/net.h"
+#include "net/options.h"
+#include "scene/blobs.h"
+#include "scene/data_dir.h"
 #include "scene/import.h"
+#include "scene/store.h"
+#include "sched/sched.h"
+
+static int fail(const struct bd_fault *fault)
+{
+    bd_log(BD_LOG_ERROR, "main", "%s", fault->message);
+    return bd_err_exit_code(fault->err);
+}
+
+static char *list_devices_json(void)
+{
+    return bd_gpu_list_devices(true);
+}
+
+static int print_devices(const struct bd_options *options)
+{
+    char *text = bd_gpu_list_devices(options->log_json);
+    if (text) puts(text);
+    free(text);
+    return text ? 0 : bd_err_exit_code(BD_ERR_DEVICE);
+}
+
+// Without --listen, a socket where only this user gets: its runtime directory.
+static void add_default_listen(struct bd_options *options, char *buffer, size_t size)
+{
+    const char *runtime = getenv("XDG_RUNTIME_DIR");
+    if (options->listen_count > 0 || options->private_fd >= 0 || !runtime) return;
+    if ((size_t)snprintf(buffer, size, "unix:%s/bounced.sock", runtime) < size)
+        options->listens[options->listen_count++] = buffer;
+}
+
+static enum bd_err open_sched(const struct bd_options *options, const char *data_directory,
+                              struct bd_sched **out, struct bd_fault *fault)
+{
+    const struct bd_limits *limits = &options->limits;
+    struct bd_sched_options sched = {
+        .device = options->device,
+        .data_directory = data_directory,
+        .gpu_memory_mib = options->gpu_memory_mib,
+        .queue_length_max = (uint32_t)limits->jobs_waiting,
+        .frame_limits = {.side_px_max = (uint32_t)limits->image_side_px,
+                         .pixel_count_max = limits->image_pixels},
+        .lose_device_after_slices = (uint32_t)limits->debug_lose_device_after_slices,
+    };
+    return bd_sched_create(&sched, out, fault);
+}
+
+static enum bd_err serve(const struct bd_options *options, struct bd_sched *sched,
+                         struct bd_blobs *blobs, struct bd_store *store, struct bd_fault *fault)
+{
+    struct bd_net_options net_options = {
+        .http =
+            options->private_fd >= 0 || strcmp(options->http, "none") == 0 ? NULL : options->http,
+        .private_fd = options->private_fd,
+        .token_file = options->token_file,
+        .limits = options->limits,
+        .sched = sched,
+        .blobs = blobs,
+        .store = store,
+        .list_devices = list_devices_json,
+    };
+    memcpy(net_options.listens, options->listens, sizeof net_options.listens);
+    memcpy(net_options.public_names, options->public_names, sizeof net_options.public_names);
+    struct bd_net *net;
+    enum bd_err err = bd_net_create(&net_options, &net, fault);
+    if (err) return err;
+    bd_net_run(net);
+    bd_net_destroy(&net);
+    return BD_ERR_OK;
+}
+
+// The rooms, lowest first.
+static enum bd_err run(const struct bd_options *options, struct bd_fault *fault)
+{
+    struct bd_data_dir data;
+    bool is_temporary = options->private_fd >= 0 && !options->data;
+    enum bd_err err = is_temporary ? bd_data_dir_open_temporary(&data, fault)
+                                   : bd_data_dir_open(options->data, &data, fault);
+    if (err) return err;
+
+    struct bd_blobs *blobs = NULL;
+    err = bd_blobs_open(data.path, &blobs, fault);
+    if (err) goto close_data;
+    struct bd_store *store = bd_store_create((uint32_t)options->limits.scenes);
+
+    // A directory that is about to go keeps no shaders warm: the drivers' own place does.
+    struct bd_sched *sched = NULL;
+    err = open_sched(options, is_temporary ? NULL : data.path, &sched, fault);
+    if (err) goto close_store;
+    err = serve(options, sched, blobs, store, fault);
+    bd_sched_destroy(&sched);
+close_store:
+    bd_store_destroy(&store);
+    bd_blobs_close(&blobs);
+close_data:
+    bd_data_dir_close(&data);
+    return err;
+}
 
 int main(int argc, char **argv)
 {
-    if (argc == 2 && strcmp(argv[1], "--version") == 0) {
+    if (argc >= 2 && strcmp(argv[1], "--import") == 0) return bd_import_child_main(argc, argv);
+
+    struct bd_options options;
+    struct bd_fault fault = {0};
+    enum bd_err err = bd_options_read(&options, argc, argv, &fault);
+    bd_log_setup(options.log_debug ? BD_LOG_DEBUG : BD_LOG_INFO, options.log_json);
+    int status = 0;
+    char default_listen[160];
+    if (err) {
+        status = fail(&fault);
+    } else if (options.shows_version) {
         puts("bounced " BD_VERSION);
-        return 0;
+    } else if (options.shows_help) {
+        bd_options_print_help(stdout);
+    } else if (options.lists_devices) {
+        status = print_devices(&options);
+    } else {
+        add_default_listen(&options, default_listen, sizeof default_listen);
+        if (run(&options, &fault)) status = fail(&fault);
     }
-    if (argc == 2 && strcmp(argv[1], "--import") == 0) return bd_import_child_main(argc, argv);
-    fputs("usage: bounced [--version]\n", stderr);
-    return 2;
+    bd_options_finish(&options);
+    return status;
 }

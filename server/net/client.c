@@ -1,0 +1,121 @@
+#include "net/client.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/assert.h"
+#include "base/clock.h"
+
+struct bd_clients {
+    const struct bd_limits *limits;
+    struct bd_client *first;
+};
+
+struct bd_clients *bd_clients_create(const struct bd_limits *limits)
+{
+    struct bd_clients *clients = calloc(1, sizeof *clients);
+    BD_ASSERT(clients);
+    clients->limits = limits;
+    return clients;
+}
+
+void bd_clients_destroy(struct bd_clients **clients)
+{
+    if (!*clients) return;
+    while ((*clients)->first) {
+        struct bd_client *client = (*clients)->first;
+        BD_ASSERT_CMP(client->references, ==, 0);
+        (*clients)->first = client->next;
+        free(client);
+    }
+    free(*clients);
+    *clients = NULL;
+}
+
+static double bucket_size(const struct bd_clients *clients)
+{
+    return 2.0 * (double)clients->limits->requests_per_second;
+}
+
+static void refill(const struct bd_clients *clients, struct bd_client *client)
+{
+    uint64_t now_ns = bd_clock_ns();
+    double seconds = (double)(now_ns - client->refilled_ns) * 1e-9;
+    client->refilled_ns = now_ns;
+    client->tokens += seconds * (double)clients->limits->requests_per_second;
+    if (client->tokens > bucket_size(clients)) client->tokens = bucket_size(clients);
+}
+
+struct bd_client *bd_client_get(struct bd_clients *clients, const char *key)
+{
+    struct bd_client *client = clients->first;
+    while (client && strcmp(client->key, key) != 0) client = client->next;
+    if (!client) {
+        client = calloc(1, sizeof *client);
+        BD_ASSERT(client);
+        snprintf(client->key, sizeof client->key, "%s", key);
+        client->tokens = bucket_size(clients);
+        client->refilled_ns = bd_clock_ns();
+        client->next = clients->first;
+        clients->first = client;
+    }
+    client->references++;
+    return client;
+}
+
+void bd_client_retain(struct bd_client *client)
+{
+    client->references++;
+}
+
+void bd_client_release(struct bd_client **client)
+{
+    if (!*client) return;
+    BD_ASSERT_CMP((*client)->references, >, 0);
+    (*client)->references--;
+    *client = NULL;
+}
+
+enum bd_err bd_client_take_request(struct bd_clients *clients, struct bd_client *client,
+                                   struct bd_fault *fault)
+{
+    refill(clients, client);
+    if (client->tokens < 1)
+        return bd_fault_set(fault, BD_ERR_BUSY, "requests_per_second",
+                            "more than %llu requests a second (limit requests_per_second)",
+                            (unsigned long long)clients->limits->requests_per_second);
+    client->tokens -= 1;
+    return BD_ERR_OK;
+}
+
+enum bd_err bd_client_begin_job(struct bd_clients *clients, struct bd_client *client,
+                                struct bd_fault *fault)
+{
+    if (client->jobs >= clients->limits->jobs_per_client)
+        return bd_fault_set(fault, BD_ERR_BUSY, "jobs_per_client",
+                            "%u jobs of this client are under way (limit jobs_per_client)",
+                            client->jobs);
+    client->jobs++;
+    return BD_ERR_OK;
+}
+
+void bd_client_end_job(struct bd_client *client)
+{
+    BD_ASSERT_CMP(client->jobs, >, 0);
+    client->jobs--;
+}
+
+void bd_clients_sweep(struct bd_clients *clients)
+{
+    for (struct bd_client **at = &clients->first; *at;) {
+        struct bd_client *client = *at;
+        refill(clients, client);
+        if (client->references > 0 || client->tokens < bucket_size(clients)) {
+            at = &client->next;
+        } else {
+            *at = client->next;
+            free(client);
+        }
+    }
+}

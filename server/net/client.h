@@ -1,0 +1,50 @@
+// Who asks: one record for each address (or user, on a Unix socket), however many connections it
+// has. Holds its share of what is limited: requests a second and jobs under way.
+//
+// Thread: the event loop's.
+
+#ifndef BD_NET_CLIENT_H
+#define BD_NET_CLIENT_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "base/err.h"
+#include "protocol/limits.h"
+
+struct bd_clients;
+
+struct bd_client {
+    char key[64];        // "192.0.2.7", "uid:1000", "private"
+    uint32_t references; // connections and commands
+    uint32_t jobs;       // under way: imports and renders
+    double tokens;       // of the bucket
+    uint64_t refilled_ns;
+    struct bd_client *next;
+};
+
+struct bd_clients *bd_clients_create(const struct bd_limits *limits);
+void bd_clients_destroy(struct bd_clients **clients);
+
+// The record of `key`, made if need be, with a reference for the caller.
+struct bd_client *bd_client_get(struct bd_clients *clients, const char *key);
+void bd_client_retain(struct bd_client *client);
+// Nulls. A record without references is kept until its bucket is full again: going away and coming
+// back is no way around the rate.
+void bd_client_release(struct bd_client **client);
+
+// Takes one request out of the bucket. BD_ERR_BUSY, naming requests_per_second.
+BD_MUST_CHECK
+enum bd_err bd_client_take_request(struct bd_clients *clients, struct bd_client *client,
+                                   struct bd_fault *fault);
+
+// Counts a job that starts. BD_ERR_BUSY, naming jobs_per_client. Paired with bd_client_end_job.
+BD_MUST_CHECK
+enum bd_err bd_client_begin_job(struct bd_clients *clients, struct bd_client *client,
+                                struct bd_fault *fault);
+void bd_client_end_job(struct bd_client *client);
+
+// Forgets records that nobody refers to and whose bucket is full. Call now and then.
+void bd_clients_sweep(struct bd_clients *clients);
+
+#endif

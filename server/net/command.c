@@ -1,0 +1,346 @@
+#include "net/command.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/assert.h"
+#include "base/clock.h"
+#include "base/log.h"
+#include "net/command_internal.h"
+#include "net/device_list.h"
+#include "net/stats.h"
+
+static void leave_list(struct bd_command *command)
+{
+    struct bd_net *net = command->net;
+    if (command->previous)
+        command->previous->next = command->next;
+    else
+        net->commands = command->next;
+    if (command->next) command->next->previous = command->previous;
+    net->command_count--;
+}
+
+static void free_command(struct bd_command *command)
+{
+    if (command->counts_as_job) bd_client_end_job(command->client);
+    leave_list(command);
+    bounced__envelope__free_unpacked(command->envelope, NULL);
+    if (command->blob_reply) bounced__blob_reply__free_unpacked(command->blob_reply, NULL);
+    bd_blob_upload_abort(&command->body.upload);
+    bd_scene_release(&command->scene);
+    if (command->job) bd_job_release(&command->job);
+    bd_bytes_finish(&command->encoded.bytes);
+    bd_client_release(&command->client);
+    free(command->text);
+    free(command->parts);
+    free(command);
+}
+
+void bd_command_end(struct bd_command *command, struct bd_answer *answer)
+{
+    if (answer->envelope->body_case == BOUNCED__ENVELOPE__BODY_ERROR)
+        bd_net_count_refusal(command->net);
+    if (!command->abandoned) command->events->answer(command->user, answer);
+    bd_answer_finish(answer);
+    free_command(command);
+}
+
+void bd_command_end_fault(struct bd_command *command)
+{
+    struct bd_answer answer = bd_answer_error(&command->fault);
+    bd_command_end(command, &answer);
+}
+
+void bd_command_pool(struct bd_command *command, uv_work_cb on_pool, uv_after_work_cb back)
+{
+    command->work.data = command;
+    int result = uv_queue_work(&command->net->loop, &command->work, on_pool, back);
+    BD_ASSERT_CMP(result, ==, 0);
+}
+
+bool bd_command_stop_here(struct bd_command *command)
+{
+    if (command->cancelled && !command->err)
+        command->err =
+            bd_fault_set(&command->fault, BD_ERR_CANCELLED, "", "the request was cancelled");
+    if (!command->err) return false;
+    bd_command_end_fault(command);
+    return true;
+}
+
+void bd_command_progress(struct bd_command *command, const char *stage)
+{
+    if (command->events->progress && !command->abandoned)
+        command->events->progress(command->user, stage);
+}
+
+// A waiting import has nothing under way that would come back: it ends here.
+static bool drop_waiting_import(struct bd_command *command)
+{
+    if (!command->waits_for_import) return false;
+    struct bd_command **at = &command->net->imports_waiting;
+    while (*at != command) at = &(*at)->next_waiting;
+    *at = command->next_waiting;
+    command->waits_for_import = false;
+    bool stopped = bd_command_stop_here(command);
+    BD_ASSERT(stopped);
+    return true;
+}
+
+void bd_command_cancel(struct bd_command *command)
+{
+    command->cancelled = true;
+    if (drop_waiting_import(command)) return;
+    if (command->job) bd_job_cancel(command->job);
+}
+
+struct bd_command *bd_command_next(const struct bd_command *command)
+{
+    return command->next;
+}
+
+void bd_command_abandon(struct bd_command *command)
+{
+    command->abandoned = true;
+    bd_command_cancel(command);
+}
+
+// --- the short ones -------------------------------------------------------------------------
+
+static void scene_add_then(struct bd_command *command)
+{
+    const char *name = command->envelope->scene_add->name;
+    const struct bd_store_entry *entry;
+    command->err = bd_store_add(command->net->options.store, command->scene, name ? name : "",
+                                &entry, &command->fault);
+    if (bd_command_stop_here(command)) return;
+    struct bd_answer answer = bd_answer_scene(entry);
+    bd_command_end(command, &answer);
+}
+
+static void scene_get(struct bd_command *command)
+{
+    const char *id = command->envelope->scene_get->id;
+    const struct bd_store_entry *entry;
+    command->err = bd_store_get(command->net->options.store, id ? id : "", &entry, &command->fault);
+    if (bd_command_stop_here(command)) return;
+    struct bd_answer answer = bd_answer_scene(entry);
+    bd_command_end(command, &answer);
+}
+
+static void scene_remove(struct bd_command *command)
+{
+    const char *id = command->envelope->scene_remove->id;
+    command->err = bd_store_remove(command->net->options.store, id ? id : "", &command->fault);
+    if (bd_command_stop_here(command)) return;
+    struct bd_answer answer = bd_answer_done();
+    bd_command_end(command, &answer);
+}
+
+static void blob_have_on_pool(uv_work_t *work)
+{
+    struct bd_command *command = work->data;
+    const Bounced__BlobHave *request = command->envelope->blob_have;
+    Bounced__BlobReply *reply = command->blob_reply;
+    reply->have = calloc(request->n_blobs ? request->n_blobs : 1, sizeof *reply->have);
+    BD_ASSERT(reply->have);
+    for (size_t i = 0; i < request->n_blobs; i++) {
+        const char *blob = request->blobs[i];
+        if (strncmp(blob, "sha256:", 7) == 0 &&
+            bd_blobs_have(command->net->options.blobs, blob + 7))
+            reply->have[reply->n_have++] = bd_answer_text(blob);
+    }
+}
+
+static void blob_have_back(uv_work_t *work, int status)
+{
+    struct bd_command *command = work->data;
+    BD_ASSERT_CMP(status, ==, 0);
+    if (bd_command_stop_here(command)) return;
+    struct bd_answer answer = bd_answer_of(BOUNCED__ENVELOPE__BODY_BLOB_REPLY, command->blob_reply);
+    command->blob_reply = NULL;
+    bd_command_end(command, &answer);
+}
+
+static void blob_have(struct bd_command *command)
+{
+    command->blob_reply = malloc(sizeof *command->blob_reply);
+    BD_ASSERT(command->blob_reply);
+    bounced__blob_reply__init(command->blob_reply);
+    bd_command_pool(command, blob_have_on_pool, blob_have_back);
+}
+
+static void devices_on_pool(uv_work_t *work)
+{
+    struct bd_command *command = work->data;
+    if (command->net->options.list_devices) command->text = command->net->options.list_devices();
+}
+
+static void devices_back(uv_work_t *work, int status)
+{
+    struct bd_command *command = work->data;
+    BD_ASSERT_CMP(status, ==, 0);
+    if (bd_command_stop_here(command)) return;
+    struct bd_answer answer = bd_answer_devices(command->net->options.sched, command->text);
+    bd_command_end(command, &answer);
+}
+
+static void stats(struct bd_command *command)
+{
+    struct bd_answer answer = bd_answer_stats(command->net);
+    bd_command_end(command, &answer);
+}
+
+// --- start ----------------------------------------------------------------------------------
+
+static void render(struct bd_command *command)
+{
+    const Bounced__Render *request = command->envelope->render;
+    command->err = bd_frame_options_read(request->frame, &command->options, &command->fault);
+    if (!command->err && !request->scene) {
+        command->revision = 1;
+        bd_command_import(command, bd_command_render);
+        return;
+    }
+    const struct bd_store_entry *entry = NULL;
+    if (!command->err)
+        command->err =
+            bd_store_get(command->net->options.store, request->scene, &entry, &command->fault);
+    if (bd_command_stop_here(command)) return;
+    command->scene = bd_scene_retain(entry->scene);
+    command->revision = entry->revision;
+    bd_command_render(command);
+}
+
+static void scene_list(struct bd_command *command)
+{
+    struct bd_answer answer = bd_answer_scene_list(command->net->options.store);
+    bd_command_end(command, &answer);
+}
+
+static void unknown(struct bd_command *command)
+{
+    command->err = bd_fault_set(&command->fault, BD_ERR_UNSUPPORTED, "body",
+                                "this server knows no such request");
+    bd_command_end_fault(command);
+}
+
+static void dispatch(struct bd_command *command)
+{
+    switch (command->envelope->body_case) {
+    case BOUNCED__ENVELOPE__BODY_BLOB_HAVE:
+        blob_have(command);
+        break;
+    case BOUNCED__ENVELOPE__BODY_SCENE_ADD:
+        bd_command_import(command, scene_add_then);
+        break;
+    case BOUNCED__ENVELOPE__BODY_SCENE_LIST:
+        scene_list(command);
+        break;
+    case BOUNCED__ENVELOPE__BODY_SCENE_GET:
+        scene_get(command);
+        break;
+    case BOUNCED__ENVELOPE__BODY_SCENE_REMOVE:
+        scene_remove(command);
+        break;
+    case BOUNCED__ENVELOPE__BODY_RENDER:
+        render(command);
+        break;
+    case BOUNCED__ENVELOPE__BODY_DEVICES:
+        bd_command_pool(command, devices_on_pool, devices_back);
+        break;
+    case BOUNCED__ENVELOPE__BODY_STATS:
+        stats(command);
+        break;
+    case BOUNCED__ENVELOPE__BODY_HELLO:
+    case BOUNCED__ENVELOPE__BODY_BLOB_PUT:
+    case BOUNCED__ENVELOPE__BODY_CANCEL:
+    case BOUNCED__ENVELOPE__BODY_ERROR:
+    case BOUNCED__ENVELOPE__BODY_HELLO_REPLY:
+    case BOUNCED__ENVELOPE__BODY_BLOB_REPLY:
+    case BOUNCED__ENVELOPE__BODY_SCENE:
+    case BOUNCED__ENVELOPE__BODY_SCENE_LIST_REPLY:
+    case BOUNCED__ENVELOPE__BODY_DONE:
+    case BOUNCED__ENVELOPE__BODY_RENDER_REPLY:
+    case BOUNCED__ENVELOPE__BODY_DEVICES_REPLY:
+    case BOUNCED__ENVELOPE__BODY_STATS_REPLY:
+    case BOUNCED__ENVELOPE__BODY_PROGRESS:
+    case BOUNCED__ENVELOPE__BODY__NOT_SET:
+    default:
+        unknown(command);
+        break;
+    }
+}
+
+static bool is_job(const Bounced__Envelope *envelope)
+{
+    return envelope->body_case == BOUNCED__ENVELOPE__BODY_SCENE_ADD ||
+           envelope->body_case == BOUNCED__ENVELOPE__BODY_RENDER;
+}
+
+static enum bd_err admit(struct bd_command *command, const struct bd_command_start *start)
+{
+    struct bd_net *net = command->net;
+    enum bd_err err = BD_ERR_OK;
+    if (!start->exempt_from_rate)
+        err = bd_client_take_request(net->clients, command->client, &command->fault);
+    if (!err && net->draining)
+        err = bd_fault_set(&command->fault, BD_ERR_BUSY, "", "the server is shutting down");
+    if (!err && is_job(command->envelope)) {
+        err = bd_client_begin_job(net->clients, command->client, &command->fault);
+        command->counts_as_job = !err;
+    }
+    return err;
+}
+
+// Remembers whether the command ended while it was being started: its memory is gone then.
+struct start_watch {
+    const struct bd_command_events *events;
+    void *user;
+    bool ended;
+};
+
+static void watched_answer(void *user, struct bd_answer *answer)
+{
+    struct start_watch *watch = user;
+    watch->ended = true;
+    watch->events->answer(watch->user, answer);
+}
+
+static void watched_progress(void *user, const char *stage)
+{
+    struct start_watch *watch = user;
+    if (watch->events->progress) watch->events->progress(watch->user, stage);
+}
+
+struct bd_command *bd_command_start(const struct bd_command_start *start)
+{
+    static const struct bd_command_events watched = {watched_answer, watched_progress};
+    struct start_watch watch = {.events = start->events, .user = start->user};
+    struct bd_command *command = calloc(1, sizeof *command);
+    BD_ASSERT(command);
+    *command = (struct bd_command){.net = start->net,
+                                   .client = start->client,
+                                   .envelope = start->envelope,
+                                   .events = &watched,
+                                   .user = &watch,
+                                   .next = start->net->commands,
+                                   .start_ns = bd_clock_ns()};
+    if (start->body) command->body = *start->body;
+    bd_client_retain(command->client);
+    if (command->next) command->next->previous = command;
+    start->net->commands = command;
+    start->net->command_count++;
+    start->net->stats.requests++;
+
+    command->err = admit(command, start);
+    if (command->err)
+        bd_command_end_fault(command);
+    else
+        dispatch(command);
+    if (watch.ended) return NULL;
+    command->events = start->events;
+    command->user = start->user;
+    return command;
+}

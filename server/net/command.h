@@ -1,0 +1,64 @@
+// Decoded requests, whichever face they came by, and how they are carried out.
+//
+// A command takes one request and ends with one answer. In between it may import on libuv's pool,
+// render on the scheduler's thread and encode on the pool again; each step comes back to the loop
+// before the next begins, so that a cancel, a disconnect or a drain is seen between all of them.
+//
+// Hello, blob uploads and cancel are no commands: they belong to a connection, and so to its face.
+//
+// Thread: the event loop's.
+
+#ifndef BD_NET_COMMAND_H
+#define BD_NET_COMMAND_H
+
+#include <stdbool.h>
+
+#include "net/answer.h"
+#include "net/client.h"
+#include "protocol/bounced.pb-c.h"
+#include "scene/blobs.h"
+
+struct bd_command;
+struct bd_net;
+
+struct bd_command_events {
+    // Once, last. What is in `answer` belongs to the callee. May come before bd_command_start
+    // returns.
+    void (*answer)(void *user, struct bd_answer *answer);
+    // A stage began: "import", "queue", "encode". NULL if nobody wants to know.
+    void (*progress)(void *user, const char *stage);
+};
+
+// Content that came with the request instead of by blob: the body of POST /v1/render.
+struct bd_command_body {
+    struct bd_blob_upload *upload; // owned by the command from now on
+    char boundary[80];             // of multipart/form-data; "" = the body is the scene's file
+    char name[128];                // for messages about the file
+};
+
+struct bd_command_start {
+    struct bd_net *net;
+    struct bd_client *client;     // the command takes its own reference
+    Bounced__Envelope *envelope;  // malloc'ed pieces; owned by the command from now on
+    struct bd_command_body *body; // NULL: none; copied
+    const struct bd_command_events *events;
+    void *user;
+    bool exempt_from_rate; // health checks
+};
+
+// NULL if it has been answered already.
+struct bd_command *bd_command_start(const struct bd_command_start *start);
+
+// Asks it to stop; it is still answered, by `cancelled` unless it was done by then.
+void bd_command_cancel(struct bd_command *command);
+
+// The same when nobody listens any more: there will be no answer.
+void bd_command_abandon(struct bd_command *command);
+
+// The one started before it, NULL at the end: to walk over net->commands.
+struct bd_command *bd_command_next(const struct bd_command *command);
+
+// Called on the loop when frames have ended (net->frames_ended).
+void bd_command_collect_frames(struct bd_net *net);
+
+#endif

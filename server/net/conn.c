@@ -1,0 +1,272 @@
+#include "net/conn.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <sys/socket.h>
+
+#include "base/assert.h"
+#include "base/clock.h"
+#include "base/log.h"
+#include "net/address.h"
+#include "net/net_internal.h"
+
+#define READ_BYTES         65536
+#define FINISH_PATIENCE_NS 5000000000u
+// Once our side is shut, so long for the peer to take notice.
+#define LINGER_NS 2000000000u
+
+struct write_request {
+    uv_write_t uv;
+    struct bd_conn *conn;
+    uint8_t *first, *second;
+};
+
+void bd_conn_touch(struct bd_conn *conn)
+{
+    conn->active_ns = bd_clock_ns();
+}
+
+static void on_closed(uv_handle_t *handle)
+{
+    struct bd_conn *conn = handle->data;
+    bd_client_release(&conn->client);
+    conn->ops->free(conn);
+}
+
+static void leave_list(struct bd_conn *conn)
+{
+    if (conn->previous)
+        conn->previous->next = conn->next;
+    else
+        conn->net->conns = conn->next;
+    if (conn->next) conn->next->previous = conn->previous;
+    conn->net->conn_count--;
+    bd_net_conn_left(conn->net);
+}
+
+void bd_conn_kill(struct bd_conn *conn)
+{
+    if (conn->state == BD_CONN_CLOSED) return;
+    bool told = conn->state == BD_CONN_FINISHING;
+    conn->state = BD_CONN_CLOSED;
+    if (!told) conn->ops->gone(conn);
+    leave_list(conn);
+    uv_close(&conn->uv.handle, on_closed);
+}
+
+static void on_alloc(uv_handle_t *handle, size_t suggested, uv_buf_t *buf)
+{
+    (void)handle;
+    (void)suggested;
+    // One buffer is enough: libuv reads and calls back before it reads the next connection.
+    static char bytes[READ_BYTES];
+    *buf = uv_buf_init(bytes, sizeof bytes);
+}
+
+static void on_read(uv_stream_t *stream, ssize_t size, const uv_buf_t *buf)
+{
+    struct bd_conn *conn = stream->data;
+    if (size < 0) {
+        bd_conn_kill(conn);
+    } else if (size > 0) {
+        conn->net->stats.bytes_in += (uint64_t)size;
+        if (conn->state != BD_CONN_OPEN) return;
+        if (!conn->clock_runs) bd_conn_touch(conn);
+        conn->ops->bytes(conn, (const uint8_t *)buf->base, (size_t)size);
+    }
+}
+
+void bd_conn_read(struct bd_conn *conn, bool wanted)
+{
+    if (conn->reading == wanted || conn->state == BD_CONN_CLOSED) return;
+    conn->reading = wanted;
+    if (wanted) {
+        bd_conn_touch(conn);
+        if (uv_read_start(&conn->uv.stream, on_alloc, on_read) < 0) bd_conn_kill(conn);
+    } else {
+        uv_read_stop(&conn->uv.stream);
+    }
+}
+
+static void on_shut(uv_shutdown_t *request, int status)
+{
+    struct bd_conn *conn = request->handle->data;
+    free(request);
+    if (status < 0) bd_conn_kill(conn);
+}
+
+static void shut_if_written(struct bd_conn *conn)
+{
+    if (conn->state != BD_CONN_FINISHING || conn->writes > 0 || conn->is_shut) return;
+    conn->is_shut = true;
+    conn->finishing_ns = bd_clock_ns();
+    uv_shutdown_t *request = malloc(sizeof *request);
+    BD_ASSERT(request);
+    if (uv_shutdown(request, &conn->uv.stream, on_shut) < 0) {
+        free(request);
+        bd_conn_kill(conn);
+    }
+}
+
+static void on_written(uv_write_t *uv, int status)
+{
+    struct write_request *request = uv->data;
+    struct bd_conn *conn = request->conn;
+    free(request->first);
+    free(request->second);
+    free(request);
+    conn->writes--;
+    if (conn->state == BD_CONN_CLOSED) return;
+    if (status < 0)
+        bd_conn_kill(conn);
+    else if (conn->state == BD_CONN_OPEN)
+        conn->ops->written(conn);
+    else
+        shut_if_written(conn);
+}
+
+void bd_conn_write(struct bd_conn *conn, uint8_t *first, size_t first_bytes, uint8_t *second,
+                   size_t second_bytes)
+{
+    if (conn->state != BD_CONN_OPEN) {
+        free(first);
+        free(second);
+        return;
+    }
+    struct write_request *request = malloc(sizeof *request);
+    BD_ASSERT(request);
+    *request = (struct write_request){.conn = conn, .first = first, .second = second};
+    request->uv.data = request;
+    uv_buf_t bufs[2] = {
+        uv_buf_init((char *)first, (unsigned)first_bytes),
+        uv_buf_init((char *)second, (unsigned)second_bytes),
+    };
+    conn->writes++;
+    bd_conn_touch(conn);
+    conn->net->stats.bytes_out += first_bytes + second_bytes;
+    if (uv_write(&request->uv, &conn->uv.stream, bufs, second ? 2 : 1, on_written) < 0) {
+        conn->writes--;
+        free(first);
+        free(second);
+        free(request);
+        bd_conn_kill(conn);
+    }
+}
+
+size_t bd_conn_unsent_bytes(const struct bd_conn *conn)
+{
+    return uv_stream_get_write_queue_size(&conn->uv.stream);
+}
+
+void bd_conn_finish(struct bd_conn *conn)
+{
+    if (conn->state != BD_CONN_OPEN) return;
+    conn->state = BD_CONN_FINISHING;
+    conn->finishing_ns = bd_clock_ns();
+    conn->ops->gone(conn);
+    bd_conn_read(conn, true);
+    shut_if_written(conn);
+}
+
+void bd_conn_tick(struct bd_conn *conn)
+{
+    uint64_t now_ns = bd_clock_ns();
+    size_t unsent = bd_conn_unsent_bytes(conn);
+    if (unsent != conn->unsent_bytes) {
+        conn->unsent_bytes = unsent;
+        conn->active_ns = now_ns;
+        conn->finishing_ns = now_ns;
+    }
+    if (conn->state == BD_CONN_FINISHING) {
+        uint64_t patience_ns = conn->is_shut ? LINGER_NS : FINISH_PATIENCE_NS;
+        if (now_ns - conn->finishing_ns > patience_ns) bd_conn_kill(conn);
+        return;
+    }
+    uint64_t patience_s = conn->ops->patience_s(conn);
+    if (patience_s == 0 || now_ns - conn->active_ns < patience_s * 1000000000u) return;
+    // A peer that does not take what we send would not take a farewell either.
+    if (unsent > 0)
+        bd_conn_kill(conn);
+    else
+        conn->ops->silent(conn);
+}
+
+static void name_pipe_peer(const struct bd_conn *conn, char *out, size_t size)
+{
+    struct ucred peer;
+    socklen_t peer_size = sizeof peer;
+    uv_os_fd_t fd;
+    if (uv_fileno(&conn->uv.handle, &fd) == 0 &&
+        getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &peer, &peer_size) == 0)
+        snprintf(out, size, "uid:%u", peer.uid);
+    else
+        snprintf(out, size, "unix");
+}
+
+static void name_tcp_peer(const struct bd_conn *conn, char *out, size_t size)
+{
+    struct sockaddr_storage address = {0};
+    int address_size = sizeof address;
+    if (uv_tcp_getpeername(&conn->uv.tcp, (struct sockaddr *)&address, &address_size) == 0)
+        bd_sockaddr_host(&address, out, size);
+    else
+        snprintf(out, size, "?");
+}
+
+static void begin(struct bd_conn *conn)
+{
+    struct bd_net *net = conn->net;
+    char key[64];
+    if (conn->uv.handle.type == UV_TCP) {
+        name_tcp_peer(conn, key, sizeof key);
+        uv_tcp_nodelay(&conn->uv.tcp, 1);
+    } else {
+        name_pipe_peer(conn, key, sizeof key);
+    }
+    conn->client = bd_client_get(net->clients, key);
+    conn->state = BD_CONN_OPEN;
+    conn->next = net->conns;
+    if (conn->next) conn->next->previous = conn;
+    net->conns = conn;
+    net->conn_count++;
+    bd_conn_read(conn, true);
+}
+
+static void init_handle(struct bd_net *net, struct bd_conn *conn, bool is_pipe)
+{
+    conn->net = net;
+    if (is_pipe)
+        uv_pipe_init(&net->loop, &conn->uv.pipe, 0);
+    else
+        uv_tcp_init(&net->loop, &conn->uv.tcp);
+    conn->uv.handle.data = conn;
+}
+
+static bool give_up(struct bd_conn *conn)
+{
+    conn->state = BD_CONN_CLOSED;
+    uv_close(&conn->uv.handle, on_closed);
+    return false;
+}
+
+bool bd_conn_accept(struct bd_net *net, struct bd_conn *conn, uv_stream_t *listener, bool is_pipe)
+{
+    init_handle(net, conn, is_pipe);
+    if (uv_accept(listener, &conn->uv.stream) < 0) return give_up(conn);
+    // Accepted and closed at once: the peer learns it now instead of waiting in the backlog.
+    if (net->draining || net->conn_count >= net->options.limits.connections) {
+        bd_log(BD_LOG_DEBUG, "net", "a connection beyond the limit connections was closed");
+        bd_net_count_refusal(net);
+        return give_up(conn);
+    }
+    begin(conn);
+    return true;
+}
+
+bool bd_conn_open_fd(struct bd_net *net, struct bd_conn *conn, int fd)
+{
+    init_handle(net, conn, true);
+    if (uv_pipe_open(&conn->uv.pipe, fd) < 0) return give_up(conn);
+    begin(conn);
+    return true;
+}

@@ -1,0 +1,94 @@
+// A stream connection of either face: reading, writing, patience, closing.
+//
+// Above it, a face (framed.c, http.c) makes sense of the bytes. Below it, libuv. What every face
+// needs alike is here: writes that own their bytes, a peer that vanishes, one that sends a byte a
+// minute, one that does not read, and a close that lets the last answer arrive.
+//
+// Thread: the event loop's.
+
+#ifndef BD_NET_CONN_H
+#define BD_NET_CONN_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <uv.h>
+
+struct bd_client;
+struct bd_conn;
+struct bd_net;
+
+struct bd_conn_ops {
+    // Bytes arrived; `bytes` is valid during the call. May finish or kill the connection.
+    void (*bytes)(struct bd_conn *conn, const uint8_t *bytes, size_t size);
+    // Seconds of silence that are allowed now; 0 = any. Asked once a second.
+    uint64_t (*patience_s)(const struct bd_conn *conn);
+    // The patience is over: say so if there is a way, then finish.
+    void (*silent)(struct bd_conn *conn);
+    // The server drains: finish as soon as nothing is owed to the peer.
+    void (*drain)(struct bd_conn *conn);
+    // Something that was sent has left: there is room for more.
+    void (*written)(struct bd_conn *conn);
+    // The peer is gone, or we gave up. Abandon what was under way. No calls after this but free.
+    void (*gone)(struct bd_conn *conn);
+    void (*free)(struct bd_conn *conn);
+};
+
+enum bd_conn_state {
+    BD_CONN_OPEN,
+    BD_CONN_FINISHING, // writing what is left; what arrives is thrown away
+    BD_CONN_CLOSED,
+};
+
+// The first member of each face's own struct.
+struct bd_conn {
+    struct bd_net *net;
+    const struct bd_conn_ops *ops;
+    union {
+        uv_handle_t handle;
+        uv_stream_t stream;
+        uv_tcp_t tcp;
+        uv_pipe_t pipe;
+    } uv;
+    struct bd_client *client;
+    struct bd_conn *previous, *next;
+    enum bd_conn_state state;
+    bool trusted; // guarded by a file's mode or a descriptor: needs no token
+    bool reading;
+    bool clock_runs; // what arrives does not count as a sign of life: a phase with a deadline
+    bool is_shut;    // our side was shut down
+    uint64_t active_ns, finishing_ns;
+    size_t unsent_bytes; // at the last look: progress is a change
+    uint32_t writes;     // under way
+};
+
+// Accepts from `listener` into `conn`, which its face has allocated, zeroed, and given `ops`.
+// Frees it (ops->free) and returns false if it cannot be, or if there are too many connections.
+bool bd_conn_accept(struct bd_net *net, struct bd_conn *conn, uv_stream_t *listener, bool is_pipe);
+// The same for a descriptor that is open already.
+bool bd_conn_open_fd(struct bd_net *net, struct bd_conn *conn, int fd);
+
+// Starts or stops reading. A stopped connection does not notice that its peer left.
+void bd_conn_read(struct bd_conn *conn, bool wanted);
+
+// Sends `first` and then `second` (NULL: nothing), both malloc'ed and owned from now on.
+void bd_conn_write(struct bd_conn *conn, uint8_t *first, size_t first_bytes, uint8_t *second,
+                   size_t second_bytes);
+
+// Bytes that wait for the peer to read.
+size_t bd_conn_unsent_bytes(const struct bd_conn *conn);
+
+// Sends what is left, shuts down, lets the peer read it while throwing away what it still sends,
+// then closes. Closing at once would reset the connection under the answer.
+void bd_conn_finish(struct bd_conn *conn);
+
+// Closes at once.
+void bd_conn_kill(struct bd_conn *conn);
+
+// A sign of life: the patience begins anew.
+void bd_conn_touch(struct bd_conn *conn);
+
+// Once a second, for each connection.
+void bd_conn_tick(struct bd_conn *conn);
+
+#endif

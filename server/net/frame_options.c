@@ -1,0 +1,137 @@
+#include "net/frame_options.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static enum bd_err copy_text(const char *field, const char *text, char *out, size_t size,
+                             struct bd_fault *fault)
+{
+    if (!text) return BD_ERR_OK;
+    if (strlen(text) >= size)
+        return bd_fault_set(fault, BD_ERR_USAGE, field, "%s is longer than %zu bytes", field,
+                            size - 1);
+    memcpy(out, text, strlen(text) + 1);
+    return BD_ERR_OK;
+}
+
+static enum bd_err read_size(const Bounced__FrameRequest *request, struct bd_frame_request *frame,
+                             struct bd_fault *fault)
+{
+    if (request->n_size == 0) return BD_ERR_OK;
+    if (request->n_size != 2)
+        return bd_fault_set(fault, BD_ERR_USAGE, "size",
+                            "size is a width and a height, not %zu "
+                            "numbers",
+                            request->n_size);
+    frame->width_px = request->size[0];
+    frame->height_px = request->size[1];
+    return BD_ERR_OK;
+}
+
+static enum bd_err read_parameters(const Bounced__FrameRequest *request,
+                                   struct bd_frame_request *frame, struct bd_fault *fault)
+{
+    if (request->n_parameters > BD_PARAM_MAX)
+        return bd_fault_set(fault, BD_ERR_USAGE, "parameters", "there are more than %d parameters",
+                            BD_PARAM_MAX);
+    struct bd_param_list *params = &frame->params;
+    for (size_t i = 0; i < request->n_parameters; i++) {
+        const Bounced__KeyValue *pair = request->parameters[i];
+        enum bd_err err = copy_text("parameters", pair->key ? pair->key : "",
+                                    params->pairs[params->count].key, BD_PARAM_KEY_MAX, fault);
+        if (!err)
+            err = copy_text(pair->key, pair->value ? pair->value : "",
+                            params->pairs[params->count].value, BD_PARAM_VALUE_MAX, fault);
+        if (err) return err;
+        params->count++;
+    }
+    return BD_ERR_OK;
+}
+
+static enum bd_err read_layer(const char *name, enum bd_layer *out, struct bd_fault *fault)
+{
+    for (int layer = 0; layer < BD_LAYER_COUNT; layer++) {
+        if (strcmp(bd_layer_name((enum bd_layer)layer), name) != 0) continue;
+        *out = (enum bd_layer)layer;
+        return BD_ERR_OK;
+    }
+    return bd_fault_set(fault, BD_ERR_USAGE, "layers", "there is no layer \"%s\"", name);
+}
+
+static enum bd_err read_layers(const Bounced__FrameRequest *request, struct bd_frame_options *out,
+                               struct bd_fault *fault)
+{
+    out->frame.layers = 1u << BD_LAYER_BEAUTY;
+    for (size_t i = 0; i < request->n_layers; i++) {
+        enum bd_layer layer = BD_LAYER_BEAUTY;
+        enum bd_err err = read_layer(request->layers[i], &layer, fault);
+        if (err) return err;
+        out->frame.layers |= 1u << layer;
+        if (i == 0) out->shown = layer;
+    }
+    return BD_ERR_OK;
+}
+
+static enum bd_err read_exposure(const char *text, struct bd_encode_request *encode,
+                                 struct bd_fault *fault)
+{
+    if (!text) return BD_ERR_OK;
+    encode->exposure_auto = strcmp(text, "auto") == 0;
+    if (encode->exposure_auto) return BD_ERR_OK;
+    char *end;
+    double stops = strtod(text, &end);
+    if (end == text || *end || !(fabs(stops) <= (double)BD_EXPOSURE_STOPS_MAX))
+        return bd_fault_set(fault, BD_ERR_USAGE, "exposure",
+                            "exposure is auto or stops from %g to %g, not \"%s\"",
+                            -(double)BD_EXPOSURE_STOPS_MAX, (double)BD_EXPOSURE_STOPS_MAX, text);
+    encode->exposure_stops = (float)stops;
+    return BD_ERR_OK;
+}
+
+static enum bd_err read_encoding(const Bounced__FrameRequest *request, struct bd_frame_options *out,
+                                 struct bd_fault *fault)
+{
+    const char *name = request->encoding ? request->encoding : "png";
+    out->wants_image = strcmp(name, "none") != 0;
+    if (out->wants_image && !bd_encode_format_from_name(name, &out->encode.format))
+        return bd_fault_set(fault, BD_ERR_USAGE, "encoding",
+                            "encoding is png, jpeg, exr or none, not \"%s\"", name);
+    if (request->tonemap && !bd_tonemap_from_name(request->tonemap, &out->encode.tonemap))
+        return bd_fault_set(fault, BD_ERR_USAGE, "tonemap",
+                            "tonemap is neutral, agx or linear, not \"%s\"", request->tonemap);
+    if (request->has_jpeg_quality) {
+        if (request->jpeg_quality < 1 || request->jpeg_quality > 100)
+            return bd_fault_set(fault, BD_ERR_USAGE, "jpeg_quality",
+                                "jpeg_quality goes from 1 to 100, %u is not in it",
+                                request->jpeg_quality);
+        out->encode.jpeg_quality = (int)request->jpeg_quality;
+    }
+    out->encode.exr_half = request->exr_half;
+    return read_exposure(request->exposure, &out->encode, fault);
+}
+
+enum bd_err bd_frame_options_read(const Bounced__FrameRequest *request,
+                                  struct bd_frame_options *out, struct bd_fault *fault)
+{
+    static const Bounced__FrameRequest empty = BOUNCED__FRAME_REQUEST__INIT;
+    if (!request) request = &empty;
+    *out = (struct bd_frame_options){.frame = bd_frame_request_default,
+                                     .encode = bd_encode_request_default,
+                                     .shown = BD_LAYER_BEAUTY};
+    struct bd_frame_request *frame = &out->frame;
+    enum bd_err err = copy_text("technique", request->technique, frame->technique,
+                                sizeof frame->technique, fault);
+    if (!err)
+        err = copy_text("camera", request->camera, frame->camera, sizeof frame->camera, fault);
+    if (!err) err = read_size(request, frame, fault);
+    if (!err) err = read_parameters(request, frame, fault);
+    if (!err) err = read_layers(request, out, fault);
+    if (!err) err = read_encoding(request, out, fault);
+    if (request->has_aa) frame->aa = request->aa;
+    if (request->has_seed) frame->seed = request->seed;
+    if (request->has_deadline_ms) frame->deadline_ms = request->deadline_ms;
+    frame->plan_only = request->plan_only;
+    return err;
+}

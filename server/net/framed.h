@@ -1,0 +1,19 @@
+// The framed face: protocol/framing.h on a Unix or TCP socket, or on an inherited descriptor.
+//
+// Thread: the event loop's.
+
+#ifndef BD_NET_FRAMED_H
+#define BD_NET_FRAMED_H
+
+#include <stdbool.h>
+#include <uv.h>
+
+struct bd_net;
+
+void bd_framed_accept(struct bd_net *net, uv_stream_t *listener, bool is_pipe);
+
+// The private daemon's one connection: trusted, and never silent for too long. False if the
+// descriptor is no stream socket.
+bool bd_framed_open_private(struct bd_net *net, int fd);
+
+#endif

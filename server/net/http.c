@@ -1,0 +1,296 @@
+#include "net/http.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/assert.h"
+#include "base/log.h"
+#include "net/address.h"
+#include "net/http_internal.h"
+
+// What a peer may send ahead of the answer that it waits for.
+#define STASH_BYTES_MAX (256u << 10)
+// Until a peer has read this far, its next request waits.
+#define UNSENT_BYTES_MAX (8u << 20)
+
+static struct bd_http *http_of(http_parser *parser)
+{
+    return parser->data;
+}
+
+// --- the parser's events --------------------------------------------------------------------
+
+static int on_url(http_parser *parser, const char *bytes, size_t size)
+{
+    return bd_http_head_url(&http_of(parser)->head, bytes, size) ? 0 : -1;
+}
+
+static int on_name(http_parser *parser, const char *bytes, size_t size)
+{
+    return bd_http_head_name(&http_of(parser)->head, bytes, size) ? 0 : -1;
+}
+
+static int on_value(http_parser *parser, const char *bytes, size_t size)
+{
+    return bd_http_head_value(&http_of(parser)->head, bytes, size) ? 0 : -1;
+}
+
+static int method_of(unsigned method)
+{
+    switch (method) {
+    case HTTP_GET:
+        return BD_HTTP_GET;
+    case HTTP_HEAD:
+        return BD_HTTP_HEAD;
+    case HTTP_POST:
+        return BD_HTTP_POST;
+    case HTTP_PUT:
+        return BD_HTTP_PUT;
+    case HTTP_DELETE:
+        return BD_HTTP_DELETE;
+    default:
+        return -1;
+    }
+}
+
+static int on_head(http_parser *parser)
+{
+    struct bd_http *http = http_of(parser);
+    http->method = method_of(parser->method);
+    http->keep_alive = http_should_keep_alive(parser) && !parser->upgrade;
+    http->phase = BD_HTTP_PHASE_BODY;
+    http->conn.clock_runs = false;
+    bd_conn_touch(&http->conn);
+    bd_http_route_find(http->head.url ? http->head.url : "", &http->target);
+    bd_http_begin_body(http);
+    if (!http->has_refusal) return 0;
+    // Refused: what comes as body is not read, so nothing that follows can be told from it.
+    if (http->head.seen[BD_HTTP_CONTENT_LENGTH] || http->head.seen[BD_HTTP_TRANSFER_ENCODING])
+        http->keep_alive = false;
+    return 1;
+}
+
+static int on_body(http_parser *parser, const char *bytes, size_t size)
+{
+    bd_http_take_body(http_of(parser), (const uint8_t *)bytes, size);
+    return 0;
+}
+
+static int on_complete(http_parser *parser)
+{
+    http_of(parser)->is_complete = true;
+    http_parser_pause(parser, 1);
+    return 0;
+}
+
+static const http_parser_settings parser_settings = {
+    .on_url = on_url,
+    .on_header_field = on_name,
+    .on_header_value = on_value,
+    .on_headers_complete = on_head,
+    .on_body = on_body,
+    .on_message_complete = on_complete,
+};
+
+// --- requests one after the other -----------------------------------------------------------
+
+static void begin_request(struct bd_http *http)
+{
+    bd_http_head_finish(&http->head);
+    free(http->body);
+    http->body = NULL;
+    http->body_bytes = 0;
+    bd_spool_abandon(&http->spool);
+    http->phase = BD_HTTP_PHASE_HEAD;
+    http->has_refusal = http->is_complete = http->is_scene_add = false;
+    http->conn.clock_runs = true;
+    bd_conn_touch(&http->conn);
+    http_parser_init(&http->parser, HTTP_REQUEST);
+    http->parser.data = http;
+}
+
+// The bytes are no HTTP. One answer, in our own words, and the end.
+static void refuse_bytes(struct bd_http *http)
+{
+    enum http_errno error = HTTP_PARSER_ERRNO(&http->parser);
+    struct bd_http_refusal refusal = {.status = 400};
+    http->keep_alive = false;
+    http->method = -1;
+    if (http->head.bytes > BD_HTTP_HEAD_BYTES_MAX || error == HPE_HEADER_OVERFLOW) {
+        refusal.status = 431;
+        bd_fault_set(&refusal.fault, BD_ERR_LIMIT, "head", "the head is longer than %d bytes",
+                     BD_HTTP_HEAD_BYTES_MAX);
+    } else if (http->head.seen[BD_HTTP_TRANSFER_ENCODING]) {
+        if (!http->head.seen[BD_HTTP_CONTENT_LENGTH]) refusal.status = 411;
+        bd_fault_set(&refusal.fault, BD_ERR_USAGE, "Transfer-Encoding",
+                     "a body comes with Content-Length, not with Transfer-Encoding");
+    } else {
+        bd_fault_set(&refusal.fault, BD_ERR_USAGE, "", "this is no HTTP request: %s",
+                     http_errno_description(error));
+    }
+    bd_log(BD_LOG_DEBUG, "net/http", "%s: %s", http->conn.client->key, refusal.fault.message);
+    http->phase = BD_HTTP_PHASE_BUSY;
+    bd_http_send_fault(http, &refusal);
+}
+
+// Feeds the parser up to the end of one request at most. Returns how much it took.
+static size_t feed(struct bd_http *http, const uint8_t *bytes, size_t size)
+{
+    // The first byte of a request starts the clock that it must be whole by.
+    if (http->phase == BD_HTTP_PHASE_HEAD && http->head.bytes == 0 && http->parser.nread == 0)
+        bd_conn_touch(&http->conn);
+    size_t taken = http_parser_execute(&http->parser, &parser_settings, (const char *)bytes, size);
+    if (http->is_complete) {
+        http->phase = BD_HTTP_PHASE_BUSY;
+        bd_http_run(http);
+    } else if (HTTP_PARSER_ERRNO(&http->parser) != HPE_OK) {
+        refuse_bytes(http);
+    }
+    return taken;
+}
+
+static bool may_feed(const struct bd_http *http)
+{
+    return http->conn.state == BD_CONN_OPEN && http->phase != BD_HTTP_PHASE_BUSY &&
+           bd_conn_unsent_bytes(&http->conn) < UNSENT_BYTES_MAX;
+}
+
+static void stash(struct bd_http *http, const uint8_t *bytes, size_t size)
+{
+    if (size == 0) return;
+    http->stash = realloc(http->stash, http->stash_bytes + size);
+    BD_ASSERT(http->stash);
+    memcpy(http->stash + http->stash_bytes, bytes, size);
+    http->stash_bytes += size;
+    // Reading goes on while we compute, or we would not notice that the peer left; but not for
+    // ever.
+    if (http->stash_bytes > STASH_BYTES_MAX) bd_conn_read(&http->conn, false);
+}
+
+// Requests out of the stash, as long as each is answered at once. Not reentered: an answer that
+// comes while we are here only changes the phase.
+static void pump(struct bd_http *http)
+{
+    if (http->is_pumping) return;
+    http->is_pumping = true;
+    size_t used = 0;
+    while (used < http->stash_bytes && may_feed(http))
+        used += feed(http, http->stash + used, http->stash_bytes - used);
+    http->is_pumping = false;
+    http->stash_bytes -= used;
+    if (http->stash_bytes > 0) memmove(http->stash, http->stash + used, http->stash_bytes);
+    if (http->stash_bytes == 0) {
+        free(http->stash);
+        http->stash = NULL;
+    }
+    if (http->stash_bytes <= STASH_BYTES_MAX && !(http->spool && bd_spool_is_full(http->spool)))
+        bd_conn_read(&http->conn, true);
+}
+
+static void on_bytes(struct bd_conn *conn, const uint8_t *bytes, size_t size)
+{
+    struct bd_http *http = (struct bd_http *)conn;
+    stash(http, bytes, size);
+    pump(http);
+}
+
+void bd_http_next(struct bd_http *http)
+{
+    if (http->conn.state != BD_CONN_OPEN) return;
+    if (!http->keep_alive || http->conn.net->draining) {
+        bd_conn_finish(&http->conn);
+        return;
+    }
+    begin_request(http);
+    pump(http);
+}
+
+// --- the connection -------------------------------------------------------------------------
+
+static bool is_between_requests(const struct bd_http *http)
+{
+    return http->phase == BD_HTTP_PHASE_HEAD && http->parser.nread == 0 && http->head.bytes == 0;
+}
+
+static uint64_t patience_s(const struct bd_conn *conn)
+{
+    const struct bd_http *http = (const struct bd_http *)conn;
+    const struct bd_limits *limits = &conn->net->options.limits;
+    if (bd_conn_unsent_bytes(conn) > 0) return limits->idle_seconds;
+    switch (http->phase) {
+    case BD_HTTP_PHASE_HEAD:
+        return is_between_requests(http) ? limits->idle_seconds : limits->header_seconds;
+    case BD_HTTP_PHASE_BODY:
+        return conn->reading ? limits->idle_seconds : 0;
+    case BD_HTTP_PHASE_BUSY:
+        return 0;
+    }
+    return 0;
+}
+
+static void on_silent(struct bd_conn *conn)
+{
+    struct bd_http *http = (struct bd_http *)conn;
+    if (is_between_requests(http)) {
+        bd_conn_finish(conn);
+        return;
+    }
+    bool in_head = http->phase == BD_HTTP_PHASE_HEAD;
+    struct bd_http_refusal refusal = {.status = 408};
+    bd_fault_set(&refusal.fault, BD_ERR_DEADLINE, in_head ? "header_seconds" : "idle_seconds",
+                 "the request took too long to arrive (limit %s)",
+                 in_head ? "header_seconds" : "idle_seconds");
+    http->keep_alive = false;
+    bd_http_send_fault(http, &refusal);
+}
+
+static void on_drain(struct bd_conn *conn)
+{
+    struct bd_http *http = (struct bd_http *)conn;
+    if (http->phase != BD_HTTP_PHASE_BUSY) bd_conn_finish(conn);
+}
+
+static void on_written(struct bd_conn *conn)
+{
+    pump((struct bd_http *)conn);
+}
+
+static void on_gone(struct bd_conn *conn)
+{
+    struct bd_http *http = (struct bd_http *)conn;
+    if (http->command) bd_command_abandon(http->command);
+    http->command = NULL;
+    bd_spool_abandon(&http->spool);
+}
+
+static void on_free(struct bd_conn *conn)
+{
+    struct bd_http *http = (struct bd_http *)conn;
+    bd_http_head_finish(&http->head);
+    free(http->body);
+    free(http->stash);
+    free(http);
+}
+
+static const struct bd_conn_ops http_ops = {
+    .bytes = on_bytes,
+    .patience_s = patience_s,
+    .silent = on_silent,
+    .drain = on_drain,
+    .written = on_written,
+    .gone = on_gone,
+    .free = on_free,
+};
+
+void bd_http_accept(struct bd_net *net, uv_stream_t *listener)
+{
+    struct bd_http *http = calloc(1, sizeof *http);
+    BD_ASSERT(http);
+    http->conn.ops = &http_ops;
+    if (!bd_conn_accept(net, &http->conn, listener, false)) return;
+    struct sockaddr_storage local = {0};
+    int size = sizeof local;
+    uv_tcp_getsockname(&http->conn.uv.tcp, (struct sockaddr *)&local, &size);
+    bd_sockaddr_host(&local, http->local_host, sizeof http->local_host);
+    begin_request(http);
+}

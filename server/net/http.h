@@ -1,0 +1,17 @@
+// The HTTP face: one connection, its requests one after the other.
+//
+// http_parser reads the bytes; what a request may be is decided by http_guard.h (who asks) and
+// http_route.h (what for); commands do the work.
+//
+// Thread: the event loop's.
+
+#ifndef BD_NET_HTTP_H
+#define BD_NET_HTTP_H
+
+#include <uv.h>
+
+struct bd_net;
+
+void bd_http_accept(struct bd_net *net, uv_stream_t *listener);
+
+#endif

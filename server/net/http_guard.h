@@ -1,0 +1,44 @@
+// Who may ask: the rules that keep web pages, strangers and confused proxies out, before anything
+// else is looked at.
+//
+// Thread: any.
+
+#ifndef BD_NET_HTTP_GUARD_H
+#define BD_NET_HTTP_GUARD_H
+
+#include <stdbool.h>
+
+#include "net/auth.h"
+#include "net/http_head.h"
+
+struct bd_http_guard {
+    const char *const *public_names; // up to a NULL
+    const char *local_host;          // the connection's own address, numeric, without a port
+    const struct bd_tokens *tokens;
+    bool needs_token; // does this path?
+};
+
+// A refusal and the status to send; `status` 0: the one that the error has.
+struct bd_http_refusal {
+    int status;
+    struct bd_fault fault;
+};
+
+// The head alone: no header twice that must be there once, no Transfer-Encoding (411; with a
+// length 400), a Host that is us and an Origin that is none or our own (403), a token where one is
+// needed (401), no Expect but 100-continue (417).
+BD_MUST_CHECK
+enum bd_err bd_http_guard_check(const struct bd_http_guard *guard, const struct bd_http_head *head,
+                                struct bd_http_refusal *refusal);
+
+// A request that changes something needs a content type that a web page cannot send unasked:
+// JSON, protobuf, octet-stream; and for a scene model/gltf-binary, model/gltf+json, or multipart
+// with a Bounced-Client header (415).
+BD_MUST_CHECK
+enum bd_err bd_http_guard_content_type(const struct bd_http_head *head, bool is_scene,
+                                       struct bd_http_refusal *refusal);
+
+// True if the header is that media type, whatever its parameters.
+bool bd_http_media_is(const char *value, const char *type);
+
+#endif

@@ -1,0 +1,47 @@
+// A request's head as the HTTP face keeps it: the line and the few headers that it looks at.
+//
+// Thread: any.
+
+#ifndef BD_NET_HTTP_HEAD_H
+#define BD_NET_HTTP_HEAD_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "base/err.h"
+
+// Everything up to the empty line.
+#define BD_HTTP_HEAD_BYTES_MAX 32768
+
+enum bd_http_header {
+    BD_HTTP_ACCEPT,
+    BD_HTTP_AUTHORIZATION,
+    BD_HTTP_BOUNCED_CLIENT,
+    BD_HTTP_CONTENT_LENGTH,
+    BD_HTTP_CONTENT_TYPE,
+    BD_HTTP_EXPECT,
+    BD_HTTP_HOST,
+    BD_HTTP_ORIGIN,
+    BD_HTTP_TRANSFER_ENCODING,
+    BD_HTTP_HEADER_COUNT,
+};
+
+struct bd_http_head {
+    char *url;                           // as sent; NULL before its first byte
+    char *values[BD_HTTP_HEADER_COUNT];  // NULL = not there; malloc'ed
+    uint32_t seen[BD_HTTP_HEADER_COUNT]; // how often
+    size_t bytes;                        // of all of it so far
+    char name[32];                       // of the header that is being read, lower case, cut
+    int current;                         // enum bd_http_header, or -1
+    bool in_value;
+};
+
+void bd_http_head_finish(struct bd_http_head *head); // frees and empties
+
+// Pieces as they come. False if the head is too large or has a character that does not belong.
+bool bd_http_head_url(struct bd_http_head *head, const char *bytes, size_t size);
+bool bd_http_head_name(struct bd_http_head *head, const char *bytes, size_t size);
+bool bd_http_head_value(struct bd_http_head *head, const char *bytes, size_t size);
+
+#endif

@@ -1,0 +1,66 @@
+// What the files of the HTTP face share: one connection's state.
+
+#ifndef BD_NET_HTTP_INTERNAL_H
+#define BD_NET_HTTP_INTERNAL_H
+
+#include <http_parser.h>
+
+#include "net/command.h"
+#include "net/http.h"
+#include "net/http_head.h"
+#include "net/http_route.h"
+#include "net/net_internal.h"
+#include "net/spool.h"
+
+enum bd_http_phase {
+    BD_HTTP_PHASE_HEAD, // until the empty line
+    BD_HTTP_PHASE_BODY,
+    BD_HTTP_PHASE_BUSY, // until the answer is handed to the connection
+};
+
+struct bd_http {
+    struct bd_conn conn;
+    http_parser parser;
+    enum bd_http_phase phase;
+    struct bd_http_head head;
+    struct bd_http_target target;
+    int method; // enum bd_http_method, or -1
+    bool keep_alive;
+    bool has_refusal; // decided on the head: no body is read
+    struct bd_http_refusal refusal;
+    bool is_complete; // the parser saw the end of the message
+    bool is_pumping;
+    char local_host[64];
+
+    uint8_t *body; // a short one
+    size_t body_bytes;
+    struct bd_spool *spool; // a long one: a blob, or the scene of a one-shot render
+    struct bd_command *command;
+    bool is_scene_add;
+
+    uint8_t *stash; // what came behind the request that is under way
+    size_t stash_bytes;
+};
+
+// --- http_request.c: what a request wants ---
+
+// Called with the whole head: sets has_refusal, or how the body is to be received.
+void bd_http_begin_body(struct bd_http *http);
+// One piece of the body.
+void bd_http_take_body(struct bd_http *http, const uint8_t *bytes, size_t size);
+// The whole request is there: starts what it asks for. One answer follows, now or later.
+void bd_http_run(struct bd_http *http);
+
+// --- http_reply.c: answers ---
+
+void bd_http_send_fault(struct bd_http *http, const struct bd_http_refusal *refusal);
+void bd_http_send_text(struct bd_http *http, int status, const char *type, const char *text);
+// Takes what is in `answer`.
+void bd_http_send_answer(struct bd_http *http, struct bd_answer *answer);
+
+// --- http.c ---
+
+// An answer was handed over: on to the next request, or to the end of the connection.
+void bd_http_next(struct bd_http *http);
+
+#endif

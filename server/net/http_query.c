@@ -1,0 +1,253 @@
+// The query of a frame: NAME=VALUE pairs into the schema's FrameRequest.
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/assert.h"
+#include "net/answer.h"
+#include "net/http_route.h"
+
+#define PAIRS_MAX 256
+
+static int hex_digit(char c)
+{
+    if (c >= '0' && c <= '9') return c - '0';
+    if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+    if (c >= 'A' && c <= 'F') return c - 'A' + 10;
+    return -1;
+}
+
+// In place. False for a broken escape, and for a zero byte, at which a string would end early.
+static bool decode(char *text)
+{
+    char *out = text;
+    for (const char *at = text; *at; at++) {
+        char c = *at == '+' ? ' ' : *at;
+        if (c == '%') {
+            int high = hex_digit(at[1]);
+            int low = high < 0 ? -1 : hex_digit(at[2]);
+            if (low < 0 || (high == 0 && low == 0)) return false;
+            c = (char)(high * 16 + low);
+            at += 2;
+        }
+        *out++ = c;
+    }
+    *out = 0;
+    return true;
+}
+
+static bool read_u64(const char *text, uint64_t most, uint64_t *out)
+{
+    char *end;
+    if (*text < '0' || *text > '9') return false;
+    errno = 0;
+    *out = strtoull(text, &end, 10);
+    return !errno && *end == 0 && *out <= most;
+}
+
+static bool read_u32(const char *text, uint32_t *out)
+{
+    uint64_t wide;
+    if (!read_u64(text, UINT32_MAX, &wide)) return false;
+    *out = (uint32_t)wide;
+    return true;
+}
+
+static bool read_flag(const char *text, protobuf_c_boolean *out)
+{
+    *out = strcmp(text, "1") == 0;
+    return *out || strcmp(text, "0") == 0;
+}
+
+static void replace_text(char **field, const char *value)
+{
+    free(*field);
+    *field = bd_answer_text(value);
+}
+
+static bool read_size(char *value, Bounced__FrameRequest *request)
+{
+    char *x = strchr(value, 'x');
+    uint32_t size[2];
+    if (!x) return false;
+    *x = 0;
+    bool good = read_u32(value, &size[0]) && read_u32(x + 1, &size[1]);
+    *x = 'x';
+    if (!good) return false;
+    if (!request->size) request->size = malloc(sizeof size);
+    BD_ASSERT(request->size);
+    memcpy(request->size, size, sizeof size);
+    request->n_size = 2;
+    return true;
+}
+
+static void grow(void **list, size_t count, size_t size)
+{
+    void *grown = realloc(*list, (count + 1) * size);
+    BD_ASSERT(grown);
+    *list = grown;
+}
+
+static bool add_parameter(char *value, Bounced__FrameRequest *request)
+{
+    char *equals = strchr(value, '=');
+    if (!equals) return false;
+    Bounced__KeyValue *pair = malloc(sizeof *pair);
+    BD_ASSERT(pair);
+    bounced__key_value__init(pair);
+    *equals = 0;
+    pair->key = bd_answer_text(value);
+    pair->value = bd_answer_text(equals + 1);
+    grow((void **)&request->parameters, request->n_parameters, sizeof(Bounced__KeyValue *));
+    request->parameters[request->n_parameters++] = pair;
+    return true;
+}
+
+static bool add_layers(char *value, Bounced__FrameRequest *request)
+{
+    char *rest = NULL;
+    for (char *name = strtok_r(value, ",", &rest); name; name = strtok_r(NULL, ",", &rest)) {
+        grow((void **)&request->layers, request->n_layers, sizeof(char *));
+        request->layers[request->n_layers++] = bd_answer_text(name);
+    }
+    return true;
+}
+
+static bool set_camera(char *value, Bounced__FrameRequest *request)
+{
+    replace_text(&request->camera, value);
+    return true;
+}
+
+static bool set_technique(char *value, Bounced__FrameRequest *request)
+{
+    replace_text(&request->technique, value);
+    return true;
+}
+
+static bool set_exposure(char *value, Bounced__FrameRequest *request)
+{
+    replace_text(&request->exposure, value);
+    return true;
+}
+
+static bool set_tonemap(char *value, Bounced__FrameRequest *request)
+{
+    replace_text(&request->tonemap, value);
+    return true;
+}
+
+static bool set_encoding(char *value, Bounced__FrameRequest *request)
+{
+    replace_text(&request->encoding, strcmp(value, "json") == 0 ? "none" : value);
+    return true;
+}
+
+static bool set_aa(char *value, Bounced__FrameRequest *request)
+{
+    request->has_aa = read_u32(value, &request->aa);
+    return request->has_aa;
+}
+
+static bool set_seed(char *value, Bounced__FrameRequest *request)
+{
+    request->has_seed = read_u64(value, UINT64_MAX, &request->seed);
+    return request->has_seed;
+}
+
+static bool set_half(char *value, Bounced__FrameRequest *request)
+{
+    request->has_exr_half = read_flag(value, &request->exr_half);
+    return request->has_exr_half;
+}
+
+static bool set_quality(char *value, Bounced__FrameRequest *request)
+{
+    request->has_jpeg_quality = read_u32(value, &request->jpeg_quality);
+    return request->has_jpeg_quality;
+}
+
+static bool set_deadline(char *value, Bounced__FrameRequest *request)
+{
+    request->has_deadline_ms = read_u32(value, &request->deadline_ms);
+    return request->has_deadline_ms;
+}
+
+static bool set_plan(char *value, Bounced__FrameRequest *request)
+{
+    request->has_plan_only = read_flag(value, &request->plan_only);
+    return request->has_plan_only;
+}
+
+static const struct option {
+    const char *name;
+    bool (*set)(char *value, Bounced__FrameRequest *request);
+    const char *wanted;
+} options[] = {
+    {"size", read_size, "WIDTHxHEIGHT"},
+    {"camera", set_camera, ""},
+    {"technique", set_technique, ""},
+    {"set", add_parameter, "KEY=VALUE"},
+    {"layers", add_layers, ""},
+    {"aa", set_aa, "a whole number"},
+    {"seed", set_seed, "a whole number"},
+    {"exposure", set_exposure, ""},
+    {"tonemap", set_tonemap, ""},
+    {"half", set_half, "0 or 1"},
+    {"quality", set_quality, "a whole number"},
+    {"deadline_ms", set_deadline, "a whole number"},
+    {"plan", set_plan, "0 or 1"},
+    {"encoding", set_encoding, ""}, // last: where the path says it, the query may not
+};
+#define OPTION_COUNT (sizeof options / sizeof options[0])
+
+static enum bd_err set_pair(const char *name, char *value, size_t option_count,
+                            Bounced__FrameRequest *request, struct bd_fault *fault)
+{
+    for (size_t i = 0; i < option_count; i++) {
+        if (strcmp(name, options[i].name) != 0) continue;
+        if (options[i].set(value, request)) return BD_ERR_OK;
+        return bd_fault_set(fault, BD_ERR_USAGE, name, "%s is %s, not \"%.60s\"", name,
+                            options[i].wanted, value);
+    }
+    return bd_fault_set(fault, BD_ERR_USAGE, name, "there is no option \"%.60s\"", name);
+}
+
+static enum bd_err read_pairs(char *text, size_t option_count, Bounced__FrameRequest *request,
+                              struct bd_fault *fault)
+{
+    char *rest = NULL;
+    int count = 0;
+    for (char *pair = strtok_r(text, "&", &rest); pair; pair = strtok_r(NULL, "&", &rest)) {
+        char *value = strchr(pair, '=');
+        if (!value || ++count > PAIRS_MAX)
+            return bd_fault_set(fault, BD_ERR_USAGE, "query", "a query is up to %d NAME=VALUE",
+                                PAIRS_MAX);
+        *value++ = 0;
+        if (!decode(pair) || !decode(value))
+            return bd_fault_set(fault, BD_ERR_USAGE, "query", "the query has a broken %%-escape");
+        enum bd_err err = set_pair(pair, value, option_count, request, fault);
+        if (err) return err;
+    }
+    return BD_ERR_OK;
+}
+
+enum bd_err bd_http_query_read(const char *query, const char *extension,
+                               Bounced__FrameRequest **out, struct bd_fault *fault)
+{
+    Bounced__FrameRequest *request = malloc(sizeof *request);
+    char *text = bd_answer_text(query);
+    BD_ASSERT(request);
+    bounced__frame_request__init(request);
+    if (extension[0])
+        replace_text(&request->encoding, strcmp(extension, "json") == 0 ? "none" : extension);
+    enum bd_err err =
+        read_pairs(text, extension[0] ? OPTION_COUNT - 1 : OPTION_COUNT, request, fault);
+    free(text);
+    if (err)
+        bounced__frame_request__free_unpacked(request, NULL);
+    else
+        *out = request;
+    return err;
+}

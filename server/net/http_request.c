@@ -1,0 +1,359 @@
+// What a request wants: its body into memory or to the disk, its route into a command.
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/assert.h"
+#include "net/http_internal.h"
+#include "net/multipart.h"
+#include "net/stats.h"
+#include "protocol/json.h"
+#include "protocol/wire.h"
+
+static void refuse(struct bd_http *http)
+{
+    http->has_refusal = true;
+}
+
+// --- the body's way in ----------------------------------------------------------------------
+
+static void on_spool_drained(void *user)
+{
+    bd_conn_read(&((struct bd_http *)user)->conn, true);
+}
+
+static void start_render_of_body(struct bd_http *http);
+
+static void on_spool_ended(void *user, enum bd_err err, const struct bd_fault *fault)
+{
+    struct bd_http *http = user;
+    if (err) {
+        struct bd_http_refusal refusal = {.fault = *fault};
+        // The disk may fail in mid-body: what still comes is not ours to read.
+        if (http->phase == BD_HTTP_PHASE_BODY) http->keep_alive = false;
+        bd_http_send_fault(http, &refusal);
+    } else if (http->target.route == BD_HTTP_ROUTE_RENDER) {
+        start_render_of_body(http);
+    } else {
+        bd_http_send_text(http, 201, NULL, NULL);
+    }
+}
+
+static const struct bd_spool_events spool_events = {on_spool_drained, on_spool_ended};
+
+static bool is_long_body(const struct bd_http *http)
+{
+    return http->target.route == BD_HTTP_ROUTE_RENDER ||
+           (http->target.route == BD_HTTP_ROUTE_BLOB && http->method == BD_HTTP_PUT);
+}
+
+static enum bd_err check_blob_name(struct bd_http *http)
+{
+    if (http->target.route != BD_HTTP_ROUTE_BLOB || bd_blob_name_is_valid(http->target.id))
+        return BD_ERR_OK;
+    return bd_fault_set(&http->refusal.fault, BD_ERR_USAGE, "path",
+                        "a blob's name is sha256: and 64 lower-case hexadecimal digits");
+}
+
+static enum bd_err check_body_size(struct bd_http *http)
+{
+    const struct bd_limits *limits = &http->conn.net->options.limits;
+    bool is_long = is_long_body(http);
+    uint64_t most = is_long ? limits->blob_bytes : limits->message_bytes;
+    uint64_t size = http->parser.content_length;
+    const char *name = is_long ? "blob_bytes" : "message_bytes";
+    if (size == UINT64_MAX || size <= most) return BD_ERR_OK;
+    return bd_fault_set(&http->refusal.fault, BD_ERR_LIMIT, name,
+                        "a body of %llu bytes is above the limit %s of %llu",
+                        (unsigned long long)size, name, (unsigned long long)most);
+}
+
+static enum bd_err check_rate(struct bd_http *http)
+{
+    struct bd_net *net = http->conn.net;
+    if (http->target.route == BD_HTTP_ROUTE_HEALTH || http->target.route == BD_HTTP_ROUTE_READY)
+        return BD_ERR_OK;
+    return bd_client_take_request(net->clients, http->conn.client, &http->refusal.fault);
+}
+
+static enum bd_err check_version(struct bd_http *http)
+{
+    if (http->parser.http_major == 1 && http->parser.http_minor <= 1) return BD_ERR_OK;
+    http->refusal.status = 505;
+    http->keep_alive = false;
+    return bd_fault_set(&http->refusal.fault, BD_ERR_UNSUPPORTED, "", "HTTP 1.1 is spoken here");
+}
+
+static enum bd_err check_head(struct bd_http *http)
+{
+    const struct bd_net *net = http->conn.net;
+    struct bd_http_guard guard = {.public_names = net->options.public_names,
+                                  .local_host = http->local_host,
+                                  .tokens = net->tokens,
+                                  .needs_token = http->target.route != BD_HTTP_ROUTE_HEALTH};
+    enum bd_err err = check_version(http);
+    if (!err) err = bd_http_guard_check(&guard, &http->head, &http->refusal);
+    if (!err) err = bd_http_route_check(&http->target, http->method, &http->refusal);
+    if (!err && (http->method == BD_HTTP_POST || http->method == BD_HTTP_PUT))
+        err = bd_http_guard_content_type(&http->head, http->target.route == BD_HTTP_ROUTE_RENDER,
+                                         &http->refusal);
+    http->refusal.status = err ? http->refusal.status : 0;
+    if (!err) err = check_blob_name(http);
+    if (!err) err = check_body_size(http);
+    if (!err) err = check_rate(http);
+    return err;
+}
+
+static bool has_body(const struct bd_http *http)
+{
+    return http->parser.content_length != UINT64_MAX && http->parser.content_length > 0;
+}
+
+static void send_continue(struct bd_http *http)
+{
+    static const char line[] = "HTTP/1.1 100 Continue\r\n\r\n";
+    bd_conn_write(&http->conn, (uint8_t *)bd_answer_text(line), sizeof line - 1, NULL, 0);
+}
+
+void bd_http_begin_body(struct bd_http *http)
+{
+    http->conn.net->stats.requests++;
+    if (check_head(http)) {
+        refuse(http);
+        return;
+    }
+    if (http->head.values[BD_HTTP_EXPECT] && has_body(http)) send_continue(http);
+    if (is_long_body(http)) http->spool = bd_spool_create(http->conn.net, &spool_events, http);
+}
+
+void bd_http_take_body(struct bd_http *http, const uint8_t *bytes, size_t size)
+{
+    if (http->spool) {
+        bd_spool_append(http->spool, bytes, size);
+        if (bd_spool_is_full(http->spool)) bd_conn_read(&http->conn, false);
+        return;
+    }
+    // Grows with what arrives; the whole was checked against message_bytes.
+    http->body = realloc(http->body, http->body_bytes + size);
+    BD_ASSERT(http->body);
+    memcpy(http->body + http->body_bytes, bytes, size);
+    http->body_bytes += size;
+}
+
+// --- commands -------------------------------------------------------------------------------
+
+static void on_answer(void *user, struct bd_answer *answer)
+{
+    struct bd_http *http = user;
+    http->command = NULL;
+    bd_http_send_answer(http, answer);
+}
+
+static const struct bd_command_events command_events = {on_answer, NULL};
+
+static void start(struct bd_http *http, struct bd_answer request, struct bd_command_body *body)
+{
+    struct bd_command_start start = {.net = http->conn.net,
+                                     .client = http->conn.client,
+                                     .envelope = request.envelope,
+                                     .body = body,
+                                     .events = &command_events,
+                                     .user = http,
+                                     .exempt_from_rate = true}; // the head has paid
+    http->conn.net->stats.requests--;                           // and was counted
+    http->command = bd_command_start(&start);
+}
+
+static void start_empty(struct bd_http *http, Bounced__Envelope__BodyCase body_case,
+                        const ProtobufCMessageDescriptor *descriptor)
+{
+    ProtobufCMessage *message = malloc(descriptor->sizeof_message);
+    BD_ASSERT(message);
+    protobuf_c_message_init(descriptor, message);
+    start(http, bd_answer_of(body_case, message), NULL);
+}
+
+static void send_refusal(struct bd_http *http, const struct bd_fault *fault)
+{
+    struct bd_http_refusal refusal = {.fault = *fault};
+    bd_http_send_fault(http, &refusal);
+}
+
+static enum bd_err read_scene_add(struct bd_http *http, Bounced__SceneAdd **out,
+                                  struct bd_fault *fault)
+{
+    const ProtobufCMessageDescriptor *descriptor = &bounced__scene_add__descriptor;
+    const char *type = http->head.values[BD_HTTP_CONTENT_TYPE];
+    if (bd_http_media_is(type, "application/json"))
+        return bd_json_text_to_message((const char *)http->body, http->body_bytes, descriptor,
+                                       (ProtobufCMessage **)out, fault);
+    struct bd_wire_alloc alloc;
+    bd_wire_alloc_init(&alloc, bd_wire_budget(http->body_bytes));
+    *out = bounced__scene_add__unpack(&alloc.allocator, http->body_bytes, http->body);
+    if (*out) return BD_ERR_OK;
+    return bd_fault_set(fault, BD_ERR_BAD_INPUT, "body", "the body is no SceneAdd");
+}
+
+static void add_scene(struct bd_http *http)
+{
+    Bounced__SceneAdd *add;
+    struct bd_fault fault;
+    if (read_scene_add(http, &add, &fault)) {
+        send_refusal(http, &fault);
+        return;
+    }
+    http->is_scene_add = true;
+    start(http, bd_answer_of(BOUNCED__ENVELOPE__BODY_SCENE_ADD, add), NULL);
+}
+
+static void get_scene(struct bd_http *http)
+{
+    Bounced__SceneGet *get = malloc(sizeof *get);
+    BD_ASSERT(get);
+    bounced__scene_get__init(get);
+    get->id = bd_answer_text(http->target.id);
+    start(http, bd_answer_of(BOUNCED__ENVELOPE__BODY_SCENE_GET, get), NULL);
+}
+
+static void remove_scene(struct bd_http *http)
+{
+    Bounced__SceneRemove *remove = malloc(sizeof *remove);
+    BD_ASSERT(remove);
+    bounced__scene_remove__init(remove);
+    remove->id = bd_answer_text(http->target.id);
+    start(http, bd_answer_of(BOUNCED__ENVELOPE__BODY_SCENE_REMOVE, remove), NULL);
+}
+
+// NULL, and the request is answered, if the query makes no sense.
+static Bounced__Render *new_render(struct bd_http *http)
+{
+    Bounced__FrameRequest *frame;
+    struct bd_fault fault;
+    if (bd_http_query_read(http->target.query, http->target.extension, &frame, &fault)) {
+        send_refusal(http, &fault);
+        return NULL;
+    }
+    Bounced__Render *render = malloc(sizeof *render);
+    BD_ASSERT(render);
+    bounced__render__init(render);
+    render->frame = frame;
+    return render;
+}
+
+static void render_scene(struct bd_http *http)
+{
+    Bounced__Render *render = new_render(http);
+    if (!render) return;
+    render->scene = bd_answer_text(http->target.id);
+    start(http, bd_answer_of(BOUNCED__ENVELOPE__BODY_RENDER, render), NULL);
+}
+
+static void start_render_of_body(struct bd_http *http)
+{
+    Bounced__Render *render = new_render(http);
+    if (!render) return;
+    const char *type = http->head.values[BD_HTTP_CONTENT_TYPE];
+    struct bd_command_body body = {.upload = bd_spool_take_upload(http->spool), .name = "body"};
+    bd_spool_abandon(&http->spool);
+    bd_multipart_boundary(type, body.boundary, sizeof body.boundary);
+    start(http, bd_answer_of(BOUNCED__ENVELOPE__BODY_RENDER, render), &body);
+}
+
+static void look_for_blob(struct bd_http *http)
+{
+    Bounced__BlobHave *have = malloc(sizeof *have);
+    char name[8 + BD_SHA256_HEX];
+    BD_ASSERT(have);
+    bounced__blob_have__init(have);
+    snprintf(name, sizeof name, "sha256:%.64s", http->target.id);
+    have->blobs = malloc(sizeof *have->blobs);
+    BD_ASSERT(have->blobs);
+    have->blobs[0] = bd_answer_text(name);
+    have->n_blobs = 1;
+    start(http, bd_answer_of(BOUNCED__ENVELOPE__BODY_BLOB_HAVE, have), NULL);
+}
+
+// --- the daemon itself ----------------------------------------------------------------------
+
+static void send_ready(struct bd_http *http)
+{
+    struct bd_sched_stats stats;
+    bd_sched_stats(http->conn.net->options.sched, &stats);
+    json_t *json = json_pack(
+        "{s:b, s:{s:s, s:s, s:b}}", "ready", stats.device_ok && !http->conn.net->draining, "device",
+        "name", stats.device_name, "class", stats.device_class, "software", stats.software);
+    char *text = json ? json_dumps(json, JSON_COMPACT) : NULL;
+    bool ready = stats.device_ok && !http->conn.net->draining;
+    bd_http_send_text(http, ready ? 200 : 503, "application/json", text ? text : "{}");
+    free(text);
+    json_decref(json);
+}
+
+static void send_metrics(struct bd_http *http)
+{
+    char *text = bd_net_metrics_text(http->conn.net);
+    bd_http_send_text(http, 200, "text/plain; version=0.0.4; charset=utf-8", text);
+    free(text);
+}
+
+// Content may only be had whole: an upload without a byte still has to be opened and hashed.
+static void end_spool(struct bd_http *http)
+{
+    if (http->target.route == BD_HTTP_ROUTE_BLOB)
+        bd_spool_commit(http->spool, http->target.id);
+    else
+        bd_spool_close(http->spool);
+}
+
+void bd_http_run(struct bd_http *http)
+{
+    if (http->has_refusal) {
+        bd_http_send_fault(http, &http->refusal);
+        return;
+    }
+    switch (http->target.route) {
+    case BD_HTTP_ROUTE_HEALTH:
+        bd_http_send_text(http, 200, "application/json", "{\"ok\":true}");
+        break;
+    case BD_HTTP_ROUTE_READY:
+        send_ready(http);
+        break;
+    case BD_HTTP_ROUTE_METRICS:
+        send_metrics(http);
+        break;
+    case BD_HTTP_ROUTE_BLOB:
+        if (http->method == BD_HTTP_HEAD)
+            look_for_blob(http);
+        else
+            end_spool(http);
+        break;
+    case BD_HTTP_ROUTE_SCENES:
+        if (http->method == BD_HTTP_POST)
+            add_scene(http);
+        else
+            start_empty(http, BOUNCED__ENVELOPE__BODY_SCENE_LIST, &bounced__scene_list__descriptor);
+        break;
+    case BD_HTTP_ROUTE_SCENE:
+        if (http->method == BD_HTTP_DELETE)
+            remove_scene(http);
+        else
+            get_scene(http);
+        break;
+    case BD_HTTP_ROUTE_FRAME:
+        render_scene(http);
+        break;
+    case BD_HTTP_ROUTE_RENDER:
+        end_spool(http);
+        break;
+    case BD_HTTP_ROUTE_DEVICES:
+        start_empty(http, BOUNCED__ENVELOPE__BODY_DEVICES, &bounced__devices__descriptor);
+        break;
+    case BD_HTTP_ROUTE_STATS:
+        start_empty(http, BOUNCED__ENVELOPE__BODY_STATS, &bounced__stats__descriptor);
+        break;
+    case BD_HTTP_ROUTE_NONE:
+        BD_ASSERT(!"refused with its head");
+        break;
+    }
+}

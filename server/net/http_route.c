@@ -1,0 +1,103 @@
+#include "net/http_route.h"
+
+#include <stdio.h>
+#include <string.h>
+
+// Copies what is before `stop` and moves behind it. False if it does not fit or is empty.
+static bool take_segment(const char **at, const char *stops, char *out, size_t size)
+{
+    size_t length = strcspn(*at, stops);
+    if (length == 0 || length >= size) return false;
+    memcpy(out, *at, length);
+    out[length] = 0;
+    *at += length;
+    return true;
+}
+
+static bool take(const char **at, const char *text)
+{
+    size_t length = strlen(text);
+    if (strncmp(*at, text, length) != 0) return false;
+    *at += length;
+    return true;
+}
+
+static enum bd_http_route find_under_scenes(const char *at, struct bd_http_target *out)
+{
+    if (*at == 0) return BD_HTTP_ROUTE_SCENES;
+    if (!take(&at, "/") || !take_segment(&at, "/", out->id, sizeof out->id))
+        return BD_HTTP_ROUTE_NONE;
+    if (*at == 0) return BD_HTTP_ROUTE_SCENE;
+    if (!take(&at, "/frame.") || !take_segment(&at, "", out->extension, sizeof out->extension))
+        return BD_HTTP_ROUTE_NONE;
+    static const char *const extensions[] = {"png", "jpg", "jpeg", "exr", "json"};
+    for (size_t i = 0; i < sizeof extensions / sizeof extensions[0]; i++)
+        if (strcmp(out->extension, extensions[i]) == 0) return BD_HTTP_ROUTE_FRAME;
+    return BD_HTTP_ROUTE_NONE;
+}
+
+static enum bd_http_route find_path(const char *path, struct bd_http_target *out)
+{
+    static const struct {
+        const char *path;
+        enum bd_http_route route;
+    } fixed[] = {
+        {"/healthz", BD_HTTP_ROUTE_HEALTH},     {"/readyz", BD_HTTP_ROUTE_READY},
+        {"/metrics", BD_HTTP_ROUTE_METRICS},    {"/v1/render", BD_HTTP_ROUTE_RENDER},
+        {"/v1/devices", BD_HTTP_ROUTE_DEVICES}, {"/v1/stats", BD_HTTP_ROUTE_STATS},
+    };
+    for (size_t i = 0; i < sizeof fixed / sizeof fixed[0]; i++)
+        if (strcmp(path, fixed[i].path) == 0) return fixed[i].route;
+    if (take(&path, "/v1/blobs/sha256:"))
+        return take_segment(&path, "/", out->id, sizeof out->id) && *path == 0 ? BD_HTTP_ROUTE_BLOB
+                                                                               : BD_HTTP_ROUTE_NONE;
+    if (take(&path, "/v1/scenes")) return find_under_scenes(path, out);
+    return BD_HTTP_ROUTE_NONE;
+}
+
+void bd_http_route_find(const char *url, struct bd_http_target *out)
+{
+    *out = (struct bd_http_target){.query = ""};
+    char path[256];
+    size_t length = strcspn(url, "?");
+    if (url[length]) out->query = url + length + 1;
+    if (length >= sizeof path) return;
+    memcpy(path, url, length);
+    path[length] = 0;
+    out->route = find_path(path, out);
+}
+
+static unsigned methods_of(enum bd_http_route route)
+{
+    switch (route) {
+    case BD_HTTP_ROUTE_NONE:
+        return 0;
+    case BD_HTTP_ROUTE_HEALTH:
+    case BD_HTTP_ROUTE_READY:
+    case BD_HTTP_ROUTE_METRICS:
+    case BD_HTTP_ROUTE_DEVICES:
+    case BD_HTTP_ROUTE_STATS:
+    case BD_HTTP_ROUTE_FRAME:
+        return 1u << BD_HTTP_GET;
+    case BD_HTTP_ROUTE_BLOB:
+        return 1u << BD_HTTP_HEAD | 1u << BD_HTTP_PUT;
+    case BD_HTTP_ROUTE_SCENES:
+        return 1u << BD_HTTP_GET | 1u << BD_HTTP_POST;
+    case BD_HTTP_ROUTE_SCENE:
+        return 1u << BD_HTTP_GET | 1u << BD_HTTP_DELETE;
+    case BD_HTTP_ROUTE_RENDER:
+        return 1u << BD_HTTP_POST;
+    }
+    return 0;
+}
+
+enum bd_err bd_http_route_check(const struct bd_http_target *target, int method,
+                                struct bd_http_refusal *refusal)
+{
+    *refusal = (struct bd_http_refusal){0};
+    if (target->route == BD_HTTP_ROUTE_NONE)
+        return bd_fault_set(&refusal->fault, BD_ERR_NOT_FOUND, "path", "there is nothing here");
+    if (method >= 0 && methods_of(target->route) & 1u << method) return BD_ERR_OK;
+    refusal->status = 405;
+    return bd_fault_set(&refusal->fault, BD_ERR_USAGE, "method", "not by this method");
+}

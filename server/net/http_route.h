@@ -1,0 +1,52 @@
+// What is asked for: method and path to a route, query to a frame.
+//
+// Thread: any.
+
+#ifndef BD_NET_HTTP_ROUTE_H
+#define BD_NET_HTTP_ROUTE_H
+
+#include <stdbool.h>
+
+#include "base/err.h"
+#include "base/hash.h"
+#include "net/http_guard.h"
+#include "protocol/bounced.pb-c.h"
+
+enum bd_http_route {
+    BD_HTTP_ROUTE_NONE,
+    BD_HTTP_ROUTE_HEALTH,
+    BD_HTTP_ROUTE_READY,
+    BD_HTTP_ROUTE_METRICS,
+    BD_HTTP_ROUTE_BLOB,
+    BD_HTTP_ROUTE_SCENES,
+    BD_HTTP_ROUTE_SCENE,
+    BD_HTTP_ROUTE_FRAME,
+    BD_HTTP_ROUTE_RENDER,
+    BD_HTTP_ROUTE_DEVICES,
+    BD_HTTP_ROUTE_STATS,
+};
+
+enum bd_http_method { BD_HTTP_GET, BD_HTTP_HEAD, BD_HTTP_POST, BD_HTTP_PUT, BD_HTTP_DELETE };
+
+struct bd_http_target {
+    enum bd_http_route route;
+    char id[72];       // of a scene, or a blob's hexadecimal name
+    char extension[8]; // of a frame
+    const char *query; // in the url, behind '?'; "" if there is none
+};
+
+// The route alone, before any check: health is asked for without a token.
+void bd_http_route_find(const char *url, struct bd_http_target *out);
+
+// Path unknown: 404. Method not offered there, or unknown (`method` < 0): 405.
+BD_MUST_CHECK
+enum bd_err bd_http_route_check(const struct bd_http_target *target, int method,
+                                struct bd_http_refusal *refusal);
+
+// The query of a frame or a one-shot render into a new message, to be freed by free_unpacked with
+// NULL. `extension` "" : from `encoding=`. Unknown names and bad numbers are refused by name.
+BD_MUST_CHECK
+enum bd_err bd_http_query_read(const char *query, const char *extension,
+                               Bounced__FrameRequest **out, struct bd_fault *fault);
+
+#endif

@@ -1,0 +1,188 @@
+// The step from files to a scene: blobs or an uploaded body, mapped, parsed by the import child.
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/assert.h"
+#include "base/clock.h"
+#include "net/command_internal.h"
+#include "net/multipart.h"
+#include "scene/import.h"
+
+// Imports block a thread of the pool for as long as a hostile file can make them: never all of
+// its four, so that encoding and uploads go on.
+#define IMPORTS_AT_ONCE 2
+
+struct import {
+    struct bd_import_file *files;
+    struct bd_blob_map *maps; // one for each blob, or the body's alone
+    uint32_t file_count, map_count;
+};
+
+static void finish_import(struct import *import)
+{
+    for (uint32_t i = 0; i < import->map_count; i++) bd_blob_unmap(&import->maps[i]);
+    free(import->maps);
+    free(import->files);
+}
+
+static void begin_import(struct import *import, size_t file_count)
+{
+    import->files = calloc(file_count, sizeof *import->files);
+    import->maps = calloc(file_count, sizeof *import->maps);
+    BD_ASSERT(import->files && import->maps);
+}
+
+static enum bd_err map_blob(struct bd_command *command, struct import *import, const char *uri,
+                            const char *blob)
+{
+    if (!blob || strncmp(blob, "sha256:", 7) != 0 || !bd_blob_name_is_valid(blob + 7))
+        return bd_fault_set(&command->fault, BD_ERR_USAGE, uri,
+                            "a blob's name is sha256: and 64 lower-case hexadecimal digits");
+    struct bd_blob_map *map = &import->maps[import->map_count];
+    enum bd_err err = bd_blobs_map(command->net->options.blobs, blob + 7, map, &command->fault);
+    if (err) return err;
+    import->map_count++;
+    import->files[import->file_count++] =
+        (struct bd_import_file){.uri = uri, .bytes = map->bytes, .size_bytes = map->size_bytes};
+    return BD_ERR_OK;
+}
+
+static enum bd_err map_blobs(struct bd_command *command, struct import *import, const char *name,
+                             const char *blob, Bounced__KeyValue **files, size_t file_count)
+{
+    begin_import(import, file_count + 1);
+    enum bd_err err = map_blob(command, import, name && *name ? name : "scene", blob);
+    for (size_t i = 0; !err && i < file_count; i++)
+        err = map_blob(command, import, files[i]->key ? files[i]->key : "", files[i]->value);
+    return err;
+}
+
+static enum bd_err map_multipart(struct bd_command *command, struct import *import)
+{
+    struct bd_multipart_part *parts;
+    uint32_t part_count;
+    enum bd_err err = bd_multipart_parse(import->maps[0].bytes, import->maps[0].size_bytes,
+                                         command->body.boundary,
+                                         (uint32_t)command->net->options.limits.scene_files + 1,
+                                         &parts, &part_count, &command->fault);
+    if (err) return err;
+    free(import->files);
+    import->files = calloc(part_count, sizeof *import->files);
+    BD_ASSERT(import->files);
+    // The main file goes first; it is the part called "scene".
+    import->file_count = 1;
+    for (uint32_t i = 0; i < part_count; i++) {
+        bool is_main = strcmp(parts[i].name, "scene") == 0 && !import->files[0].bytes;
+        if (!is_main && import->file_count == part_count) break; // no part is called "scene"
+        uint32_t at = is_main ? 0 : import->file_count++;
+        import->files[at] = (struct bd_import_file){
+            .uri = parts[i].name, .bytes = parts[i].bytes, .size_bytes = parts[i].size_bytes};
+    }
+    if (!import->files[0].bytes)
+        err = bd_fault_set(&command->fault, BD_ERR_USAGE, "scene",
+                           "no part of the body is called \"scene\"");
+    command->parts = parts; // the files' names lie in them
+    return err;
+}
+
+static enum bd_err map_body(struct bd_command *command, struct import *import)
+{
+    begin_import(import, 1);
+    enum bd_err err = bd_blob_upload_map(command->body.upload, &import->maps[0], &command->fault);
+    if (err) return err;
+    import->map_count = 1;
+    if (command->body.boundary[0]) return map_multipart(command, import);
+    import->file_count = 1;
+    import->files[0] = (struct bd_import_file){.uri = command->body.name,
+                                               .bytes = import->maps[0].bytes,
+                                               .size_bytes = import->maps[0].size_bytes};
+    return BD_ERR_OK;
+}
+
+static enum bd_err map_files(struct bd_command *command, struct import *import)
+{
+    if (command->body.upload) return map_body(command, import);
+    if (command->envelope->body_case == BOUNCED__ENVELOPE__BODY_SCENE_ADD) {
+        const Bounced__SceneAdd *add = command->envelope->scene_add;
+        return map_blobs(command, import, add->name, add->blob, add->files, add->n_files);
+    }
+    const Bounced__Render *render = command->envelope->render;
+    return map_blobs(command, import, render->name, render->blob, render->files, render->n_files);
+}
+
+static struct bd_import_limits import_limits(const struct bd_limits *limits)
+{
+    struct bd_import_limits out = bd_import_default_limits;
+    out.memory_bytes = limits->import_bytes;
+    out.cpu_seconds = (uint32_t)limits->import_cpu_seconds;
+    out.wall_seconds = (uint32_t)limits->import_wall_seconds;
+    out.scene_bytes = limits->scene_bytes;
+    out.triangle_count = limits->scene_triangles;
+    out.picture_side_px = (uint32_t)limits->picture_side_px;
+    out.picture_texels = limits->picture_texels;
+    return out;
+}
+
+static void import_on_pool(uv_work_t *work)
+{
+    struct bd_command *command = work->data;
+    const struct bd_net_options *options = &command->net->options;
+    struct bd_import_limits limits = import_limits(&options->limits);
+    uint64_t start_ns = bd_clock_ns();
+    struct import import = {0};
+    command->err = map_files(command, &import);
+    if (!command->err)
+        command->err = bd_import(options->import_program, import.files, import.file_count, &limits,
+                                 &command->scene, &command->fault);
+    finish_import(&import);
+    bd_blob_upload_abort(&command->body.upload);
+    command->load_ms = bd_ms_since(start_ns);
+}
+
+static void begin_next_import(struct bd_net *net);
+
+static void import_back(uv_work_t *work, int status)
+{
+    struct bd_command *command = work->data;
+    struct bd_net *net = command->net;
+    BD_ASSERT_CMP(status, ==, 0);
+    net->import_count--;
+    if (!bd_command_stop_here(command)) command->then(command);
+    begin_next_import(net);
+}
+
+static void begin_next_import(struct bd_net *net)
+{
+    if (!net->imports_waiting || net->import_count >= IMPORTS_AT_ONCE) return;
+    struct bd_command *command = net->imports_waiting;
+    net->imports_waiting = command->next_waiting;
+    command->waits_for_import = false;
+    net->import_count++;
+    bd_command_progress(command, "import");
+    bd_command_pool(command, import_on_pool, import_back);
+}
+
+static size_t file_table_size(const Bounced__Envelope *envelope)
+{
+    return envelope->body_case == BOUNCED__ENVELOPE__BODY_SCENE_ADD ? envelope->scene_add->n_files
+                                                                    : envelope->render->n_files;
+}
+
+void bd_command_import(struct bd_command *command, void (*then)(struct bd_command *command))
+{
+    struct bd_net *net = command->net;
+    uint64_t files_max = net->options.limits.scene_files;
+    if (file_table_size(command->envelope) > files_max)
+        command->err = bd_fault_set(&command->fault, BD_ERR_LIMIT, "scene_files",
+                                    "the table has more than %llu files (limit scene_files)",
+                                    (unsigned long long)files_max);
+    if (bd_command_stop_here(command)) return;
+    command->then = then;
+    command->waits_for_import = true;
+    struct bd_command **last = &net->imports_waiting;
+    while (*last) last = &(*last)->next_waiting;
+    *last = command;
+    command->next_waiting = NULL;
+    begin_next_import(net);
+}

@@ -1,0 +1,55 @@
+// The network: listeners, connections, and one layer of commands behind both faces.
+//
+// Owns the libuv loop's work. A socket's callback decodes, checks limits, starts a command and
+// returns; imports, disk and encoding run on libuv's pool, frames on the scheduler's thread, and
+// all of them come back to the loop with their result.
+//
+// Thread: the one that calls bd_net_run, for everything here.
+
+#ifndef BD_NET_NET_H
+#define BD_NET_NET_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "base/err.h"
+#include "protocol/limits.h"
+#include "scene/blobs.h"
+#include "scene/store.h"
+#include "sched/sched.h"
+
+#define BD_NET_LISTEN_MAX      8
+#define BD_NET_PUBLIC_NAME_MAX 16
+
+struct bd_net_options {
+    const char *http;                       // HOST:PORT; NULL = no HTTP face
+    const char *listens[BD_NET_LISTEN_MAX]; // framed: "unix:PATH", "tcp:HOST:PORT"; up to a NULL
+    int private_fd;                         // serve this one connection and nothing else; -1 = no
+    const char *token_file;                 // NULL = none
+    const char *public_names[BD_NET_PUBLIC_NAME_MAX]; // Host names beside our addresses
+    struct bd_limits limits;
+    const char *import_program; // for bd_import; NULL = this one
+    // Borrowed for as long as the net lives.
+    struct bd_sched *sched;
+    struct bd_blobs *blobs;
+    struct bd_store *store;
+    // One JSON array of devices, malloc'ed; runs on libuv's pool. NULL: only the one in use.
+    char *(*list_devices)(void);
+};
+
+struct bd_net;
+
+// Opens the listeners. Refused: an address beyond this machine without tokens. The options are
+// copied, what they point at is borrowed.
+BD_MUST_CHECK
+enum bd_err bd_net_create(const struct bd_net_options *options, struct bd_net **out,
+                          struct bd_fault *fault);
+
+// Serves until SIGTERM or SIGINT, then drains: takes no new work, ends or (after
+// drain_seconds, or at a second signal) cancels what is under way. With private_fd: until the peer
+// closes. Every command has ended when it returns.
+void bd_net_run(struct bd_net *net);
+
+void bd_net_destroy(struct bd_net **net);
+
+#endif

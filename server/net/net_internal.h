@@ -1,0 +1,65 @@
+// What the files of net/ share: the loop's state.
+
+#ifndef BD_NET_INTERNAL_H
+#define BD_NET_INTERNAL_H
+
+#include <uv.h>
+
+#include "net/auth.h"
+#include "net/client.h"
+#include "net/conn.h"
+#include "net/net.h"
+
+struct bd_command;
+struct bd_listener;
+
+#define BD_NET_PASS_NAME_MAX 48
+
+struct bd_net_stats {
+    uint64_t requests, requests_refused;
+    uint64_t bytes_in, bytes_out;
+    uint64_t frames;
+    // Seconds spent in each pass of every frame, by name, in order of first appearance.
+    uint32_t pass_count;
+    struct {
+        char name[24];
+        double seconds;
+        uint64_t ran, reused;
+    } passes[BD_NET_PASS_NAME_MAX];
+};
+
+struct bd_net {
+    struct bd_net_options options;
+    uv_loop_t loop;
+    struct bd_tokens *tokens;
+    struct bd_clients *clients;
+    struct bd_listener *listeners;
+    struct bd_conn *conns; // newest first
+    uint32_t conn_count;
+    uint64_t start_ns;
+    struct bd_net_stats stats;
+
+    struct bd_command *commands; // under way, newest first
+    uint32_t command_count;
+    uint32_t import_count;              // on the pool now
+    struct bd_command *imports_waiting; // oldest first
+    uv_async_t frames_ended;
+    uv_mutex_t ended_lock;
+    struct bd_command *ended; // under the lock: frames that the render thread is done with
+
+    uv_timer_t tick;
+    uv_signal_t sigterm, sigint;
+    bool draining;
+    uint64_t drain_until_ns;
+};
+
+// Stops listening; what is under way may end.
+void bd_net_begin_drain(struct bd_net *net);
+
+// A connection left the list.
+void bd_net_conn_left(struct bd_net *net);
+
+// Counts a request that was turned away, whatever the reason.
+void bd_net_count_refusal(struct bd_net *net);
+
+#endif

@@ -1,0 +1,215 @@
+#include "net/options.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/assert.h"
+
+#define CONFIG_LINE_MAX 4096
+
+static enum bd_err read_config(struct bd_options *options, const char *path,
+                               struct bd_fault *fault);
+
+static const char *keep(struct bd_options *options, const char *text)
+{
+    char *copy = strdup(text);
+    char **owned = realloc(options->owned, (options->owned_count + 1) * sizeof *owned);
+    BD_ASSERT(copy && owned);
+    options->owned = owned;
+    owned[options->owned_count++] = copy;
+    return copy;
+}
+
+static enum bd_err read_number(const char *name, const char *text, unsigned long most,
+                               unsigned long *out, struct bd_fault *fault)
+{
+    char *end;
+    errno = 0;
+    *out = strtoul(text, &end, 10);
+    if (*text >= '0' && *text <= '9' && *end == 0 && !errno && *out <= most) return BD_ERR_OK;
+    return bd_fault_set(fault, BD_ERR_USAGE, name, "--%s takes a number from 0 to %lu, not \"%s\"",
+                        name, most, text);
+}
+
+static enum bd_err set_http(struct bd_options *options, const char *value, struct bd_fault *fault)
+{
+    (void)fault;
+    options->http = keep(options, value);
+    return BD_ERR_OK;
+}
+
+static enum bd_err set_listen(struct bd_options *options, const char *value, struct bd_fault *fault)
+{
+    if (options->listen_count == BD_NET_LISTEN_MAX)
+        return bd_fault_set(fault, BD_ERR_USAGE, "listen", "there are more than %d listens",
+                            BD_NET_LISTEN_MAX);
+    options->listens[options->listen_count++] = keep(options, value);
+    return BD_ERR_OK;
+}
+
+static enum bd_err set_data(struct bd_options *options, const char *value, struct bd_fault *fault)
+{
+    (void)fault;
+    options->data = keep(options, value);
+    return BD_ERR_OK;
+}
+
+static enum bd_err set_device(struct bd_options *options, const char *value, struct bd_fault *fault)
+{
+    (void)fault;
+    options->device = keep(options, value);
+    return BD_ERR_OK;
+}
+
+static enum bd_err set_token_file(struct bd_options *options, const char *value,
+                                  struct bd_fault *fault)
+{
+    (void)fault;
+    options->token_file = keep(options, value);
+    return BD_ERR_OK;
+}
+
+static enum bd_err set_public_name(struct bd_options *options, const char *value,
+                                   struct bd_fault *fault)
+{
+    // One place stays free: the list ends with a NULL.
+    if (options->public_name_count == BD_NET_PUBLIC_NAME_MAX - 1)
+        return bd_fault_set(fault, BD_ERR_USAGE, "public-name", "there are more than %d names",
+                            BD_NET_PUBLIC_NAME_MAX - 1);
+    options->public_names[options->public_name_count++] = keep(options, value);
+    return BD_ERR_OK;
+}
+
+static enum bd_err set_gpu_memory(struct bd_options *options, const char *value,
+                                  struct bd_fault *fault)
+{
+    unsigned long mib = 0;
+    enum bd_err err = read_number("gpu-memory", value, 1u << 24, &mib, fault);
+    options->gpu_memory_mib = (uint32_t)mib;
+    return err;
+}
+
+static enum bd_err set_limit(struct bd_options *options, const char *value, struct bd_fault *fault)
+{
+    return bd_limits_set(&options->limits, value, fault);
+}
+
+static enum bd_err set_log(struct bd_options *options, const char *value, struct bd_fault *fault)
+{
+    options->log_json = strcmp(value, "json") == 0;
+    if (options->log_json || strcmp(value, "text") == 0) return BD_ERR_OK;
+    return bd_fault_set(fault, BD_ERR_USAGE, "log", "--log is text or json, not \"%s\"", value);
+}
+
+static enum bd_err set_private(struct bd_options *options, const char *value,
+                               struct bd_fault *fault)
+{
+    unsigned long fd = 0;
+    enum bd_err err = read_number("private", value, 65535, &fd, fault);
+    options->private_fd = (int)fd;
+    return err;
+}
+
+static const struct option {
+    const char *name;
+    enum bd_err (*set)(struct bd_options *options, const char *value, struct bd_fault *fault);
+    const char *help;
+} table[] = {
+    {"http", set_http, "HOST:PORT          the HTTP face (default 127.0.0.1:7480; none = off)"},
+    {"listen", set_listen, "unix:PATH|tcp:HOST:PORT  a framed face, repeatable"},
+    {"data", set_data, "DIR                scenes, blobs, shader caches"},
+    {"device", set_device, "auto|software|egl:N|uuid:HEX|pci:ID"},
+    {"token-file", set_token_file, "FILE         one token a line; not readable by others"},
+    {"public-name", set_public_name, "NAME        a host name that browsers may call us by"},
+    {"gpu-memory", set_gpu_memory, "MIB          what may be taken of the device's memory"},
+    {"limit", set_limit, "NAME=VALUE        see protocol/limits.h; repeatable"},
+    {"config", read_config, "FILE             more options, one `key value` a line"},
+    {"log", set_log, "text|json"},
+    {"private", set_private, "FD              serve one inherited socket, then end"},
+};
+#define OPTION_COUNT (sizeof table / sizeof table[0])
+
+static enum bd_err set_option(struct bd_options *options, const char *name, size_t length,
+                              const char *value, struct bd_fault *fault)
+{
+    for (size_t i = 0; i < OPTION_COUNT; i++)
+        if (strlen(table[i].name) == length && strncmp(table[i].name, name, length) == 0) {
+            if (value) return table[i].set(options, value, fault);
+            return bd_fault_set(fault, BD_ERR_USAGE, table[i].name, "--%s takes a value",
+                                table[i].name);
+        }
+    return bd_fault_set(fault, BD_ERR_USAGE, "", "there is no option \"%.*s\"", (int)length, name);
+}
+
+static enum bd_err read_config_line(struct bd_options *options, char *line, struct bd_fault *fault)
+{
+    char *key = line + strspn(line, " \t");
+    key[strcspn(key, "\r\n")] = 0;
+    if (*key == 0 || *key == '#') return BD_ERR_OK;
+    size_t length = strcspn(key, " \t");
+    char *value = key + length + strspn(key + length, " \t");
+    if (length == strlen("config") && strncmp(key, "config", length) == 0)
+        return bd_fault_set(fault, BD_ERR_USAGE, "config", "a config file cannot name another");
+    return set_option(options, key, length, *value ? value : NULL, fault);
+}
+
+static enum bd_err read_config(struct bd_options *options, const char *path, struct bd_fault *fault)
+{
+    FILE *file = fopen(path, "re");
+    if (!file) return bd_fault_set(fault, BD_ERR_USAGE, "config", "%s: %s", path, strerror(errno));
+    char line[CONFIG_LINE_MAX];
+    enum bd_err err = BD_ERR_OK;
+    while (!err && fgets(line, sizeof line, file)) err = read_config_line(options, line, fault);
+    fclose(file);
+    return err;
+}
+
+static bool read_flag(struct bd_options *options, const char *argument)
+{
+    if (strcmp(argument, "--version") == 0)
+        options->shows_version = true;
+    else if (strcmp(argument, "--help") == 0)
+        options->shows_help = true;
+    else if (strcmp(argument, "--list-devices") == 0)
+        options->lists_devices = true;
+    else if (strcmp(argument, "--debug") == 0)
+        options->log_debug = true;
+    else
+        return false;
+    return true;
+}
+
+enum bd_err bd_options_read(struct bd_options *options, int argc, char **argv,
+                            struct bd_fault *fault)
+{
+    *options = (struct bd_options){
+        .http = "127.0.0.1:7480", .device = "auto", .limits = bd_limits_default, .private_fd = -1};
+    for (int i = 1; i < argc; i++) {
+        if (read_flag(options, argv[i])) continue;
+        if (strncmp(argv[i], "--", 2) != 0)
+            return bd_fault_set(fault, BD_ERR_USAGE, "", "\"%s\" is no option", argv[i]);
+        const char *name = argv[i] + 2;
+        size_t length = strcspn(name, "=");
+        const char *value = name[length] == '=' ? name + length + 1 : NULL;
+        if (!value && i + 1 < argc) value = argv[++i];
+        enum bd_err err = set_option(options, name, length, value, fault);
+        if (err) return err;
+    }
+    return BD_ERR_OK;
+}
+
+void bd_options_finish(struct bd_options *options)
+{
+    for (uint32_t i = 0; i < options->owned_count; i++) free(options->owned[i]);
+    free(options->owned);
+    *options = (struct bd_options){0};
+}
+
+void bd_options_print_help(FILE *out)
+{
+    fputs("usage: bounced [OPTION]...\n\n", out);
+    for (size_t i = 0; i < OPTION_COUNT; i++)
+        fprintf(out, "  --%s %s\n", table[i].name, table[i].help);
+    fputs("  --debug --list-devices --version --help\n", out);
+}

@@ -1,0 +1,41 @@
+// The daemon's options, from the command line and from --config files: the same keys in both.
+//
+// Thread: start of the process.
+
+#ifndef BD_NET_OPTIONS_H
+#define BD_NET_OPTIONS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include "base/err.h"
+#include "net/net.h"
+
+struct bd_options {
+    const char *http; // "none" = no HTTP face
+    const char *listens[BD_NET_LISTEN_MAX];
+    uint32_t listen_count;
+    const char *data; // NULL = the default
+    const char *device;
+    const char *token_file;
+    const char *public_names[BD_NET_PUBLIC_NAME_MAX];
+    uint32_t public_name_count;
+    uint32_t gpu_memory_mib; // 0 = by the device
+    struct bd_limits limits;
+    bool log_json, log_debug;
+    int private_fd; // -1 = none
+    bool shows_version, shows_help, lists_devices;
+    char **owned; // every text above
+    uint32_t owned_count;
+};
+
+// Reads what main was given. `fault` names the option. Free with bd_options_finish either way.
+BD_MUST_CHECK
+enum bd_err bd_options_read(struct bd_options *options, int argc, char **argv,
+                            struct bd_fault *fault);
+void bd_options_finish(struct bd_options *options);
+
+void bd_options_print_help(FILE *out);
+
+#endif

@@ -1,0 +1,150 @@
+#include "net/stats.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/assert.h"
+#include "base/clock.h"
+
+static void count_pass(struct bd_net_stats *stats, const char *name, double ms, bool ran)
+{
+    uint32_t i = 0;
+    while (i < stats->pass_count && strcmp(stats->passes[i].name, name) != 0) i++;
+    if (i == BD_NET_PASS_NAME_MAX) return; // the list of names is fixed and shorter
+    if (i == stats->pass_count)
+        snprintf(stats->passes[stats->pass_count++].name, sizeof stats->passes[i].name, "%s", name);
+    stats->passes[i].seconds += ms * 1e-3;
+    stats->passes[i].ran += ran;
+    stats->passes[i].reused += !ran;
+}
+
+void bd_net_count_frame(struct bd_net *net, const struct bd_report *report)
+{
+    net->stats.frames++;
+    for (uint32_t i = 0; i < report->pass_count; i++)
+        if (report->passes[i].state != BD_PASS_PLANNED)
+            count_pass(&net->stats, report->passes[i].name, report->passes[i].ms,
+                       report->passes[i].state == BD_PASS_RAN);
+}
+
+void bd_net_count_refusal(struct bd_net *net)
+{
+    net->stats.requests_refused++;
+}
+
+struct bd_answer bd_answer_stats(struct bd_net *net)
+{
+    struct bd_sched_stats sched;
+    bd_sched_stats(net->options.sched, &sched);
+    Bounced__StatsReply *reply = malloc(sizeof *reply);
+    BD_ASSERT(reply);
+    bounced__stats_reply__init(reply);
+    BD_SET(reply, uptime_seconds, bd_ms_since(net->start_ns) * 1e-3);
+    BD_SET(reply, jobs_done, sched.jobs_done);
+    BD_SET(reply, jobs_failed, sched.jobs_failed);
+    BD_SET(reply, jobs_cancelled, sched.jobs_cancelled);
+    BD_SET(reply, jobs_waiting, sched.jobs_waiting);
+    BD_SET(reply, jobs_running, sched.jobs_running);
+    BD_SET(reply, device_losses, sched.device_losses);
+    BD_SET(reply, gpu_memory_mib, sched.gpu_memory_mib);
+    BD_SET(reply, gpu_memory_peak_mib, sched.gpu_memory_peak_mib);
+    BD_SET(reply, gpu_memory_limit_mib, sched.gpu_memory_limit_mib);
+    BD_SET(reply, render_seconds, sched.render_seconds);
+    BD_SET(reply, scenes, bd_store_count(net->options.store));
+    BD_SET(reply, connections, net->conn_count);
+    BD_SET(reply, requests, net->stats.requests);
+    BD_SET(reply, requests_refused, net->stats.requests_refused);
+    return bd_answer_of(BOUNCED__ENVELOPE__BODY_STATS_REPLY, reply);
+}
+
+static void write_counter(FILE *out, const char *name, const char *help, double value)
+{
+    fprintf(out, "# HELP bounced_%s %s\n# TYPE bounced_%s counter\nbounced_%s %.17g\n", name, help,
+            name, name, value);
+}
+
+static void write_gauge(FILE *out, const char *name, const char *help, double value)
+{
+    fprintf(out, "# HELP bounced_%s %s\n# TYPE bounced_%s gauge\nbounced_%s %.17g\n", name, help,
+            name, name, value);
+}
+
+// Names come from drivers: quotes and backslashes are possible in them.
+static void write_label(FILE *out, const char *text)
+{
+    for (; *text; text++) {
+        if (*text == '"' || *text == '\\') fputc('\\', out);
+        fputc(*text == '\n' ? ' ' : *text, out);
+    }
+}
+
+static void write_device(FILE *out, const struct bd_sched_stats *sched)
+{
+    fputs("# HELP bounced_device_info The device in use.\n# TYPE bounced_device_info gauge\n"
+          "bounced_device_info{name=\"",
+          out);
+    write_label(out, sched->device_name);
+    fputs("\",class=\"", out);
+    write_label(out, sched->device_class);
+    fprintf(out, "\",software=\"%d\"} 1\n", sched->software);
+}
+
+static void write_passes(FILE *out, const struct bd_net_stats *stats)
+{
+    fputs("# HELP bounced_pass_seconds_total Device time by pass.\n"
+          "# TYPE bounced_pass_seconds_total counter\n",
+          out);
+    for (uint32_t i = 0; i < stats->pass_count; i++)
+        fprintf(out, "bounced_pass_seconds_total{pass=\"%s\"} %.9g\n", stats->passes[i].name,
+                stats->passes[i].seconds);
+    fputs("# HELP bounced_passes_total Passes by name and whether they ran.\n"
+          "# TYPE bounced_passes_total counter\n",
+          out);
+    for (uint32_t i = 0; i < stats->pass_count; i++)
+        fprintf(out,
+                "bounced_passes_total{pass=\"%s\",state=\"ran\"} %llu\n"
+                "bounced_passes_total{pass=\"%s\",state=\"reused\"} %llu\n",
+                stats->passes[i].name, (unsigned long long)stats->passes[i].ran,
+                stats->passes[i].name, (unsigned long long)stats->passes[i].reused);
+}
+
+static void write_jobs(FILE *out, const struct bd_sched_stats *sched)
+{
+    write_counter(out, "jobs_done_total", "Frames finished.", (double)sched->jobs_done);
+    write_counter(out, "jobs_failed_total", "Frames failed.", (double)sched->jobs_failed);
+    write_counter(out, "jobs_cancelled_total", "Frames cancelled.", (double)sched->jobs_cancelled);
+    write_gauge(out, "jobs_waiting", "Frames waiting for the device.", sched->jobs_waiting);
+    write_gauge(out, "jobs_running", "Frames on the device.", sched->jobs_running);
+    write_counter(out, "render_seconds_total", "Time of finished frames.", sched->render_seconds);
+    write_counter(out, "device_losses_total", "Times the device was lost.",
+                  (double)sched->device_losses);
+    write_gauge(out, "device_ok", "0 between a loss and the rebuilt context.", sched->device_ok);
+    write_gauge(out, "gpu_memory_bytes", "GPU memory in use.", sched->gpu_memory_mib * 1048576);
+    write_gauge(out, "gpu_memory_limit_bytes", "GPU memory that may be used.",
+                sched->gpu_memory_limit_mib * 1048576);
+}
+
+char *bd_net_metrics_text(struct bd_net *net)
+{
+    struct bd_sched_stats sched;
+    bd_sched_stats(net->options.sched, &sched);
+    char *text = NULL;
+    size_t size = 0;
+    FILE *out = open_memstream(&text, &size);
+    BD_ASSERT(out);
+    write_gauge(out, "uptime_seconds", "Since start.", bd_ms_since(net->start_ns) * 1e-3);
+    write_device(out, &sched);
+    write_jobs(out, &sched);
+    write_counter(out, "requests_total", "Requests, both faces.", (double)net->stats.requests);
+    write_counter(out, "requests_refused_total", "Requests answered by an error.",
+                  (double)net->stats.requests_refused);
+    write_counter(out, "received_bytes_total", "Bytes from clients.", (double)net->stats.bytes_in);
+    write_counter(out, "sent_bytes_total", "Bytes to clients.", (double)net->stats.bytes_out);
+    write_gauge(out, "connections", "Open connections.", net->conn_count);
+    write_gauge(out, "scenes", "Scenes held.", bd_store_count(net->options.store));
+    write_passes(out, &net->stats);
+    int result = fclose(out);
+    BD_ASSERT_CMP(result, ==, 0);
+    return text;
+}
