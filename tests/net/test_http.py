@@ -1,0 +1,229 @@
+"""The HTTP face: every route, the queries, who may ask, what may be sent."""
+import http.client
+import json
+import struct
+
+import bounced_pb2
+import pytest
+from conftest import SCENES, blob_name
+
+GLB = (SCENES / "cornell.glb").read_bytes()
+OCTETS = {"Content-Type": "application/octet-stream"}
+
+
+def test_health_ready_metrics(shared):
+    assert shared.healthy()
+    status, ready = shared.json("GET", "/readyz")
+    assert status == 200 and ready["ready"] is True and ready["device"]["class"]
+    status, headers, text = shared.request("GET", "/metrics")
+    assert status == 200 and headers["Content-Type"].startswith("text/plain; version=0.0.4")
+    for line in text.decode().splitlines():
+        assert line.startswith("# ") or float(line.rsplit(" ", 1)[1]) >= 0, line
+
+
+def test_scene_from_blob_to_deletion(shared):
+    blob = blob_name(GLB)
+    assert shared.put_blob(GLB) == blob
+    assert shared.request("HEAD", "/v1/blobs/" + blob)[0] == 200
+    status, scene = shared.json("POST", "/v1/scenes", {"blob": blob, "name": "box"})
+    assert status == 201 and scene["revision"] == 1 and scene["name"] == "box"
+    assert scene["hash"].startswith("sha256:") and scene["counts"]["triangles"] > 0
+    status, reply = shared.json("GET", "/v1/scenes")
+    assert status == 200 and scene["id"] in [entry["id"] for entry in reply["scenes"]]
+    assert shared.json("GET", "/v1/scenes/" + scene["id"]) == (200, scene)
+    status, _, text = shared.request("DELETE", "/v1/scenes/" + scene["id"])
+    assert (status, text) == (204, b"")
+    assert shared.json("GET", "/v1/scenes/" + scene["id"])[0] == 404
+    assert shared.json("DELETE", "/v1/scenes/" + scene["id"])[0] == 404
+
+
+@pytest.mark.parametrize("extension,magic", [("png", b"\x89PNG"), ("jpg", b"\xff\xd8\xff"),
+                                             ("exr", b"\x76\x2f\x31\x01")])
+def test_frame(shared, extension, magic):
+    scene = shared.add_scene()
+    path = f"/v1/scenes/{scene}/frame.{extension}?size=32x24&aa=1&exposure=1.5&tonemap=agx"
+    status, headers, image = shared.request("GET", path)
+    assert status == 200 and image.startswith(magic), image[:200]
+    names = [entry.split(";")[0].strip() for entry in headers["Server-Timing"].split(",")]
+    assert "gbuffer" in names and names[-1] == "total"
+    assert headers["Bounced-Scene"].startswith("sha256:") and headers["Bounced-Device"]
+    assert shared.request("GET", path)[2] == image  # the same bytes again
+
+
+def test_report_and_plan(shared):
+    scene = shared.add_scene()
+    status, report = shared.json("GET", f"/v1/scenes/{scene}/frame.json?size=16x8&seed=7")
+    assert status == 200 and report["size"] == [16, 8] and report["seed"] == 7
+    assert report["stopped"] == "complete" and "total" in report["time_ms"]
+    status, headers, text = shared.request("GET", f"/v1/scenes/{scene}/frame.png?size=16x8&plan=1")
+    assert status == 200 and headers["Content-Type"] == "application/json"
+    assert {entry["state"] for entry in json.loads(text)["passes"]} <= {"planned", "reused"}
+
+
+def test_scene_with_files_beside_it(shared):
+    main, side = (SCENES / "bare.gltf").read_bytes(), (SCENES / "bare.bin").read_bytes()
+    body = {"blob": shared.put_blob(main), "files": {"bare.bin": shared.put_blob(side)}}
+    status, scene = shared.json("POST", "/v1/scenes", body)
+    assert status == 201, scene
+    del body["files"]
+    status, error = shared.json("POST", "/v1/scenes", body)
+    assert status == 400 and error["code"] == "bad_input"
+
+
+def multipart(parts, boundary="xyz"):
+    body = b"".join(b"--%b\r\nContent-Disposition: form-data; name=\"%b\"; filename=\"f\"\r\n\r\n%b\r\n"
+                    % (boundary.encode(), name.encode(), data) for name, data in parts)
+    return body + b"--" + boundary.encode() + b"--\r\n"
+
+
+def test_one_shot_render(shared):
+    headers = {"Content-Type": "model/gltf-binary"}
+    status, got, image = shared.request("POST", "/v1/render?size=16x16&encoding=exr", GLB, headers)
+    assert status == 200 and image.startswith(b"\x76\x2f\x31\x01")
+    assert got["Content-Type"] == "image/x-exr"
+    headers = {"Content-Type": "multipart/form-data; boundary=xyz", "Bounced-Client": "test"}
+    body = multipart([("bare.bin", (SCENES / "bare.bin").read_bytes()),
+                      ("scene", (SCENES / "bare.gltf").read_bytes())])
+    status, _, image = shared.request("POST", "/v1/render?size=16x16", body, headers)
+    assert status == 200 and image.startswith(b"\x89PNG"), image[:200]
+    assert shared.json("GET", "/v1/stats")[1]["jobs_running"] == 0
+    assert not [name for name in shared.data.joinpath("blobs").iterdir()
+                if name.name == blob_name(body)[7:]]
+
+
+@pytest.mark.parametrize("body", [
+    b"", b"--xyz", b"--xyz--", b"--xyz\r\n", multipart([]), multipart([("a", b"1")]),
+    multipart([("scene", b"{}"), ("scene", b"{}")]), multipart([("scene", GLB)])[:-8],
+    multipart([("scene", b"")]), multipart([("", GLB)]), multipart([("scene", GLB)], "other"),
+])
+def test_multipart_nonsense(shared, body):
+    headers = {"Content-Type": "multipart/form-data; boundary=xyz", "Bounced-Client": "test"}
+    status, _, text = shared.request("POST", "/v1/render?size=16x16", body, headers)
+    assert status == 400 and json.loads(text)["code"] in ("bad_input", "usage"), text
+    assert shared.healthy()
+
+
+def test_protobuf_both_ways(shared):
+    blob = shared.put_blob(GLB)
+    add = bounced_pb2.SceneAdd(blob=blob, name="pb").SerializeToString()
+    status, headers, text = shared.request("POST", "/v1/scenes", add, {
+        "Content-Type": "application/x-protobuf", "Accept": "application/x-protobuf"})
+    assert status == 201 and headers["Content-Type"] == "application/x-protobuf"
+    assert bounced_pb2.Scene.FromString(text).name == "pb"
+    status, _, _ = shared.request("POST", "/v1/scenes", b"\xff\xff\xff",
+                                  {"Content-Type": "application/x-protobuf"})
+    assert status == 400
+
+
+@pytest.mark.parametrize("query,field", [
+    ("size=0x4", "size"), ("size=12", "size"), ("size=4x4x4", "size"), ("size=-4x4", "size"),
+    ("aa=x", "aa"), ("aa=", "aa"), ("seed=18446744073709551616", "seed"), ("plan=yes", "plan"),
+    ("exposure=bright", "exposure"), ("tonemap=vivid", "tonemap"), ("layers=beautiful", "layers"),
+    ("set=vpls", "set"), ("sise=4x4", "sise"), ("encoding=exr", "encoding"), ("quality=101", "jpeg_quality"),
+    ("camera=%zz", "query"), ("camera=a%00b", "query"), ("camera", "query"),
+    ("camera=" + "x" * 64, "camera"), ("set=" + "k" * 40 + "=1", "parameters"),
+])
+def test_bad_queries_name_their_field(shared, query, field):
+    scene = shared.add_scene()
+    status, error = shared.json("GET", f"/v1/scenes/{scene}/frame.png?{query}")
+    assert status in (400, 413), error
+    assert error["details"]["field"] == field and error["message"]
+
+
+@pytest.mark.parametrize("method,path,status", [
+    ("GET", "/", 404), ("GET", "/v1", 404), ("GET", "/v1/scenes/", 404), ("GET", "/v2/scenes", 404),
+    ("GET", "/v1/scenes/none", 404), ("GET", "/v1/scenes/x/frame.bmp", 404),
+    ("GET", "/v1/scenes/none/frame.png", 404), ("GET", "/v1/scenes/x/edits", 404),
+    ("GET", "/v1/scenes/x/stream.mjpeg", 404), ("GET", "/" + "a" * 300, 404),
+    ("POST", "/healthz", 405), ("PATCH", "/v1/scenes", 405), ("OPTIONS", "/v1/scenes", 405),
+    ("HEAD", "/v1/blobs/sha256:" + "0" * 64, 404), ("HEAD", "/v1/blobs/sha256:xyz", 400),
+])
+def test_wrong_paths_and_methods(shared, method, path, status):
+    got, headers, text = shared.request(method, path)
+    assert got == status
+    assert headers["Content-Type"] == "application/json"
+    if method != "HEAD":
+        assert set(json.loads(text)) == {"code", "message", "details"}
+
+
+def test_blob_with_the_wrong_hash(shared):
+    path = "/v1/blobs/sha256:" + "0" * 64
+    status, _, text = shared.request("PUT", path, b"hello", OCTETS)
+    assert status == 400 and json.loads(text)["code"] == "bad_input"
+    assert shared.request("HEAD", path)[0] == 404
+    assert shared.put_blob(b"") == blob_name(b"")  # the empty one is a blob too
+
+
+@pytest.mark.parametrize("body,code", [
+    (b"", "bad_input"), (b"{", "bad_input"), (b"[]", "bad_input"), (b"{}", "usage"),
+    (b'{"blob":7}', "bad_input"), (b'{"blob":"sha256:00"}', "usage"),
+    (json.dumps({"blob": "sha256:" + "0" * 64}).encode(), "not_found"),
+])
+def test_bad_scene_requests(shared, body, code):
+    status, error = shared.json("POST", "/v1/scenes", body)
+    assert status in (400, 404) and error["code"] == code, error
+
+
+# --- who may ask ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("host,status", [
+    ("127.0.0.1", 200), ("localhost:9", 200), ("LOCALHOST", 200), ("render.example", 200),
+    ("evil.example", 403), ("127.0.0.1.evil.example", 403), ("localhost.evil", 403),
+    ("localhost:80x", 403), ("", 403), ("[::1]", 403), ("127.0.0.1@evil", 403),
+])
+def test_host(start, host, status):
+    daemon = start("--public-name", "render.example")
+    assert daemon.request("GET", "/v1/scenes", headers={"Host": host})[0] == status
+
+
+@pytest.mark.parametrize("origin,status", [
+    ("http://127.0.0.1", 200), ("https://127.0.0.1", 200), ("http://evil.example", 403),
+    ("null", 403), ("", 403), ("http://127.0.0.1.evil", 403), ("file://", 403),
+])
+def test_origin(shared, origin, status):
+    got = shared.request("GET", "/v1/scenes", headers={"Host": "127.0.0.1", "Origin": origin})[0]
+    assert got == status
+
+
+@pytest.mark.parametrize("path", ["/v1/scenes", "/v1/render"])
+@pytest.mark.parametrize("kind", ["", "text/plain", "application/x-www-form-urlencoded",
+                                  "multipart/form-data; boundary=x", "application/jsonx"])
+def test_content_types_of_simple_requests(shared, path, kind):
+    status, headers, _ = shared.request("POST", path, b"{}", {"Content-Type": kind})
+    assert status == 415
+    assert not [name for name in headers if name.lower().startswith("access-control")]
+
+
+TOKEN = "correct-horse-battery"
+
+
+def test_tokens(start):
+    daemon = start(token=TOKEN)
+    assert daemon.json("GET", "/v1/scenes")[0] == 200
+    for value in ("", "Bearer", "Bearer ", "Bearer wrong-wrong-wrong-", "Basic " + TOKEN,
+                  "Bearer " + TOKEN + "x", "Bearer " + TOKEN[:-1]):
+        status, headers, text = daemon.request("GET", "/v1/scenes",
+                                               headers={"Authorization": value})
+        assert status == 401 and json.loads(text)["code"] == "unauthorized"
+        assert headers["WWW-Authenticate"] == "Bearer"
+    assert daemon.request("GET", "/healthz", headers={"Authorization": ""})[0] == 200
+    assert daemon.request("GET", "/metrics", headers={"Authorization": ""})[0] == 401
+
+
+def test_keep_alive_carries_many_requests(shared):
+    connection = http.client.HTTPConnection("127.0.0.1", shared.port, timeout=10)
+    for _ in range(50):
+        connection.request("GET", "/v1/scenes")
+        assert connection.getresponse().read()
+    first = connection.sock
+    connection.request("GET", "/nope")
+    assert connection.getresponse().read() and connection.sock is first
+    connection.close()
+
+
+def test_exr_layers(shared):
+    scene = shared.add_scene()
+    _, _, image = shared.request("GET", f"/v1/scenes/{scene}/frame.exr?size=8x8&layers=direct,depth")
+    assert b"direct.R" in image and b"depth.Z" in image and b"indirect.R" not in image
+    assert struct.unpack("<I", image[:4])[0] == 20000630

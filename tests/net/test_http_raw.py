@@ -1,0 +1,226 @@
+"""HTTP as bytes: where messages end, what is answered when they make no sense, slow peers."""
+import json
+import socket
+import time
+
+import pytest
+from conftest import SCENES, blob_name, read_all
+
+HOST = b"Host: 127.0.0.1\r\n"
+OCTETS = b"Content-Type: application/octet-stream\r\n"
+NEXT = b"GET /healthz HTTP/1.1\r\n" + HOST + b"\r\n"
+
+
+def status_of(reply):
+    assert reply.startswith(b"HTTP/1.1 "), reply[:100]
+    return int(reply[9:12])
+
+
+def assert_one_json_error(reply, status):
+    assert status_of(reply) == status, reply
+    assert reply.count(b"HTTP/1.1 ") == 1, reply
+    head, body = reply.split(b"\r\n\r\n", 1)
+    assert b"application/json" in head and b"<html" not in reply.lower()
+    assert set(json.loads(body)) == {"code", "message", "details"}
+
+
+# --- the five behaviours of interface.md ----------------------------------------------------
+
+
+@pytest.mark.parametrize("headers,status", [
+    (b"Content-Length: 5\r\nTransfer-Encoding: chunked\r\n", 400),
+    (b"Transfer-Encoding: chunked\r\nContent-Length: 5\r\n", 400),
+    (b"Transfer-Encoding: chunked\r\n", 411), (b"Transfer-Encoding: identity\r\n", 411),
+    (b"Transfer-Encoding: gzip, chunked\r\n", 411), (b"transfer-encoding:xchunked\r\n", 411),
+    (b"Content-Length: 5\r\nContent-Length: 5\r\n", 400),
+    (b"Content-Length: 5\r\nContent-Length: 6\r\n", 400),
+    (b"Content-Length: 5,5\r\n", 400), (b"Content-Length: -5\r\n", 400),
+    (b"Content-Length: +5\r\n", 400), (b"Content-Length: 0x5\r\n", 400),
+    (b"Content-Length: 99999999999999999999999\r\n", 400),
+])
+@pytest.mark.parametrize("method", [b"PUT", b"GET"])
+def test_1_ambiguous_lengths_are_refused_and_closed(shared, method, headers, status):
+    path = b" /v1/blobs/" + blob_name(b"hello").encode() if method == b"PUT" else b" /healthz"
+    request = method + path + b" HTTP/1.1\r\n" + HOST + OCTETS + headers + b"\r\n"
+    # What follows must not be taken for a request of its own.
+    assert_one_json_error(shared.raw(request + b"5\r\nhello\r\n0\r\n\r\n" + NEXT), status)
+
+
+@pytest.mark.parametrize("method,path", [(b"PUT", b"/v1/blobs/" + blob_name(b"").encode()),
+                                         (b"POST", b"/v1/scenes")])
+def test_2_no_length_is_an_empty_body(shared, method, path):
+    kind = OCTETS if method == b"PUT" else b"Content-Type: application/json\r\n"
+    start = time.time()
+    request = method + b" " + path + b" HTTP/1.1\r\n" + HOST + kind + b"\r\n"
+    close = NEXT.replace(b"\r\n\r\n", b"\r\nConnection: close\r\n\r\n")
+    reply = shared.raw(request + close)
+    assert time.time() - start < 2
+    assert reply.count(b"HTTP/1.1 ") == 2 and reply.endswith(b'{"ok":true}')
+    assert status_of(reply) == (201 if method == b"PUT" else 400)
+
+
+def test_3_expect_continue_is_answered_after_the_checks(shared):
+    data = b"expected content"
+    path = b"/v1/blobs/" + blob_name(data).encode()
+
+    def ask(headers, length=len(data)):
+        sock = socket.create_connection(("127.0.0.1", shared.port), 5)
+        sock.sendall(b"PUT " + path + b" HTTP/1.1\r\n" + HOST + headers +
+                     b"Expect: 100-continue\r\nContent-Length: %d\r\n\r\n" % length)
+        return sock
+
+    with ask(OCTETS) as sock:
+        assert sock.recv(100) == b"HTTP/1.1 100 Continue\r\n\r\n"
+        sock.sendall(data)
+        assert status_of(sock.recv(1000)) == 201
+    with ask(OCTETS, 1 << 50) as sock:  # too large: no 100 before the 413
+        assert_one_json_error(read_all(sock), 413)
+    with ask(b"Content-Type: text/plain\r\n") as sock:
+        assert_one_json_error(read_all(sock), 415)
+    reply = shared.raw(b"GET /healthz HTTP/1.1\r\n" + HOST + b"Expect: tea\r\nConnection: close\r\n\r\n")
+    assert_one_json_error(reply, 417)
+
+
+def test_3_expect_continue_needs_the_token_first(start):
+    daemon = start(token="correct-horse-battery")
+    request = (b"PUT /v1/blobs/" + blob_name(b"x").encode() + b" HTTP/1.1\r\n" + HOST + OCTETS +
+               b"Expect: 100-continue\r\nContent-Length: 1\r\n\r\n")
+    assert_one_json_error(daemon.raw(request), 401)
+
+
+@pytest.mark.parametrize("data,status", [
+    (b"nonsense\r\n\r\n", 400), (b"GET\r\n\r\n", 400), (b"GET / HTTP/9.9\r\n\r\n", 505),
+    (b"BREW / HTTP/1.1\r\n\r\n", 400), (b"\x16\x03\x01\x02\x00\x01\x00", 400),
+    (b"GET /\x00 HTTP/1.1\r\n\r\n", 400), (b"GET / HTTP/1.1\r\nA B: c\r\n\r\n", 400),
+    (b"GET / HTTP/1.1\r\n(x): c\r\n\r\n", 400), (b"GET nowhere HTTP/1.1\r\n" + HOST + b"\r\n", 400),
+    (b"GET / HTTP/1.1\r\nHost: a\x01b\r\n\r\n", 400),
+    (b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n", 400), (b"GET / HTTP/2.0\r\n\r\n", 505),
+    (b"GET / HTTP/1.1\r\nHost : 127.0.0.1\r\n\r\n", 400),
+    (b"GET /%2e%2e/%2e%2e/etc/passwd HTTP/1.1\r\nConnection: close\r\n" + HOST + b"\r\n", 404),
+    (b"GET /../../etc/passwd HTTP/1.1\r\nConnection: close\r\n" + HOST + b"\r\n", 404),
+    (b"CONNECT evil:80 HTTP/1.1\r\n" + HOST + b"\r\n", 404),
+    (b"GET /v1/scenes HTTP/1.1\r\n" + HOST + HOST + b"Connection: close\r\n\r\n", 400),
+    (b"GET /v1/scenes HTTP/1.1\r\nConnection: close\r\n\r\n", 400),
+    (b"GET / HTTP/1.1\r\nConnection: close\r\nX: " + b"a" * 40000 + b"\r\n\r\n", 431),
+    (b"GET /" + b"a" * 40000 + b" HTTP/1.1\r\n\r\n", 431),
+    (b"GET / HTTP/1.1\r\n" + b"X: y\r\n" * 20000 + b"\r\n", 431),
+])
+def test_4_errors_are_our_json(shared, data, status):
+    assert_one_json_error(shared.raw(data), status)
+
+
+def test_4_an_upgrade_is_refused_and_closed(shared):
+    for name in (b"websocket", b"h2c", b"tea"):
+        reply = shared.raw(b"GET /nope HTTP/1.1\r\n" + HOST + b"Connection: Upgrade\r\nUpgrade: " +
+                           name + b"\r\nHTTP2-Settings: AAMAAABkAAQAAP__\r\n\r\n" + NEXT)
+        assert_one_json_error(reply, 404)
+
+
+def test_5_a_large_answer_does_not_hold_up_others(shared):
+    scene = shared.add_scene()
+    path = b"/v1/scenes/" + scene.encode() + b"/frame.exr?size=2048x2048&layers=direct,indirect,normal"
+    with socket.create_connection(("127.0.0.1", shared.port), 20) as sock:
+        sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 65536)
+        sock.sendall(b"GET " + path + b" HTTP/1.1\r\n" + HOST + b"Connection: close\r\n\r\n")
+        head = sock.recv(200)  # the answer began, and we stop reading
+        worst = 0.0
+        for _ in range(20):
+            start = time.time()
+            assert shared.healthy()
+            worst = max(worst, time.time() - start)
+        assert worst < 0.5
+        whole = head + read_all(sock)
+    head, body = whole.split(b"\r\n\r\n", 1)
+    length = int([line for line in head.split(b"\r\n") if b"Content-Length" in line][0].split()[1])
+    assert len(body) == length > 1 << 20
+
+
+# --- beyond the five ------------------------------------------------------------------------
+
+
+def test_pipelined_requests_are_answered_in_order(shared):
+    scene = shared.add_scene().encode()
+    get = b"GET /v1/scenes/" + scene + b"/frame.json?size=8x8&seed=%d HTTP/1.1\r\n" + HOST + b"%b\r\n"
+    data = b"".join(get % (i, b"" if i < 19 else b"Connection: close\r\n") for i in range(20))
+    reply = shared.raw(data)
+    seeds = [int(part.split(b",")[0]) for part in reply.split(b'"seed":')[1:]]
+    assert seeds == list(range(20))
+
+
+def test_a_request_may_come_byte_by_byte(shared):
+    with socket.create_connection(("127.0.0.1", shared.port), 5) as sock:
+        for byte in NEXT:
+            sock.sendall(bytes([byte]))
+        assert sock.recv(1000).endswith(b'{"ok":true}')
+
+
+def test_http_1_0_closes(shared):
+    assert shared.raw(b"GET /healthz HTTP/1.0\r\n" + HOST + b"\r\n").endswith(b'{"ok":true}')
+
+
+def test_refused_bodies_do_not_eat_the_answer(shared):
+    """The peer sends on, as most do; the refusal must arrive and not drown in a reset."""
+    request = b"POST /v1/scenes HTTP/1.1\r\n" + HOST + b"Content-Type: text/plain\r\n"
+    body = b"x" * (4 << 20)
+    for _ in range(5):
+        reply = shared.raw(request + b"Content-Length: %d\r\n\r\n" % len(body) + body)
+        assert_one_json_error(reply, 415)
+
+
+def test_slow_heads_run_into_their_deadline(start):
+    daemon = start("--limit", "header_seconds=1", "--limit", "idle_seconds=2")
+    with socket.create_connection(("127.0.0.1", daemon.port), 10) as sock:
+        start_time = time.time()
+        sock.sendall(b"GET /healthz HTTP/1.1\r\n")
+        reply = b""
+        sock.settimeout(0.1)
+        while time.time() - start_time < 8:  # a byte every tenth of a second: never silent
+            try:
+                if piece := sock.recv(4096):
+                    reply += piece
+                else:
+                    break
+            except TimeoutError:
+                sock.sendall(b"X")
+            except ConnectionError:
+                break
+        assert 0.9 < time.time() - start_time < 6
+        assert_one_json_error(reply, 408)
+        assert b"header_seconds" in reply
+
+
+def test_silent_connections_are_closed(start):
+    daemon = start("--limit", "header_seconds=1", "--limit", "idle_seconds=1")
+    for opening in (b"", NEXT):
+        with socket.create_connection(("127.0.0.1", daemon.port), 10) as sock:
+            sock.sendall(opening)
+            start_time = time.time()
+            read_all(sock)
+            assert 0.5 < time.time() - start_time < 5
+    with socket.create_connection(("127.0.0.1", daemon.port), 10) as sock:
+        sock.sendall(b"PUT /v1/blobs/" + blob_name(b"abc").encode() + b" HTTP/1.1\r\n" + HOST +
+                     OCTETS + b"Content-Length: 3\r\n\r\na")
+        assert_one_json_error(read_all(sock), 408)
+
+
+def test_a_peer_that_does_not_read_is_let_go(start):
+    daemon = start("--limit", "idle_seconds=1")
+    scene = daemon.add_scene().encode()
+    with socket.create_connection(("127.0.0.1", daemon.port), 10) as sock:
+        sock.sendall(b"GET /v1/scenes/" + scene + b"/frame.exr?size=2048x2048&layers=direct,normal"
+                     b" HTTP/1.1\r\n" + HOST + b"\r\n")
+        until = time.time() + 10
+        while time.time() < until:
+            if daemon.json("GET", "/v1/stats")[1]["connections"] == 1:
+                break  # only the one that asks
+            time.sleep(0.2)
+        else:
+            raise AssertionError("the connection is still there")
+
+
+def test_a_one_shot_scene_that_is_none(shared):
+    glb = (SCENES / "cornell.glb").read_bytes()
+    for body in (b"", b"glTF", glb[:100], b"\x00" * 5000):
+        reply = shared.raw(b"POST /v1/render HTTP/1.1\r\n" + HOST + OCTETS +
+                           b"Connection: close\r\nContent-Length: %d\r\n\r\n" % len(body) + body)
+        assert_one_json_error(reply, 400)
