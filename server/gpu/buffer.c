@@ -47,7 +47,7 @@ enum bd_err bd_buf_create(struct bd_gpu *gpu, const char *name, size_t size_byte
     if (!buf || !make_buffer(gpu, buf, padded, initial)) {
         free(buf);
         bd_gpu_release(gpu, padded);
-        return bd_fault_set(fault, BD_ERR_NO_MEMORY, name,
+        return bd_fault_set(fault, bd_gpu_why_not_made(gpu), name,
                             "the device has no %zu KiB for buffer %s", padded >> 10, name);
     }
     glObjectLabel(GL_BUFFER, buf->id, -1, name);

@@ -64,6 +64,12 @@ void bd_gpu_check_reset(struct bd_gpu *gpu)
     }
 }
 
+enum bd_err bd_gpu_why_not_made(struct bd_gpu *gpu)
+{
+    bd_gpu_check_reset(gpu);
+    return gpu->status == BD_ERR_DEVICE_LOST ? BD_ERR_DEVICE_LOST : BD_ERR_NO_MEMORY;
+}
+
 enum bd_err bd_gpu_status(struct bd_gpu *gpu)
 {
     return gpu->status;

@@ -187,6 +187,8 @@ bool bd_gpu_check(struct bd_gpu *gpu, const char *call);
 GLenum bd_gpu_take_error(void);
 // Asks GL whether the context was reset; sticks.
 void bd_gpu_check_reset(struct bd_gpu *gpu);
+// Why a creation call failed: the device is lost, or else it has no room.
+enum bd_err bd_gpu_why_not_made(struct bd_gpu *gpu);
 // Room in the budget for `size_bytes` more, or BD_ERR_NO_MEMORY with the sizes in words.
 BD_MUST_CHECK
 enum bd_err bd_gpu_reserve(struct bd_gpu *gpu, const char *name, uint64_t size_bytes,

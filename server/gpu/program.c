@@ -164,6 +164,9 @@ enum bd_err bd_program_get(struct bd_gpu *gpu, const struct bd_program_source *s
     bd_timers_add_compile(gpu, bd_ms_since(start_ns));
     bd_gpu_check(gpu, "bd_program_get");
     if (!err) keep_program(gpu, *out);
+    // A lost context refuses everything.
+    if (err && bd_gpu_why_not_made(gpu) == BD_ERR_DEVICE_LOST)
+        return bd_fault_set(fault, BD_ERR_DEVICE_LOST, "device", "lost while compiling");
     return err;
 }
 

@@ -42,7 +42,7 @@ enum bd_err bd_gpu_readback_start(struct bd_gpu *gpu, const struct bd_tex *tex, 
     if (bd_gpu_take_error() != GL_NO_ERROR) {
         size_t size_bytes = readback->size_bytes;
         destroy(readback);
-        return bd_fault_set(fault, BD_ERR_NO_MEMORY, tex->desc.name,
+        return bd_fault_set(fault, bd_gpu_why_not_made(gpu), tex->desc.name,
                             "the device has no %zu KiB to read %s back", size_bytes >> 10,
                             tex->desc.name);
     }

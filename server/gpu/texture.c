@@ -105,7 +105,7 @@ enum bd_err bd_tex_create(struct bd_gpu *gpu, const struct bd_tex_desc *desc, st
     if (!made.id) {
         free(tex);
         bd_gpu_release(gpu, made.size_bytes);
-        return bd_fault_set(fault, BD_ERR_NO_MEMORY, desc->name,
+        return bd_fault_set(fault, bd_gpu_why_not_made(gpu), desc->name,
                             "the device has no %" PRIu64 " MiB for texture %s (%ux%u)",
                             made.size_bytes >> 20, desc->name, desc->width_px, desc->height_px);
     }
