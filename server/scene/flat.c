@@ -26,6 +26,12 @@ struct io {
 
 static const char magic[8] = {'B', 'D', 'F', 'L', 'A', 'T', '0', '1'};
 
+// The part that fails first is the part that is named.
+static void enter(struct io *io, const char *part)
+{
+    if (!io->failed) io->part = part;
+}
+
 static void fail(struct io *io)
 {
     io->failed = true;
@@ -126,7 +132,7 @@ static void visit_text(struct io *io, char *text, size_t size)
 static bool visit_items(struct io *io, const char *part, uint32_t *count, void **items,
                         size_t item_bytes, size_t flat_bytes_min)
 {
-    io->part = part;
+    enter(io, part);
     visit_u32(io, count);
     if (!io->reading) return !io->failed;
     if (io->failed || *count > INT32_MAX || *count > left(io) / flat_bytes_min) {
@@ -342,7 +348,7 @@ static void visit_picture(struct io *io, struct bd_picture **slot)
 
 static void visit_flags(struct io *io, struct bd_scene_flags *flags)
 {
-    io->part = "flags";
+    enter(io, "flags");
     visit_u32(io, &flags->count);
     if (flags->count > BD_SCENE_FLAG_MAX) {
         flags->count = 0;
@@ -358,7 +364,7 @@ static void visit_scene(struct io *io, struct bd_scene *scene)
 {
     char head[sizeof magic];
     memcpy(head, magic, sizeof head);
-    io->part = "header";
+    enter(io, "header");
     visit_bytes(io, head, sizeof head);
     if (memcmp(head, magic, sizeof head) != 0) fail(io);
 

@@ -1,0 +1,247 @@
+// The parent's side: whatever the child does, the parent gets an answer, names the file, and keeps
+// neither a descriptor nor a process.
+//
+// argv: PROGRAM (bounced) and the folder of our own scenes.
+
+#include <dirent.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "base/clock.h"
+#include "scene/import.h"
+#include "scene/import_confine.h"
+#include "tests/unit/cmocka_all.h"
+
+static const char *program, *scenes;
+
+static struct bd_import_file read_scene(const char *name)
+{
+    char path[4096];
+    struct stat info;
+    snprintf(path, sizeof path, "%s/%s", scenes, name);
+    int fd = open(path, O_RDONLY);
+    assert_true(fd >= 0 && fstat(fd, &info) == 0);
+    void *bytes = malloc((size_t)info.st_size);
+    assert_int_equal(read(fd, bytes, (size_t)info.st_size), info.st_size);
+    close(fd);
+    return (struct bd_import_file){name, bytes, (size_t)info.st_size};
+}
+
+static enum bd_err import_with(const char *child, const struct bd_import_limits *limits,
+                               struct bd_scene **scene, struct bd_fault *fault)
+{
+    struct bd_import_file file = read_scene("cornell.glb");
+    *fault = (struct bd_fault){0};
+    enum bd_err err = bd_import(child, &file, 1, limits, scene, fault);
+    free((void *)file.bytes);
+    return err;
+}
+
+static unsigned open_descriptors(void)
+{
+    unsigned count = 0;
+    DIR *folder = opendir("/proc/self/fd");
+    assert_non_null(folder);
+    while (readdir(folder)) count++;
+    closedir(folder);
+    return count;
+}
+
+// A program of the test's own in place of the importer.
+static void write_script(char path[64], const char *body)
+{
+    snprintf(path, 64, "/tmp/bd_import_test_XXXXXX");
+    int fd = mkstemp(path);
+    assert_true(fd >= 0);
+    assert_true(dprintf(fd, "#!/bin/sh\n%s\n", body) > 0);
+    assert_int_equal(fchmod(fd, 0700), 0);
+    close(fd);
+}
+
+static void assert_fails(const char *script, const struct bd_import_limits *limits,
+                         enum bd_err expected, const char *words)
+{
+    char path[64];
+    struct bd_scene *scene;
+    struct bd_fault fault;
+    write_script(path, script);
+    enum bd_err err = import_with(path, limits, &scene, &fault);
+    unlink(path);
+    if (err != expected || !strstr(fault.message, words))
+        fail_msg("%s: %s: %s", script, bd_err_name(err), fault.message);
+    assert_null(scene);
+}
+
+static void a_scene_comes_through(void **state)
+{
+    (void)state;
+    struct bd_scene *first, *second;
+    struct bd_fault fault;
+    unsigned before = open_descriptors();
+    if (import_with(program, &bd_import_default_limits, &first, &fault))
+        fail_msg("%s: %s", fault.field, fault.message);
+    assert_int_equal(import_with(program, &bd_import_default_limits, &second, &fault), 0);
+    assert_int_equal(first->features.triangle_count, 30);
+    assert_memory_equal(first->content_sha256, second->content_sha256, 32);
+    assert_true(second->aspects.geometry > first->aspects.cameras);
+    assert_int_equal(open_descriptors(), before);
+    assert_int_equal(waitpid(-1, NULL, WNOHANG), -1); // no child is left, not even a dead one
+    bd_scene_release(&first);
+    bd_scene_release(&second);
+}
+
+static void a_dead_child_is_bad_input(void **state)
+{
+    (void)state;
+    const struct bd_import_limits *limits = &bd_import_default_limits;
+    unsigned before = open_descriptors();
+    assert_fails("kill -SEGV $$", limits, BD_ERR_BAD_INPUT,
+                 "cornell.glb: import died of signal 11");
+    assert_fails("exit 3", limits, BD_ERR_BAD_INPUT,
+                 "cornell.glb: import gave no answer (status 3)");
+    assert_fails("echo hello world", limits, BD_ERR_BAD_INPUT,
+                 "cornell.glb: import gave no answer");
+    assert_fails("printf 'BdA1\\0\\0\\0\\0BDFLAT01xxxxxxxxxxxxxxxxxx'", limits, BD_ERR_BAD_INPUT,
+                 "flat scene is damaged");
+    assert_fails("printf 'BdA1\\1\\0\\0\\0short'", limits, BD_ERR_BAD_INPUT, "damaged answer");
+    assert_int_equal(open_descriptors(), before);
+}
+
+static void a_slow_child_is_killed(void **state)
+{
+    (void)state;
+    struct bd_import_limits limits = bd_import_default_limits;
+    limits.wall_seconds = 1;
+    uint64_t start_ns = bd_clock_ns();
+    assert_fails("exec sleep 30", &limits, BD_ERR_LIMIT,
+                 "cornell.glb: import took longer than 1 s");
+    assert_true(bd_ms_since(start_ns) < 10000);
+    assert_int_equal(waitpid(-1, NULL, WNOHANG), -1);
+}
+
+static void a_talkative_child_is_cut_off(void **state)
+{
+    (void)state;
+    struct bd_import_limits limits = bd_import_default_limits;
+    limits.scene_bytes = 1 << 20;
+    limits.picture_texels = 1;
+    assert_fails("exec cat /dev/zero", &limits, BD_ERR_LIMIT, "scene larger than 1048576 bytes");
+}
+
+// Neither secrets in the environment nor open descriptors reach the child.
+static void a_child_gets_nothing_else(void **state)
+{
+    (void)state;
+    int other = open("/dev/null", O_RDONLY); // without O_CLOEXEC
+    setenv("BD_TEST_SECRET", "hidden", 1);
+    assert_fails("[ -z \"$BD_TEST_SECRET\" ] && [ ! -e /proc/$$/fd/4 ] && exit 9; exit 8",
+                 &bd_import_default_limits, BD_ERR_BAD_INPUT, "(status 9)");
+    unsetenv("BD_TEST_SECRET");
+    close(other);
+}
+
+static void limits_are_named(void **state)
+{
+    (void)state;
+    struct bd_scene *scene;
+    struct bd_fault fault;
+    struct bd_import_limits limits = bd_import_default_limits;
+    limits.triangle_count = 29;
+    assert_int_equal(import_with(program, &limits, &scene, &fault), BD_ERR_LIMIT);
+    assert_non_null(strstr(fault.message, "30 triangles, limit 29"));
+    limits = bd_import_default_limits;
+    limits.scene_bytes = 500;
+    assert_int_equal(import_with(program, &limits, &scene, &fault), BD_ERR_LIMIT);
+    assert_non_null(strstr(fault.message, "500 bytes"));
+    struct bd_import_file checker = read_scene("checker.glb");
+    limits = bd_import_default_limits;
+    limits.picture_side_px = 7;
+    assert_int_equal(bd_import(program, &checker, 1, &limits, &scene, &fault), BD_ERR_LIMIT);
+    assert_non_null(strstr(fault.message, "8 x 8 pixels, limit 7"));
+    assert_string_equal(fault.field, "images[0].bufferView");
+    limits = bd_import_default_limits;
+    limits.picture_texels = 100; // two pictures of 64
+    assert_int_equal(bd_import(program, &checker, 1, &limits, &scene, &fault), BD_ERR_LIMIT);
+    assert_string_equal(fault.field, "images[1].bufferView");
+    free((void *)checker.bytes);
+}
+
+static void *import_one(void *user)
+{
+    struct bd_fault fault;
+    return (void *)(intptr_t)import_with(program, &bd_import_default_limits, user, &fault);
+}
+
+static void several_at_once(void **state)
+{
+    (void)state;
+    struct bd_scene *loaded[6];
+    pthread_t threads[6];
+    for (int i = 0; i < 6; i++)
+        assert_int_equal(pthread_create(&threads[i], NULL, import_one, &loaded[i]), 0);
+    for (int i = 0; i < 6; i++) {
+        void *err;
+        pthread_join(threads[i], &err);
+        assert_int_equal((intptr_t)err, BD_ERR_OK);
+        bd_scene_release(&loaded[i]);
+    }
+}
+
+// In a process of its own: which of these still work? The bits of what does are the exit status.
+static int try_forbidden_things(void)
+{
+    int works = 0;
+    bd_import_set_limits(&bd_import_default_limits);
+    if (!bd_import_confine()) return 255;
+    works |= (open("/etc/hostname", O_WRONLY | O_CREAT, 0600) >= 0) << 0;
+    works |= (socket(AF_UNIX, SOCK_STREAM, 0) >= 0) << 1;
+    works |= (kill(getppid(), 0) == 0) << 2;
+    works |= (execl("/bin/true", "true", (char *)NULL) != -1) << 3;
+    works |=
+        (mmap(NULL, 4096, PROT_READ | PROT_EXEC, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0) != MAP_FAILED)
+        << 4;
+    works |= (unlink("/tmp/bd_no_such_file") == 0 || errno != EPERM) << 5;
+    void *memory = malloc(1 << 22);
+    works |= (memory == NULL) << 6; // this one has to work
+    free(memory);
+    return works;
+}
+
+static void a_confined_process_can_only_compute(void **state)
+{
+    (void)state;
+    int status;
+    pid_t child = fork();
+    assert_true(child >= 0);
+    if (child == 0) _exit(try_forbidden_things());
+    assert_int_equal(waitpid(child, &status, 0), child);
+    assert_true(WIFEXITED(status));
+    assert_int_equal(WEXITSTATUS(status), 0);
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_scene_comes_through),
+        cmocka_unit_test(a_dead_child_is_bad_input),
+        cmocka_unit_test(a_slow_child_is_killed),
+        cmocka_unit_test(a_talkative_child_is_cut_off),
+        cmocka_unit_test(a_child_gets_nothing_else),
+        cmocka_unit_test(limits_are_named),
+        cmocka_unit_test(several_at_once),
+        cmocka_unit_test(a_confined_process_can_only_compute),
+    };
+    if (argc != 3) return 2;
+    program = argv[1];
+    scenes = argv[2];
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
