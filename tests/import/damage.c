@@ -94,10 +94,13 @@ static void change(struct file file, uint32_t seed)
     uint32_t random = seed * 2654435761u + 1;
     uint32_t changes = 1 + next(&random) % 4;
     for (uint32_t i = 0; i < changes; i++) {
-        size_t place = next(&random) % (next(&random) % 4 ? file.size / 2 : file.size);
-        bool digit = file.bytes[place] >= '0' && file.bytes[place] <= '9' && next(&random) % 4;
-        file.bytes[place] = digit ? (uint8_t)('0' + next(&random) % 10)
-                                  : (uint8_t)values[next(&random) % (sizeof values - 1)];
+        size_t range = next(&random) % 4 ? file.size / 2 : file.size;
+        size_t place = next(&random) % range;
+        bool is_digit = file.bytes[place] >= '0' && file.bytes[place] <= '9';
+        bool stays_digit = next(&random) % 4 && is_digit;
+        uint32_t pick = next(&random);
+        file.bytes[place] =
+            stays_digit ? (uint8_t)('0' + pick % 10) : (uint8_t)values[pick % (sizeof values - 1)];
     }
 }
 
