@@ -210,6 +210,30 @@ static enum bd_err check_outputs(const struct bd_cli_render *options, struct bd_
     return err;
 }
 
+// The importer knows blobs, not paths; a person who renders many files wants to know which.
+static void name_scene(const struct bd_cli_render *options, struct bd_fault *fault)
+{
+    const char *slash = options->scene ? strrchr(options->scene, '/') : NULL;
+    const char *name = slash ? slash + 1 : options->scene;
+    if (fault->err != BD_ERR_BAD_INPUT && fault->err != BD_ERR_UNSUPPORTED) return;
+    if (!name || strstr(fault->message, name)) return;
+    struct bd_fault inner = *fault;
+    bd_fault_set(fault, inner.err, inner.field, "%.100s: %s", name, inner.message);
+}
+
+// A frame that its deadline or Ctrl-C stopped still has a report: how far it came.
+static void write_report_of_failure(const struct bd_cli_render *options,
+                                    const struct bd_cli_answer *answer)
+{
+    const Bounced__Envelope *envelope = answer->envelope;
+    if (!options->report || !envelope || envelope->body_case != BOUNCED__ENVELOPE__BODY_ERROR)
+        return;
+    const Bounced__ErrorDetails *details = envelope->error->details;
+    struct bd_fault fault;
+    if (details && details->report && write_text(options->report, details->report, &fault))
+        fprintf(stderr, "bounce: %s\n", fault.message);
+}
+
 int bd_cmd_render(const char *const *words, int count)
 {
     struct bd_cli_render options;
@@ -222,9 +246,15 @@ int bd_cmd_render(const char *const *words, int count)
     struct bd_cli_answer answer = {0};
     struct bd_cli_progress progress;
     bd_cli_progress_init(&progress, options.common.quiet);
-    if (!err) err = open_and_render(&options, &conn, &progress, &answer, &fault);
+    if (!err) {
+        err = open_and_render(&options, &conn, &progress, &answer, &fault);
+        name_scene(&options, &fault);
+    }
     bd_cli_progress_clear(&progress);
-    if (!err) err = write_results(&options, &answer, &fault);
+    if (err)
+        write_report_of_failure(&options, &answer);
+    else
+        err = write_results(&options, &answer, &fault);
     bd_cli_answer_finish(&answer);
     bd_cli_conn_close(&conn);
     return err ? bd_cmd_fail(err, &fault, options.common.json) : 0;

@@ -230,10 +230,10 @@ static enum bd_err receive(struct bd_cli_conn *conn, struct wait *wait,
     enum bd_err err = wait_for_answer(conn, wait, out, fault);
     if (err) return err;
     if (out->envelope->body_case == want) return BD_ERR_OK;
-    err = out->envelope->body_case == BOUNCED__ENVELOPE__BODY_ERROR
-              ? fault_from_wire(out->envelope->error, fault)
-              : bd_fault_set(fault, BD_ERR_INTERNAL, "server", "an answer of kind %d instead of %d",
-                             (int)out->envelope->body_case, (int)want);
+    if (out->envelope->body_case == BOUNCED__ENVELOPE__BODY_ERROR)
+        return fault_from_wire(out->envelope->error, fault);
+    err = bd_fault_set(fault, BD_ERR_INTERNAL, "server", "an answer of kind %d instead of %d",
+                       (int)out->envelope->body_case, (int)want);
     bd_cli_answer_finish(out);
     return err;
 }
@@ -245,10 +245,9 @@ static enum bd_err greet(struct bd_cli_conn *conn, struct bd_fault *fault)
     struct wait wait = {.request_id = conn->hello_id, .at_once = true};
     struct bd_cli_answer answer;
     enum bd_err err = receive(conn, &wait, BOUNCED__ENVELOPE__BODY_HELLO_REPLY, &answer, fault);
-    if (err) return err;
-    conn->greeted = true;
+    conn->greeted = !err;
     bd_cli_answer_finish(&answer);
-    return BD_ERR_OK;
+    return err;
 }
 
 enum bd_err bd_cli_conn_call(struct bd_cli_conn *conn, Bounced__Envelope *request,

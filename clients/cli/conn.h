@@ -45,7 +45,8 @@ struct bd_cli_conn_watch {
 };
 
 // Sends `request` (its request_id is set here) with its payload, and waits for the answer, which
-// must have the body `want`. An `error` answer becomes the returned error and `fault`. `watch` may
+// must have the body `want`. An `error` answer becomes the returned error and `fault`, and stays in
+// `*out` for its details: finish `*out` either way. `watch` may
 // be NULL. BD_ERR_UNREACHABLE if the daemon goes away; if a private one ended with an exit code of
 // its own (no such device, ...), the error that it stands for.
 BD_MUST_CHECK

@@ -4,7 +4,7 @@
 
 #define COMMON_HELP                                                                                \
     "  --server URL         unix:PATH or tcp:HOST:PORT (default: the daemon of this user, at\n"    \
-    "                       $XDG_RUNTIME_DIR/bounced.sock)\n"                              \
+    "                       $XDG_RUNTIME_DIR/bounced.sock)\n"                                      \
     "  --token-file FILE    the server's token, in the first line\n"
 
 #define START_HELP                                                                                 \

@@ -107,7 +107,10 @@ enum bd_err bd_cli_upload(struct bd_cli_conn *conn, const struct bd_cli_files *f
 {
     struct bd_cli_answer answer;
     enum bd_err err = ask_which_are_held(conn, files, &answer, fault);
-    if (err) return err;
+    if (err) {
+        bd_cli_answer_finish(&answer);
+        return err;
+    }
     const Bounced__BlobReply *held = answer.envelope->blob_reply;
     struct upload upload = {.conn = conn, .progress = progress, .piece = malloc(PIECE_BYTES)};
     if (!upload.piece)
