@@ -172,7 +172,7 @@ def test_errors_are_json_on_request(fake):
     scene(fake)
     fake.mode("error:bad_input")
     result = fake("render", "box.glb", "--json")
-    assert json.loads(result.stdout) == {"code": "bad_input", "message": "no, because of a test",
+    assert json.loads(result.stdout) == {"code": "bad_input", "message": "box.glb: no, because of a test",
                                          "details": {"field": "test"}}
 
 

@@ -1,0 +1,230 @@
+"""bounce and the real daemon, from a file to a picture."""
+import hashlib
+import json
+import os
+import pathlib
+import shutil
+import signal
+import struct
+import subprocess
+import time
+import zlib
+
+import numpy
+import pytest
+
+import exr
+from conftest import BOUNCE, BUILD, HERE
+
+SCENES = HERE / "../scenes"
+REPORT_KEYS = {"scene", "revision", "size", "camera", "technique", "parameters", "seed", "aa",
+               "device", "build", "time_ms", "passes", "omitted", "counts", "memory_mib", "flags",
+               "nonfinite_pixels", "error", "stopped"}
+SMALL = ("--size", "64x48", "--set", "vpls=64", "--set", "rsm_size=64")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def device(tmp_path_factory):
+    """Skips the whole file where no device works: the only test that may."""
+    env = {**os.environ, "XDG_RUNTIME_DIR": str(tmp_path_factory.mktemp("run"))}
+    result = subprocess.run([BOUNCE, "devices"], env=env, capture_output=True, timeout=120,
+                            check=False)
+    if result.returncode == 6:
+        pytest.skip("no device here: " + result.stderr.decode())
+    assert result.returncode == 0, result.stderr.decode()
+
+
+@pytest.fixture
+def running(bounce):
+    """A daemon on the default socket."""
+    (bounce.folder / "run").mkdir()
+    with subprocess.Popen([BUILD / "server/bounced", "--http", "none", "--data", "data"],
+                          cwd=bounce.folder, env=bounce.env, stderr=subprocess.PIPE) as daemon:
+        path = bounce.folder / "run/bounced.sock"
+        deadline = time.monotonic() + 60
+        while not path.exists() and daemon.poll() is None and time.monotonic() < deadline:
+            time.sleep(0.02)
+        assert daemon.poll() is None, daemon.stderr.read().decode()
+        bounce.daemon = daemon
+        yield bounce
+        daemon.send_signal(signal.SIGTERM)
+        assert daemon.wait(timeout=30) == 0
+
+
+def png_chunks(data):
+    assert data[:8] == b"\x89PNG\r\n\x1a\n"
+    at = 8
+    while at < len(data):
+        size, kind = struct.unpack_from(">I4s", data, at)
+        body = data[at + 8:at + 8 + size]
+        (crc,) = struct.unpack_from(">I", data, at + 8 + size)
+        assert crc == zlib.crc32(kind + body)
+        yield kind, body
+        at += 12 + size
+
+
+def ok(result):
+    assert result.returncode == 0, result.stderr
+    return result
+
+
+def test_a_picture_with_its_manifest(bounce):
+    ok(bounce("render", SCENES / "cornell.glb", "-o", "out.png", *SMALL, "--seed", "7",
+              "--report", "r.json"))
+    chunks = list(png_chunks((bounce.folder / "out.png").read_bytes()))
+    assert struct.unpack(">II", chunks[0][1][:8]) == (64, 48)
+    texts = dict(body.split(b"\0", 1) for kind, body in chunks if kind == b"tEXt")
+    report = json.loads((bounce.folder / "r.json").read_text())
+    assert texts[b"scene"].decode() == report["scene"]
+    assert texts[b"seed"] == b"7" and b"vpls=64" in texts[b"parameters"]
+    assert texts[b"filter"] == b"box" and texts[b"technique"].decode() == report["technique"]
+    assert float(texts[b"exposure_stops"]) == pytest.approx(report["exposure_stops"])
+
+
+def test_the_report_has_the_promised_shape(bounce):
+    report = json.loads(ok(bounce("render", SCENES / "cornell.glb", "--json", *SMALL)).stdout)
+    assert REPORT_KEYS <= set(report), REPORT_KEYS - set(report)
+    assert report["size"] == [64, 48] and report["stopped"] == "complete"
+    assert report["parameters"]["vpls"] == 64 and report["nonfinite_pixels"] == 0
+    assert {p["state"] for p in report["passes"]} <= {"ran", "reused"}
+    assert "gbuffer" in {p["name"] for p in report["passes"]}
+    assert set(report["time_ms"]) == {"total", "load", "compile", "gpu", "check", "readback",
+                                      "encode"}
+
+
+def test_an_image_requested_twice_is_the_same_to_the_byte(bounce):
+    for extension in ("png", "exr"):
+        names = [f"{i}.{extension}" for i in (1, 2)]
+        for name in names:
+            ok(bounce("render", SCENES / "cornell.glb", "-o", name, *SMALL, "--aa", "4"))
+        assert len({hashlib.sha256((bounce.folder / n).read_bytes()).digest() for n in names}) == 1
+
+
+def test_layers_add_up_to_beauty(bounce):
+    ok(bounce("render", SCENES / "checker.glb", "-o", "out.exr", *SMALL, "--layers",
+              "beauty,direct,indirect,emission,albedo,normal,depth"))
+    planes, strings = exr.read((bounce.folder / "out.exr").read_bytes())
+    beauty = exr.layer(planes, "beauty")
+    parts = sum(exr.layer(planes, name).astype(numpy.float64)
+                for name in ("direct", "indirect", "emission"))
+    assert beauty.max() > 0
+    assert numpy.abs(parts - beauty).max() <= 1e-5 * beauty.max()
+    assert numpy.all(numpy.abs(parts - beauty) <= 1e-5 * numpy.maximum(beauty, 1e-3 * beauty.max()))
+    covered = planes["A"] > 0
+    length = numpy.sqrt(sum(planes["normal." + c] ** 2 for c in "XYZ"))
+    assert numpy.allclose(length[planes["A"] == 1], 1, atol=1e-3)
+    assert numpy.all(planes["depth.Z"][covered] > 0) and numpy.all(planes["depth.Z"][covered] < 1e9)
+    assert strings["filter"] == "point"
+
+
+def test_a_plan_names_what_is_left_out(bounce):
+    plan = json.loads(ok(bounce("render", SCENES / "cornell.glb", "--plan", "--json",
+                                "--technique", "direct")).stdout)
+    assert {p["state"] for p in plan["passes"]} == {"planned"}
+    assert "rsm" not in {p["name"] for p in plan["passes"]}
+    assert all(o["reason"] for o in plan["omitted"])
+
+
+def test_another_camera_reuses_the_lights_work(running):
+    scene = SCENES / "two_lights.glb"
+    held = ok(running("scene", "add", scene, "--json"))
+    scene_id = json.loads(held.stdout)["id"]
+    cameras = json.loads(held.stdout)["cameras"]
+    first, second = (json.loads(ok(running("render", "scene:" + scene_id, "--json", *SMALL,
+                                           "--camera", camera)).stdout) for camera in cameras[:2])
+    states = {p["name"]: p["state"] for p in second["passes"]}
+    assert {p["state"] for p in first["passes"]} == {"ran"}
+    assert states["rsm"] == states["shadow_map"] == "reused" and states["gbuffer"] == "ran"
+    assert first["camera"] != second["camera"]
+    ok(running("scene", "rm", scene_id))
+    assert running("render", "scene:" + scene_id, "--json").returncode == 4
+
+
+def test_a_gltf_with_a_file_beside_it(running):
+    folder = running.folder / "my scene"
+    folder.mkdir()
+    for name in ("bare.gltf", "bare.bin"):
+        shutil.copy(SCENES / name, folder)
+    ok(running("render", folder / "bare.gltf", "-o", "out.png", *SMALL))
+    (folder / "bare.bin").unlink()
+    result = running("render", folder / "bare.gltf", "-o", "gone.png", *SMALL)
+    assert result.returncode == 4 and "bare.bin" in result.stderr
+    assert not (running.folder / "gone.png").exists()
+
+
+@pytest.mark.parametrize("content,says", [(b"", "empty"), (b"{", "JSON"),
+                                          (b"glTF\x02\0\0\0", "header")])
+def test_bad_input_is_one_line_and_code_4(bounce, content, says):
+    (bounce.folder / "bad.glb").write_bytes(content)
+    result = bounce("render", "bad.glb", "-o", "out.png", "--quiet")
+    assert result.returncode == 4
+    lines = [line for line in result.stderr.splitlines() if line.startswith("bounce:")]
+    assert len(lines) == 1 and says in lines[0] and "bad.glb" in lines[0]
+    assert not (bounce.folder / "out.png").exists()
+
+
+@pytest.mark.parametrize("words,code,says", [
+    (("--device", "egl:99"), 6, "egl:99"),
+    (("--technique", "magic"), 2, "magic"),
+    (("--set", "vpls=-1"), 2, "vpls"),
+    (("--set", "magic=1"), 2, "magic"),
+    (("--camera", "nobody"), 2, "nobody"),
+    (("--size", "20000x20000"), 4, "20000"),
+    (("--layers", "magic"), 2, "magic"),
+    (("--deadline-ms", "1", "--size", "2048x2048"), 5, "deadline"),
+])
+def test_refusals_have_their_code_and_name_the_cause(bounce, words, code, says):
+    result = bounce("render", SCENES / "cornell.glb", "-o", "out.png", *words)
+    assert (result.returncode, says in result.stderr) == (code, True), result.stderr
+    assert not (bounce.folder / "out.png").exists()
+
+
+def test_a_missed_deadline_has_a_report(bounce):
+    result = bounce("render", SCENES / "cornell.glb", "-o", "out.png", "--size", "2048x2048",
+                    "--deadline-ms", "300", "--report", "r.json")
+    assert result.returncode == 5
+    report = json.loads((bounce.folder / "r.json").read_text())
+    assert report["stopped"] == "deadline" and report["size"] == [2048, 2048]
+    assert not (bounce.folder / "out.png").exists()
+
+
+def test_ctrl_c_ends_a_long_frame_soon(bounce):
+    ok(bounce("render", SCENES / "cornell.glb", "-o", "warm.png", *SMALL))
+    process = bounce.start("render", SCENES / "cornell.glb", "-o", "out.png", "--size", "1024x1024",
+                           "--aa", "64", start_new_session=True)
+    time.sleep(3)  # well into the frame, which takes far longer
+    assert process.poll() is None
+    start = time.monotonic()
+    os.killpg(process.pid, signal.SIGINT)
+    process.communicate(timeout=30)
+    seconds = time.monotonic() - start
+    print(f"ended after {seconds:.2f} s")
+    assert process.returncode == 130
+    # 0.5 s to cancel on a software device, and what the private daemon's own end takes.
+    assert seconds < 2
+    assert not (bounce.folder / "out.png").exists()
+
+
+def test_jpeg_and_a_single_layer(bounce):
+    ok(bounce("render", SCENES / "cornell.glb", "-o", "out.jpg", *SMALL))
+    assert (bounce.folder / "out.jpg").read_bytes()[:2] == b"\xff\xd8"
+    ok(bounce("render", SCENES / "cornell.glb", "-o", "n.png", *SMALL, "--layers", "normal"))
+    ok(bounce("render", SCENES / "cornell.glb", "-o", "b.png", *SMALL))
+    assert (bounce.folder / "n.png").read_bytes() != (bounce.folder / "b.png").read_bytes()
+
+
+def test_the_version_is_the_same_in_both():
+    versions = [subprocess.run([program, "--version"], capture_output=True, check=True).stdout
+                .split()[1] for program in (BOUNCE, BUILD / "server/bounced")]
+    assert versions[0] == versions[1]
+
+
+def test_paths_are_not_opened_by_the_daemon(running):
+    """The scene's own path means nothing to the daemon: only blobs travel."""
+    source = pathlib.Path(SCENES / "cornell.glb").read_bytes()
+    (running.folder / "moved.glb").write_bytes(source)
+    ok(running("scene", "add", "moved.glb"))
+    (running.folder / "moved.glb").unlink()
+    listed = json.loads(ok(running("scenes", "--json")).stdout)["scenes"]
+    result = ok(running("render", "scene:" + listed[0]["id"], "-o", "out.png", *SMALL))
+    assert result.returncode == 0
