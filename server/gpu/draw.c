@@ -67,14 +67,27 @@ void bd_gpu_target_begin(struct bd_gpu *gpu, const struct bd_target *target)
         glEnable(GL_DEPTH_TEST);
     else
         glDisable(GL_DEPTH_TEST);
+    glEnable(GL_SCISSOR_TEST);
+    bd_gpu_target_rows(gpu, 0, size->height_px);
     clear_target(gpu, target, color_count);
     bd_gpu_check(gpu, "bd_gpu_target_begin");
+}
+
+void bd_gpu_target_rows(struct bd_gpu *gpu, uint32_t first_row, uint32_t row_count)
+{
+    BD_ASSERT(gpu->in_target);
+    const struct bd_tex *tex = gpu->target.color[0].tex ? gpu->target.color[0].tex
+                                                        : gpu->target.depth.tex;
+    gpu->first_row = first_row;
+    gpu->row_count = row_count;
+    glScissor(0, (GLint)first_row, (GLsizei)bd_tex_desc(tex)->width_px, (GLsizei)row_count);
 }
 
 // Detached at once: a texture that is deleted while it hangs on a framebuffer keeps its memory.
 void bd_gpu_target_end(struct bd_gpu *gpu)
 {
     BD_ASSERT(gpu->in_target);
+    glDisable(GL_SCISSOR_TEST);
     glBindFramebuffer(GL_FRAMEBUFFER, 0);
     for (uint32_t i = 0; i < BD_TARGET_COLOR_MAX && gpu->target.color[i].tex; i++)
         glNamedFramebufferTexture(gpu->framebuffer, GL_COLOR_ATTACHMENT0 + i, 0, 0);

@@ -245,6 +245,9 @@ struct bd_draw {
 // viewport to the whole target, depth test GREATER, clip control zero to one with the origin at
 // the *upper* left: row 0 of a texture is the top of the picture. Ends with bd_gpu_target_end.
 void bd_gpu_target_begin(struct bd_gpu *gpu, const struct bd_target *target);
+// Draws from here on touch these rows only, until the next call or the target's end: so a large
+// target can be drawn in bands, with something else between them.
+void bd_gpu_target_rows(struct bd_gpu *gpu, uint32_t first_row, uint32_t row_count);
 void bd_gpu_draw(struct bd_gpu *gpu, const struct bd_draw *draw);
 void bd_gpu_target_end(struct bd_gpu *gpu);
 

@@ -173,6 +173,7 @@ struct bd_gpu {
     GLuint zero_buffer, scratch_buffer; // what warm-up binds for uniform and storage blocks
     struct bd_target target;            // between target_begin and target_end
     bool in_target;
+    uint32_t first_row, row_count; // of the target that draws may touch
     struct bd_uniform_ring uniforms;
     struct bd_timers timers;
 

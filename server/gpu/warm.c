@@ -128,10 +128,9 @@ void bd_warm_draw(struct bd_gpu *gpu, const struct bd_draw *draw)
     if (!is_new(draw->program, signature(gpu, &draw->bindings, &gpu->target))) return;
     glFinish();
     uint64_t start_ns = bd_clock_ns();
-    glEnable(GL_SCISSOR_TEST);
     glScissor(0, 0, 0, 0);
     bd_draw_submit(gpu, draw, draw->index_count < 3 ? draw->index_count : 3, 1);
-    glDisable(GL_SCISSOR_TEST);
+    bd_gpu_target_rows(gpu, gpu->first_row, gpu->row_count);
     glFinish();
     bd_timers_add_compile(gpu, bd_ms_since(start_ns));
     bd_gpu_check(gpu, "bd_warm_draw");

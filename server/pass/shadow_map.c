@@ -38,7 +38,7 @@ static enum bd_err draw_face(const struct bd_pass_context *context,
     bd_gpu_target_begin(context->gpu, target);
     enum bd_err err = bd_scene_draws_record(context->gpu, &draws, context->slicer, fault);
     bd_gpu_target_end(context->gpu);
-    return err ? err : bd_slicer_checkpoint(context->slicer, 0);
+    return err;
 }
 
 enum bd_err bd_shadow_map_render(const struct bd_pass_context *context,

@@ -24,9 +24,14 @@ void bd_slicer_init(struct bd_slicer *slicer, struct bd_gpu *gpu,
     };
 }
 
+double bd_slicer_units(const struct bd_slicer *slicer)
+{
+    return slicer->units_per_ms * SLICE_MS;
+}
+
 uint32_t bd_slicer_rows(struct bd_slicer *slicer, double units_per_row, uint32_t rows_left)
 {
-    double rows = slicer->units_per_ms * SLICE_MS / (units_per_row > 1 ? units_per_row : 1);
+    double rows = bd_slicer_units(slicer) / (units_per_row > 1 ? units_per_row : 1);
     uint32_t whole = rows >= rows_left ? rows_left : (uint32_t)rows / ROWS_MIN * ROWS_MIN;
     if (whole < ROWS_MIN) whole = ROWS_MIN;
     return whole < rows_left ? whole : rows_left;

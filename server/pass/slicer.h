@@ -27,6 +27,9 @@ struct bd_slicer {
 void bd_slicer_init(struct bd_slicer *slicer, struct bd_gpu *gpu,
                     enum bd_err (*should_stop)(void *user), void *user);
 
+// Units of work that make one slice at the speed known so far.
+double bd_slicer_units(const struct bd_slicer *slicer);
+
 // How many rows of `units_per_row` fit into one slice; at least 8 (a row of work groups), at most
 // `rows_left`. A unit is one light-receiver evaluation or its like.
 uint32_t bd_slicer_rows(struct bd_slicer *slicer, double units_per_row, uint32_t rows_left);
