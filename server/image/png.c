@@ -57,9 +57,9 @@ static int encode(spng_ctx *ctx, const struct bd_pixels8 *pixels,
     int rv = spng_set_png_stream(ctx, append, out);
     if (!rv) rv = spng_set_ihdr(ctx, &header);
     if (!rv) rv = spng_set_srgb(ctx, 0);
-    // 6 is zlib's default. Pinned with the filters, since bytes must not change with a library's
-    // taste.
-    if (!rv) rv = spng_set_option(ctx, SPNG_IMG_COMPRESSION_LEVEL, 6);
+    // Level 3 costs a third of zlib's default 6 for 3 % more bytes. Pinned with the filters, since
+    // bytes must not change with a library's taste.
+    if (!rv) rv = spng_set_option(ctx, SPNG_IMG_COMPRESSION_LEVEL, 3);
     if (!rv) rv = spng_set_option(ctx, SPNG_FILTER_CHOICE, SPNG_FILTER_CHOICE_ALL);
     if (!rv) rv = set_text(ctx, manifest);
     size_t size = (size_t)pixels->width_px * pixels->height_px * pixels->channel_count;
