@@ -175,7 +175,7 @@ static void read_answer(int fd, uint64_t start_ns, const struct bd_import_limits
 }
 
 static enum bd_err fault_from_child(const struct answer *answer, enum bd_err err,
-                                    struct bd_fault *fault)
+                                    const struct bd_import_limits *limits, struct bd_fault *fault)
 {
     struct bd_fault told;
     if (answer->size != sizeof(struct bd_import_answer) + sizeof told || err >= BD_ERR_COUNT)
@@ -183,6 +183,10 @@ static enum bd_err fault_from_child(const struct answer *answer, enum bd_err err
     memcpy(&told, answer->bytes + sizeof(struct bd_import_answer), sizeof told);
     told.field[sizeof told.field - 1] = 0;
     told.message[sizeof told.message - 1] = 0;
+    // The child runs out of what it was given long before the machine does.
+    if (err == BD_ERR_NO_MEMORY)
+        return bd_fault_set(fault, BD_ERR_LIMIT, told.field, "import limited to %llu MiB: %s",
+                            (unsigned long long)(limits->memory_bytes >> 20), told.message);
     return bd_fault_set(fault, err, told.field, "%s", told.message);
 }
 
@@ -241,7 +245,8 @@ static enum bd_err judge(int status, const char *file, const struct answer *answ
     memcpy(&head, answer->bytes, sizeof head);
     if (head.magic != BD_IMPORT_ANSWER_MAGIC)
         return fault_from_death(status, file, answer, limits, fault);
-    if (head.err != BD_ERR_OK) return fault_from_child(answer, (enum bd_err)head.err, fault);
+    if (head.err != BD_ERR_OK)
+        return fault_from_child(answer, (enum bd_err)head.err, limits, fault);
     return scene_from_answer(answer, limits, out, fault);
 }
 
