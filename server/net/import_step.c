@@ -6,6 +6,7 @@
 #include "base/assert.h"
 #include "base/clock.h"
 #include "net/command_internal.h"
+#include "net/import_cache.h"
 #include "net/multipart.h"
 #include "scene/import.h"
 
@@ -124,17 +125,29 @@ static struct bd_import_limits import_limits(const struct bd_limits *limits)
     return out;
 }
 
+static void import_files(struct bd_command *command, const struct import *import)
+{
+    struct bd_net *net = command->net;
+    struct bd_import_limits limits = import_limits(&net->options.limits);
+    uint8_t key[BD_SHA256_BYTES];
+    bd_import_cache_key(import->files, import->file_count, key);
+    command->scene = bd_import_cache_get(net->import_cache, key);
+    if (command->scene) return;
+    command->err = bd_import(net->options.import_program, import->files, import->file_count,
+                             &limits, &command->scene, &command->fault);
+    if (command->err) return;
+    uint64_t file_bytes = 0;
+    for (uint32_t i = 0; i < import->file_count; i++) file_bytes += import->files[i].size_bytes;
+    bd_import_cache_put(net->import_cache, key, file_bytes, command->scene);
+}
+
 static void import_on_pool(uv_work_t *work)
 {
     struct bd_command *command = work->data;
-    const struct bd_net_options *options = &command->net->options;
-    struct bd_import_limits limits = import_limits(&options->limits);
     uint64_t start_ns = bd_clock_ns();
     struct import import = {0};
     command->err = map_files(command, &import);
-    if (!command->err)
-        command->err = bd_import(options->import_program, import.files, import.file_count, &limits,
-                                 &command->scene, &command->fault);
+    if (!command->err) import_files(command, &import);
     finish_import(&import);
     bd_blob_upload_abort(&command->body.upload);
     command->load_ms = bd_ms_since(start_ns);

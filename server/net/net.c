@@ -17,6 +17,7 @@
 #include "net/command.h"
 #include "net/framed.h"
 #include "net/http.h"
+#include "net/import_cache.h"
 #include "net/net_internal.h"
 
 #define BACKLOG 128
@@ -248,6 +249,7 @@ enum bd_err bd_net_create(const struct bd_net_options *options, struct bd_net **
         free(net);
         return err;
     }
+    net->import_cache = bd_import_cache_create();
     net->clients = bd_clients_create(&net->options.limits);
     start_own_handles(net);
     err = open_faces(net, fault);
@@ -277,6 +279,7 @@ void bd_net_destroy(struct bd_net **net_address)
     BD_ASSERT_CMP(uv_loop_close(&net->loop), ==, 0);
     uv_mutex_destroy(&net->ended_lock);
     bd_clients_destroy(&net->clients);
+    bd_import_cache_destroy(&net->import_cache);
     bd_tokens_destroy(&net->tokens);
     free(net);
     *net_address = NULL;

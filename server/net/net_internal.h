@@ -11,6 +11,7 @@
 #include "net/net.h"
 
 struct bd_command;
+struct bd_import_cache;
 struct bd_listener;
 
 #define BD_NET_PASS_NAME_MAX 48
@@ -33,6 +34,7 @@ struct bd_net {
     uv_loop_t loop;
     struct bd_tokens *tokens;
     struct bd_clients *clients;
+    struct bd_import_cache *import_cache;
     struct bd_listener *listeners;
     struct bd_conn *conns; // newest first
     uint32_t conn_count;

@@ -1,0 +1,204 @@
+"""Every limit, with a clear error; options; what may be listened on."""
+import json
+import os
+import re
+import socket
+import subprocess
+import time
+
+import bounced_pb2
+import pytest
+from conftest import BOUNCED, SCENES, Daemon, blob_name, frame, read_all
+from test_framed import add_scene, envelope, render
+
+GLB = (SCENES / "cornell.glb").read_bytes()
+
+
+def assert_limit(status_and_error, status, field):
+    got, error = status_and_error
+    assert got == status, error
+    assert error["details"]["field"] == field and field in error["message"], error
+
+
+def test_message_and_header_bytes(start):
+    daemon = start("--limit", "message_bytes=5000", "--limit", "header_bytes=1K")
+    assert_limit(daemon.json("POST", "/v1/scenes", "x" * 5001), 413, "message_bytes")
+    client = daemon.framed()
+    put = bounced_pb2.BlobPut(blob=blob_name(b"x" * 6000), size_bytes=6000)
+    answer, _ = client.ask(envelope(blob_put=put), b"x" * 6000)
+    assert answer.error.code == "limit" and answer.error.details.field == "message_bytes"
+    client = daemon.framed()
+    answer, _ = client.ask(envelope(scene_get=bounced_pb2.SceneGet(id="x" * 1100)))
+    assert answer.error.code == "limit" and answer.error.details.field == "header_bytes"
+
+
+def test_blob_bytes(start):
+    daemon = start("--limit", "blob_bytes=4K")
+    data = b"x" * 4097
+    kind = {"Content-Type": "application/octet-stream"}
+    for method, path in (("PUT", "/v1/blobs/" + blob_name(data)), ("POST", "/v1/render")):
+        assert_limit(daemon.json(method, path, data, kind), 413, "blob_bytes")
+    client = daemon.framed()
+    put = bounced_pb2.BlobPut(blob=blob_name(data), size_bytes=len(data))
+    assert client.ask(envelope(blob_put=put), data)[0].error.details.field == "blob_bytes"
+
+
+def test_image_size(start):
+    daemon = start("--limit", "image_side_px=64", "--limit", "image_pixels=2000")
+    scene = daemon.add_scene()
+    for size, status in (("32x32", 200), ("65x1", 413), ("64x64", 413)):
+        got, error = daemon.json("GET", f"/v1/scenes/{scene}/frame.json?size={size}")
+        assert got == status, error
+        assert status == 200 or error["details"]["field"] == "size"
+
+
+@pytest.mark.parametrize("limit,field", [("scene_triangles=3", "triangle"), ("scene_bytes=4096", "byte")])
+def test_scene_size(start, limit, field):
+    daemon = start("--limit", limit)
+    blob = daemon.put_blob(GLB)
+    status, error = daemon.json("POST", "/v1/scenes", {"blob": blob})
+    assert status == 413 and error["code"] == "limit" and field in error["message"], error
+
+
+def test_scene_files_and_scenes(start):
+    daemon = start("--limit", "scene_files=2", "--limit", "scenes=2")
+    blob = daemon.put_blob(GLB)
+    files = {str(i): blob for i in range(3)}
+    assert_limit(daemon.json("POST", "/v1/scenes", {"blob": blob, "files": files}), 413, "scene_files")
+    first = daemon.add_scene()
+    daemon.add_scene()
+    assert_limit(daemon.json("POST", "/v1/scenes", {"blob": blob}), 413, "scenes")
+    daemon.json("DELETE", "/v1/scenes/" + first)
+    daemon.add_scene()
+
+
+def test_reply_bytes(start):
+    daemon = start("--limit", "reply_bytes=4K")
+    scene = daemon.add_scene()
+    assert daemon.request("GET", f"/v1/scenes/{scene}/frame.png?size=8x8")[0] == 200
+    assert_limit(daemon.json("GET", f"/v1/scenes/{scene}/frame.exr?size=256x256&layers=direct"), 413,
+                 "reply_bytes")
+
+
+def test_jobs(start):
+    daemon = start("--limit", "jobs_per_client=2", "--limit", "jobs_waiting=1",
+                   env={"BD_FAKE_FRAME_MS": "2000"})
+    client = daemon.framed()
+    scene = add_scene(client)
+    for _ in range(3):
+        client.send(render(scene))
+        time.sleep(0.1)  # the first is on the device, so that the second has the queue's one place
+    answer, _ = client.receive()
+    assert answer.error.code == "busy" and answer.error.details.field == "jobs_per_client"
+    # Another client (an address, not a user) has its own two, but the queue has room for one.
+    status, error = daemon.json("GET", f"/v1/scenes/{scene}/frame.png?size=8x8")
+    assert status == 429 and error["details"]["field"] == "jobs_waiting", error
+
+
+def test_requests_per_second(start):
+    daemon = start("--limit", "requests_per_second=5")
+    replies = [daemon.request("GET", "/v1/scenes") for _ in range(20)]
+    refused = [reply for reply in replies if reply[0] == 429]
+    assert 5 <= len(refused) <= 12 and replies[0][0] == 200  # a burst of twice the rate
+    assert json.loads(refused[0][2])["details"]["field"] == "requests_per_second"
+    assert refused[0][1]["Retry-After"] == "1"
+    assert daemon.healthy()  # is asked by machines, and is free
+    time.sleep(1)
+    assert daemon.request("GET", "/v1/scenes")[0] == 200
+    client = daemon.framed()  # another client: a user, not an address
+    answers = [client.ask(envelope(stats=bounced_pb2.Stats()))[0] for _ in range(20)]
+    assert "requests_per_second" in [answer.error.details.field for answer in answers]
+
+
+def test_connections(start):
+    daemon = start("--limit", "connections=5")
+    held = [socket.create_connection(("127.0.0.1", daemon.port), 5) for _ in range(5)]
+    time.sleep(0.1)
+    with socket.create_connection(("127.0.0.1", daemon.port), 5) as sixth:
+        assert read_all(sixth) == b""
+    for sock in held:
+        sock.close()
+    time.sleep(0.1)
+    assert daemon.healthy()
+
+
+def test_hello_and_idle_seconds(start):
+    daemon = start("--limit", "header_seconds=1", "--limit", "idle_seconds=1")
+    for hello, field in ((False, "header_seconds"), (True, "idle_seconds")):
+        client = daemon.framed(hello=hello)
+        answer, _ = client.receive()
+        assert answer.error.details.field == field
+        assert client.sock.recv(1) == b""
+
+
+# --- options --------------------------------------------------------------------------------
+
+
+def run(*words, **keywords):
+    return subprocess.run([BOUNCED, *words], capture_output=True, text=True, timeout=30, **keywords)
+
+
+@pytest.mark.parametrize("words,needle", [
+    (["--limit", "nothing=1"], "nothing"), (["--limit", "scenes=0"], "scenes"), (["--frobnicate"], "frobnicate"),
+    (["--http"], "http"), (["extra"], "extra"), (["--log", "xml"], "xml"), (["--private", "x"], "private"),
+    (["--config", "/nonexistent"], "nonexistent"), (["--gpu-memory", "-1"], "gpu-memory"),
+])
+def test_bad_options(words, needle):
+    result = run(*words)
+    assert result.returncode == 2 and needle in result.stderr and result.stdout == ""
+
+
+@pytest.mark.parametrize("address", ["0.0.0.0:0", "[::]:0", "192.0.2.1:0"])
+@pytest.mark.parametrize("option", ["--http", "--listen"])
+def test_no_public_listening_without_a_token(tmp_path, option, address):
+    value = address if option == "--http" else "tcp:" + address
+    words = ["--http", "none"] if option == "--listen" else []
+    result = run(*words, option, value, "--data", str(tmp_path / "d"))
+    assert result.returncode == 2 and "--token-file" in result.stderr
+
+
+@pytest.mark.parametrize("value", ["unix:", "tcp:127.0.0.1", "tcp:nowhere.example:1", "127.0.0.1:70000",
+                                   "127.0.0.1:", "tcp:[::1:1", "unix:" + "x" * 200, "ftp:1:1"])
+def test_bad_addresses(tmp_path, value):
+    result = run("--http", "none", "--listen", value, "--data", str(tmp_path / "d"))
+    assert result.returncode == 2 and result.stderr.count("\n") >= 1
+
+
+@pytest.mark.parametrize("content,mode,needle", [
+    ("", 0o600, "no token"), ("# comment\n", 0o600, "no token"), ("short\n", 0o600, "16"),
+    ("long-enough-for-a-token\n", 0o644, "600"),
+])
+def test_token_files(tmp_path, content, mode, needle):
+    file = tmp_path / "tokens"
+    file.write_text(content)
+    file.chmod(mode)
+    result = run("--token-file", str(file), "--http", "127.0.0.1:0", "--data", str(tmp_path / "d"))
+    assert result.returncode == 2 and needle in result.stderr
+
+
+def test_config_file_has_the_same_keys(start, tmp_path):
+    config = tmp_path / "bounced.conf"
+    config.write_text("# ours\n\nlimit scenes=1\n  public-name render.example\nlog json\n")
+    daemon = start("--config", str(config))
+    assert daemon.request("GET", "/v1/scenes", headers={"Host": "render.example"})[0] == 200
+    daemon.add_scene()
+    assert daemon.json("POST", "/v1/scenes", {"blob": daemon.put_blob(GLB)})[0] == 413
+    for line in daemon.log_path.read_text().splitlines():
+        assert set(json.loads(line)) == {"time", "level", "area", "message"}
+    config.write_text("config other\n")
+    assert run("--config", str(config)).returncode == 2
+
+
+def test_data_directory_is_ours_alone_and_only_once(start, tmp_path):
+    daemon = start()
+    assert daemon.data.stat().st_mode & 0o777 == 0o700
+    second = run("--data", str(daemon.data), "--http", "127.0.0.1:0")
+    assert second.returncode != 0 and "another daemon" in second.stderr
+    (tmp_path / "open").mkdir(mode=0o755)
+    os.chmod(tmp_path / "open", 0o755)
+    assert "0700" in run("--data", str(tmp_path / "open"), "--http", "127.0.0.1:0").stderr
+
+
+def test_version_and_help():
+    assert re.fullmatch(r"bounced \d+\.\d+\.\d+\n", run("--version").stdout)
+    assert "--public-name" in run("--help").stdout

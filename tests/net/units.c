@@ -1,0 +1,193 @@
+// The parts of net/ that need no socket: addresses, buckets, browser rules, routes, queries,
+// multipart bodies.
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "net/address.h"
+#include "net/auth.h"
+#include "net/client.h"
+#include "net/http_guard.h"
+#include "net/http_route.h"
+#include "net/multipart.h"
+
+#include "../protocol/cmocka_all.h"
+
+static void addresses_and_who_can_reach_them(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *text, *canonical;
+        bool local;
+    } good[] = {
+        {"unix:/run/x", "unix:/run/x", true},
+        {"tcp:127.0.0.1:80", "127.0.0.1:80", true},
+        {"127.9.9.9:1", "127.9.9.9:1", true},
+        {"localhost:7", "127.0.0.1:7", true},
+        {"tcp:[::1]:80", "[::1]:80", true},
+        {"0.0.0.0:80", "0.0.0.0:80", false},
+        {"[::]:80", "[::]:80", false},
+        {"10.0.0.1:65535", "10.0.0.1:65535", false},
+        {"[::ffff:127.0.0.1]:1", "[::ffff:127.0.0.1]:1", false},
+    };
+    for (size_t i = 0; i < sizeof good / sizeof good[0]; i++) {
+        struct bd_address address;
+        char text[128];
+        assert_int_equal(bd_address_parse(good[i].text, &address, NULL), BD_ERR_OK);
+        bd_address_text(&address, text, sizeof text);
+        assert_string_equal(text, good[i].canonical);
+        assert_int_equal(bd_address_is_local(&address), good[i].local);
+    }
+}
+
+static void bucket_holds_twice_the_rate(void **state)
+{
+    (void)state;
+    struct bd_limits limits = bd_limits_default;
+    limits.requests_per_second = 1;
+    limits.jobs_per_client = 2;
+    struct bd_clients *clients = bd_clients_create(&limits);
+    struct bd_client *one = bd_client_get(clients, "one"), *other = bd_client_get(clients, "other");
+    assert_ptr_equal(bd_client_get(clients, "one"), one);
+    one->references--;
+    assert_int_equal(bd_client_take_request(clients, one, NULL), BD_ERR_OK);
+    assert_int_equal(bd_client_take_request(clients, one, NULL), BD_ERR_OK);
+    assert_int_equal(bd_client_take_request(clients, one, NULL), BD_ERR_BUSY);
+    assert_int_equal(bd_client_take_request(clients, other, NULL), BD_ERR_OK);
+
+    assert_int_equal(bd_client_begin_job(clients, one, NULL), BD_ERR_OK);
+    assert_int_equal(bd_client_begin_job(clients, one, NULL), BD_ERR_OK);
+    assert_int_equal(bd_client_begin_job(clients, one, NULL), BD_ERR_BUSY);
+    bd_client_end_job(one);
+    assert_int_equal(bd_client_begin_job(clients, one, NULL), BD_ERR_OK);
+
+    // Going away is no way around the rate.
+    struct bd_client *gone = one;
+    bd_client_release(&gone);
+    bd_clients_sweep(clients);
+    one = bd_client_get(clients, "one");
+    assert_int_equal(bd_client_take_request(clients, one, NULL), BD_ERR_BUSY);
+    bd_client_release(&one);
+    bd_client_release(&other);
+    bd_clients_destroy(&clients);
+}
+
+static void media_types_are_whole_words(void **state)
+{
+    (void)state;
+    assert_true(bd_http_media_is("application/json", "application/json"));
+    assert_true(bd_http_media_is("Application/JSON; charset=utf-8", "application/json"));
+    assert_false(bd_http_media_is("application/jsonp", "application/json"));
+    assert_false(bd_http_media_is("application/jso", "application/json"));
+    assert_false(bd_http_media_is(NULL, "application/json"));
+}
+
+static void routes(void **state)
+{
+    (void)state;
+    struct bd_http_target target;
+    bd_http_route_find("/v1/scenes/abc/frame.exr?size=1x2&x", &target);
+    assert_int_equal(target.route, BD_HTTP_ROUTE_FRAME);
+    assert_string_equal(target.id, "abc");
+    assert_string_equal(target.extension, "exr");
+    assert_string_equal(target.query, "size=1x2&x");
+    static const char *const nothing[] = {"",
+                                          "/",
+                                          "/v1/scenes/",
+                                          "/v1/scenes//frame.png",
+                                          "/v1/scenes/a/frame.",
+                                          "/v1/scenes/a/frame.pngx",
+                                          "/v1/scenes/a/frame.png/",
+                                          "/v1/scenesx",
+                                          "/v1/blobs/sha256:",
+                                          "/v1/blobs/md5:00",
+                                          "/healthz/",
+                                          "/v1/blobs/sha256:a/b",
+                                          "http://127.0.0.1/healthz"};
+    for (size_t i = 0; i < sizeof nothing / sizeof nothing[0]; i++) {
+        bd_http_route_find(nothing[i], &target);
+        assert_int_equal(target.route, BD_HTTP_ROUTE_NONE);
+    }
+}
+
+static void queries(void **state)
+{
+    (void)state;
+    Bounced__FrameRequest *frame;
+    assert_int_equal(bd_http_query_read("size=640x480&set=vpls%3d256&set=brdf=lambert&layers=a,b&"
+                                        "camera=My+cam%2e&size=64x48&aa=4",
+                                        "json", &frame, NULL),
+                     BD_ERR_OK);
+    assert_int_equal(frame->n_size, 2);
+    assert_int_equal(frame->size[0], 64); // the last one wins
+    assert_int_equal(frame->n_parameters, 2);
+    assert_string_equal(frame->parameters[0]->key, "vpls");
+    assert_string_equal(frame->parameters[0]->value, "256");
+    assert_int_equal(frame->n_layers, 2);
+    assert_string_equal(frame->layers[1], "b");
+    assert_string_equal(frame->camera, "My cam.");
+    assert_string_equal(frame->encoding, "none");
+    assert_true(frame->has_aa && frame->aa == 4 && !frame->has_seed);
+    bounced__frame_request__free_unpacked(frame, NULL);
+}
+
+static void boundaries(void **state)
+{
+    (void)state;
+    char boundary[80];
+    assert_true(bd_multipart_boundary("multipart/form-data; boundary=abc", boundary, 80));
+    assert_string_equal(boundary, "abc");
+    assert_true(
+        bd_multipart_boundary("Multipart/Form-Data; a=b; BOUNDARY=\"a b\"; c", boundary, 80));
+    assert_string_equal(boundary, "a b");
+    assert_false(bd_multipart_boundary("multipart/form-data", boundary, 80));
+    assert_false(bd_multipart_boundary("multipart/form-data; boundary=", boundary, 80));
+    assert_false(bd_multipart_boundary("text/plain; boundary=abc", boundary, 80));
+}
+
+// Two parts, the second of them empty; truncated at every byte it is refused, and nothing is read
+// behind its end (the copies are exactly as long as they say).
+static void multipart_truncated_at_every_byte(void **state)
+{
+    (void)state;
+    static const char body[] =
+        "--b\r\nContent-Disposition: form-data; name=\"scene\"\r\n\r\n"
+        "data\r\n--b\r\nX: y\r\nContent-Disposition: form-data; name=\"e\"\r\n"
+        "\r\n\r\n--b--\r\n";
+    size_t whole = sizeof body - 1, last = whole - 2; // the final line end may be missing
+    for (size_t size = 0; size <= whole; size++) {
+        char *copy = malloc(size ? size : 1);
+        memcpy(copy, body, size);
+        struct bd_multipart_part *parts;
+        uint32_t count;
+        enum bd_err err = bd_multipart_parse(copy, size, "b", 8, &parts, &count, NULL);
+        assert_int_equal(err, size >= last ? BD_ERR_OK : BD_ERR_BAD_INPUT);
+        if (!err) {
+            assert_int_equal(count, 2);
+            assert_string_equal(parts[0].name, "scene");
+            assert_int_equal(parts[0].size_bytes, 4);
+            assert_memory_equal(parts[0].bytes, "data", 4);
+            assert_string_equal(parts[1].name, "e");
+            assert_int_equal(parts[1].size_bytes, 0);
+            free(parts);
+        }
+        free(copy);
+    }
+    struct bd_multipart_part *parts;
+    uint32_t count;
+    assert_int_equal(bd_multipart_parse(body, whole, "b", 1, &parts, &count, NULL), BD_ERR_LIMIT);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(addresses_and_who_can_reach_them),
+        cmocka_unit_test(bucket_holds_twice_the_rate),
+        cmocka_unit_test(media_types_are_whole_words),
+        cmocka_unit_test(routes),
+        cmocka_unit_test(queries),
+        cmocka_unit_test(boundaries),
+        cmocka_unit_test(multipart_truncated_at_every_byte),
+    };
+    return cmocka_run_group_tests_name("net units", tests, NULL, NULL);
+}
