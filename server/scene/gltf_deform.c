@@ -1,6 +1,7 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "scene/gltf_reader.h"
 
@@ -105,6 +106,17 @@ static void skin_vertex(struct bd_primitive *out, size_t v, const struct blend *
     }
 }
 
+// Reads whole streams: an element at a time would search a sparse accessor once a vertex.
+static enum bd_err read_influences(struct bd_gltf_reader *reader, int32_t joints, int32_t weights,
+                                   const uint32_t *pick, uint32_t count, float *joint,
+                                   float *weight)
+{
+    memset(joint, 0, 4 * (size_t)count * sizeof *joint);
+    memset(weight, 0, 4 * (size_t)count * sizeof *weight);
+    enum bd_err err = bd_gltf_read_floats(reader, joints, pick, count, 4, joint);
+    return err == BD_ERR_OK ? bd_gltf_read_floats(reader, weights, pick, count, 4, weight) : err;
+}
+
 static enum bd_err blend_set(struct bd_gltf_reader *reader, const struct bd_gltf_deform *deform,
                              const struct bd_gltf_primitive *in, uint32_t set, const uint32_t *pick,
                              uint32_t count, struct blend *blends)
@@ -115,14 +127,15 @@ static enum bd_err blend_set(struct bd_gltf_reader *reader, const struct bd_gltf
     snprintf(name, sizeof name, "WEIGHTS_%u", set);
     int32_t weights = bd_gltf_attribute(&in->attributes, name);
     if (joints == BD_NONE || weights == BD_NONE) return BD_ERR_OK;
-    for (uint32_t v = 0; v < count; v++) {
-        float joint[4], weight[4];
-        enum bd_err err = bd_gltf_read_floats(reader, joints, pick + v, 1, 4, joint);
-        if (err == BD_ERR_OK) err = bd_gltf_read_floats(reader, weights, pick + v, 1, 4, weight);
-        if (err != BD_ERR_OK) return err;
-        reader->repairs.odd_skin_weights += add_joints(deform, joint, weight, &blends[v]);
-    }
-    return BD_ERR_OK;
+    float *joint = malloc((8 * (size_t)count + 1) * sizeof *joint);
+    if (!joint) return bd_gltf_no_memory(reader, "skins");
+    float *weight = joint + 4 * (size_t)count;
+    enum bd_err err = read_influences(reader, joints, weights, pick, count, joint, weight);
+    for (size_t v = 0; err == BD_ERR_OK && v < count; v++)
+        reader->repairs.odd_skin_weights +=
+            add_joints(deform, joint + 4 * v, weight + 4 * v, &blends[v]);
+    free(joint);
+    return err;
 }
 
 static enum bd_err skin(struct bd_gltf_reader *reader, const struct bd_gltf_deform *deform,

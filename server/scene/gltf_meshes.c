@@ -17,26 +17,36 @@ static bool make_empty(struct bd_primitive *out)
     return out->position && out->normal && out->index;
 }
 
-// Lists, ascending, the vertices that the triangles use, and renumbers the triangles to that list:
-// files often share one long vertex list among many primitives.
-static uint32_t *pick_vertices(uint32_t vertex_count, uint32_t *index, uint32_t index_count,
-                               uint32_t *pick_count)
+// The first index that is used, and how many there are from it to the last.
+static uint32_t index_range(const uint32_t *index, uint32_t index_count, uint32_t *first)
 {
-    uint32_t *renumbered = calloc(vertex_count ? vertex_count : 1, sizeof *renumbered);
+    uint32_t least = UINT32_MAX, most = 0;
+    for (uint32_t i = 0; i < index_count; i++) {
+        if (index[i] < least) least = index[i];
+        if (index[i] > most) most = index[i];
+    }
+    *first = index_count ? least : 0;
+    return index_count ? most - least + 1 : 0;
+}
+
+// Lists, ascending, the vertices that the triangles use, and renumbers the triangles to that list:
+// files often share one long vertex list among many primitives, each of which uses a stretch of it.
+static uint32_t *pick_vertices(uint32_t *index, uint32_t index_count, uint32_t *pick_count)
+{
+    uint32_t first, range = index_range(index, index_count, &first), count = 0;
+    uint32_t *renumbered = calloc(range ? range : 1, sizeof *renumbered);
     if (!renumbered) return NULL;
-    for (uint32_t i = 0; i < index_count; i++) renumbered[index[i]] = 1;
-    uint32_t count = 0;
-    for (uint32_t v = 0; v < vertex_count; v++)
-        if (renumbered[v]) count++;
+    for (uint32_t i = 0; i < index_count; i++) renumbered[index[i] - first] = 1;
+    for (uint32_t v = 0; v < range; v++) count += renumbered[v];
     uint32_t *pick = malloc((count ? count : 1) * sizeof *pick);
     if (pick) {
         uint32_t next = 0;
-        for (uint32_t v = 0; v < vertex_count; v++)
+        for (uint32_t v = 0; v < range; v++)
             if (renumbered[v]) {
-                pick[next] = v;
+                pick[next] = first + v;
                 renumbered[v] = next++;
             }
-        for (uint32_t i = 0; i < index_count; i++) index[i] = renumbered[index[i]];
+        for (uint32_t i = 0; i < index_count; i++) index[i] = renumbered[index[i] - first];
         *pick_count = count;
     }
     free(renumbered);
@@ -142,17 +152,24 @@ static enum bd_err complete(struct bd_gltf_reader *reader, struct bd_primitive *
     return ok ? BD_ERR_OK : bd_gltf_no_memory(reader, "meshes");
 }
 
-// All streams of a vertex, or of a triangle corner where flat normals unshare the vertices.
-static enum bd_err spend(struct bd_gltf_reader *reader, const char *path, uint32_t index_count)
+static enum bd_err spend(struct bd_gltf_reader *reader, const char *path, uint64_t bytes)
 {
-    const uint64_t corner_bytes = (3 + 3 + 4 + 2 + 2 + 4) * sizeof(float) + sizeof(uint32_t);
-    uint64_t bytes = index_count * corner_bytes;
     if (bytes > reader->vertex_bytes_left)
         return bd_fault_set(reader->fault, BD_ERR_LIMIT, path,
                             "the scene's triangles need more than %llu bytes",
                             (unsigned long long)reader->limits->scene_bytes);
     reader->vertex_bytes_left -= bytes;
     return BD_ERR_OK;
+}
+
+// All streams that a vertex can have. Flat normals unshare the vertices: one for each corner.
+static enum bd_err spend_vertices(struct bd_gltf_reader *reader, const char *path,
+                                  const struct bd_gltf_primitive *in,
+                                  const struct bd_primitive *out)
+{
+    const uint64_t vertex_bytes = (3 + 3 + 4 + 2 + 2 + 4) * sizeof(float);
+    bool flat = bd_gltf_attribute(&in->attributes, "NORMAL") == BD_NONE;
+    return spend(reader, path, vertex_bytes * (flat ? out->index_count : out->vertex_count));
 }
 
 static enum bd_err read_picked(struct bd_gltf_reader *reader, const struct bd_gltf_primitive *in,
@@ -183,11 +200,13 @@ static enum bd_err read_primitive(struct bd_gltf_reader *reader, const char *pat
     uint32_t vertex_count = (uint32_t)reader->doc->accessors[position].count;
     enum bd_err err =
         bd_gltf_read_triangles(reader, path, in, vertex_count, &out->index, &out->index_count);
-    if (err == BD_ERR_OK) err = spend(reader, path, out->index_count);
+    if (err == BD_ERR_OK)
+        err = spend(reader, path, out->index_count * (uint64_t)sizeof *out->index);
     if (err != BD_ERR_OK) return err;
-    uint32_t *pick = pick_vertices(vertex_count, out->index, out->index_count, &out->vertex_count);
+    uint32_t *pick = pick_vertices(out->index, out->index_count, &out->vertex_count);
     if (!pick) return bd_gltf_no_memory(reader, path);
-    err = read_picked(reader, in, deform, pick, out);
+    err = spend_vertices(reader, path, in, out);
+    if (err == BD_ERR_OK) err = read_picked(reader, in, deform, pick, out);
     free(pick);
     return err;
 }
