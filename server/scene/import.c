@@ -250,12 +250,22 @@ static enum bd_err judge(int status, const char *file, const struct answer *answ
     return scene_from_answer(answer, limits, out, fault);
 }
 
-static int reap(pid_t child, bool kill_first)
+// The child's status. Its answer has ended, but that need not mean that it has: one that closed
+// its pipe and waits has until the wall clock runs out, like any other.
+static int reap(pid_t child, uint64_t start_ns, uint32_t wall_seconds, struct answer *answer)
 {
+    const struct timespec nap = {0, 500000};
     int status = 0;
-    if (kill_first) kill(child, SIGKILL);
-    while (waitpid(child, &status, 0) < 0 && errno == EINTR) continue;
-    return status;
+    if (answer->timed_out || answer->too_long || answer->no_memory) kill(child, SIGKILL);
+    for (;;) {
+        pid_t reaped = waitpid(child, &status, WNOHANG);
+        if (reaped == child || (reaped < 0 && errno != EINTR)) return status;
+        if (bd_ms_since(start_ns) > 1e3 * wall_seconds && !answer->timed_out) {
+            answer->timed_out = true;
+            kill(child, SIGKILL);
+        }
+        nanosleep(&nap, NULL);
+    }
 }
 
 enum bd_err bd_import(const char *program, const struct bd_import_file *files, uint32_t file_count,
@@ -281,7 +291,7 @@ enum bd_err bd_import(const char *program, const struct bd_import_file *files, u
     }
     struct answer answer = {0};
     read_answer(ends[0], start_ns, limits, &answer);
-    int status = reap(child, answer.timed_out || answer.too_long || answer.no_memory);
+    int status = reap(child, start_ns, limits->wall_seconds, &answer);
     err = judge(status, files[0].uri, &answer, limits, out, fault);
     free(answer.bytes);
 pipe:

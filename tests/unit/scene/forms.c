@@ -1,6 +1,7 @@
 // Every form of accessor and primitive ends as the same triangles.
 
 #include <math.h>
+#include <stdio.h>
 
 #include "tests/unit/scene/read_text.h"
 
@@ -296,6 +297,79 @@ static void texture_transforms_and_sets(void **state)
     bd_scene_release(&scene);
 }
 
+// Two primitives share one list of six vertices; each keeps the three that it uses.
+static void shared_vertex_lists_are_split(void **state)
+{
+    (void)state;
+    struct {
+        float position[18];
+        uint8_t index[8];
+    } bin = {{0, 0, 0, 1, 0, 0, 0, 1, 0, 5, 0, 0, 6, 0, 0, 5, 1, 0}, {5, 3, 4, 0, 1, 2, 0, 0}};
+    static const char text[] =
+        HEAD "80}],'bufferViews':[{'buffer':0,'byteLength':80}],'accessors':[" F32(
+            0, 6, "VEC3") ",{'bufferView':0,'byteOffset':72,'componentType':5121,'count':3,"
+                          "'type':'SCALAR'},{'bufferView':0,'byteOffset':75,'componentType':5121,"
+                          "'count':3,'type':'SCALAR'}],'meshes':[{'primitives':["
+                          "{'indices':1,'attributes':{'POSITION':0,'NORMAL':0}},"
+                          "{'indices':2,'attributes':{'POSITION':0,'NORMAL':0}}]}]}";
+    struct bd_scene *scene = read_text(text, &bin, sizeof bin);
+    const struct bd_primitive *primitives = scene->meshes[0]->primitives;
+    assert_int_equal(primitives[0].vertex_count, 3);
+    assert_int_equal(primitives[1].vertex_count, 3);
+    assert_corner(&primitives[0], 0, 5, 1, 0);
+    assert_corner(&primitives[0], 1, 5, 0, 0);
+    assert_corner(&primitives[1], 2, 0, 1, 0);
+    bd_scene_release(&scene);
+}
+
+// Buffers come from the table and from nowhere else: percent-encoded or not, but never a path.
+static void files_come_from_the_table(void **state)
+{
+    (void)state;
+    static const float triangle[] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+    static const char *const uris[] = {"my%20file.bin",  "my file.bin", "/etc/passwd",
+                                       "../my file.bin", "my%2",        "http://x/my file.bin"};
+    for (size_t i = 0; i < sizeof uris / sizeof uris[0]; i++) {
+        char text[1024];
+        snprintf(text, sizeof text,
+                 "{'asset':{'version':'2.0'},'nodes':[{'mesh':0}],'buffers':[{'uri':'%s',"
+                 "'byteLength':36}],'bufferViews':[{'buffer':0,'byteLength':36}],'accessors':[" F32(
+                     0, 3, "VEC3") "],'meshes':[{'primitives':[{'attributes':{'POSITION':0}}]}]}",
+                 uris[i]);
+        char *json = quoted(text);
+        struct bd_import_file files[] = {{"t.gltf", json, strlen(json)},
+                                         {"my file.bin", triangle, sizeof triangle}};
+        struct bd_scene *scene;
+        struct bd_fault fault = {0};
+        enum bd_err err = bd_gltf_read(files, 2, &bd_import_default_limits, &scene, &fault);
+        assert_int_equal(err, i < 2 ? BD_ERR_OK : BD_ERR_BAD_INPUT);
+        if (err != BD_ERR_OK) assert_string_equal(fault.field, "buffers[0].uri");
+        bd_scene_release(&scene);
+        free(json);
+    }
+}
+
+// Fifty buffers that name one file are fifty copies of it in the parser.
+static void one_file_is_not_read_endlessly(void **state)
+{
+    (void)state;
+    const size_t size = 1 << 20;
+    char *text = malloc(8192), *at = text;
+    void *large = calloc(1, size);
+    assert_true(text && large);
+    at += sprintf(at, "{'asset':{'version':'2.0'},'nodes':[{}],'buffers':[");
+    for (int i = 0; i < 50; i++)
+        at += sprintf(at, "%s{'uri':'b.bin','byteLength':%zu}", i ? "," : "", size);
+    strcpy(at, "]}");
+    struct bd_scene *scene;
+    struct bd_fault fault;
+    assert_int_equal(try_text(text, large, size, &scene, &fault), BD_ERR_BAD_INPUT);
+    assert_memory_equal(fault.field, "buffers[", 8);
+    assert_non_null(strstr(fault.message, "too many times"));
+    free(large);
+    free(text);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -309,6 +383,9 @@ int main(void)
         cmocka_unit_test(weights_move_the_default_pose),
         cmocka_unit_test(skins_are_posed_in_the_world),
         cmocka_unit_test(texture_transforms_and_sets),
+        cmocka_unit_test(shared_vertex_lists_are_split),
+        cmocka_unit_test(files_come_from_the_table),
+        cmocka_unit_test(one_file_is_not_read_endlessly),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
