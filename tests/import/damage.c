@@ -2,8 +2,9 @@
 // everything: cut at many bytes, and changed at random places with fixed seeds. Each is refused
 // with a fault, or becomes a scene that can be finished, written and read back.
 //
-// `damage FOLDER` runs all; `damage FOLDER NAME SEED` repeats one change and is what a failure
-// prints.
+// `damage FOLDER [SHARED]` runs all, and where the folder of shared scenes is there, some that
+// skin, morph and are sparse; `damage FOLDER PATH SEED` repeats one change: a crash's last line is
+// it.
 
 #include <fcntl.h>
 #include <stdio.h>
@@ -17,7 +18,11 @@
 #include "scene/gltf.h"
 
 static const char *const names[] = {"cornell.glb", "checker.glb", "two_lights.glb", "bare.gltf"};
-enum { NAME_COUNT = sizeof names / sizeof names[0], SEED_COUNT = 1500, CUT_COUNT = 400 };
+static const char *const shared_names[] = {
+    "conformance/khronos-copies/CesiumMan.glb", "conformance/gltf-rs/box_sparse.glb",
+    "conformance/tinygltf/SparseMorphTargets-issue280/singleBlendshapeCube_sparse.glb",
+    "conformance/assimp/simple_skin/quad_skin.glb"};
+enum { SEED_COUNT = 1500, SHARED_SEED_COUNT = 300, CUT_COUNT = 400 };
 
 struct file {
     uint8_t *bytes;
@@ -28,7 +33,7 @@ static struct file read_file(const char *folder, const char *name)
 {
     char path[4096];
     struct stat info;
-    snprintf(path, sizeof path, "%s/%s", folder, name);
+    snprintf(path, sizeof path, "%s%s%s", folder, folder[0] ? "/" : "", name);
     int fd = open(path, O_RDONLY);
     BD_ASSERT(fd >= 0 && fstat(fd, &info) == 0);
     struct file file = {malloc((size_t)info.st_size), (size_t)info.st_size};
@@ -127,35 +132,47 @@ static void try_cuts(const char *name, struct file file, struct file beside)
 }
 
 static uint32_t try_changes(const char *folder, const char *name, struct file file,
-                            struct file beside)
+                            struct file beside, uint32_t seed_count)
 {
     uint32_t loaded = 0;
-    for (uint32_t seed = 0; seed < SEED_COUNT; seed++) {
-        fprintf(stderr, "\rdamage %s %s %u ", folder, name, seed); // the last line of a crash
+    for (uint32_t seed = 0; seed < seed_count; seed++) {
+        fprintf(stderr, "\rdamage FOLDER %s/%s %u ", folder, name, seed);
         loaded += try_change(name, file, beside, seed);
     }
     return loaded;
 }
 
+static void run(const char *folder, const char *name, struct file beside, uint32_t seed_count)
+{
+    struct file file = read_file(folder, name);
+    BD_ASSERT(try_file(name, file, beside));
+    try_cuts(name, file, beside);
+    uint32_t loaded = try_changes(folder, name, file, beside, seed_count);
+    printf("%s: %u of %u changed copies load\n", name, loaded, seed_count);
+    // Both ways must have been tried, or the changes are too wild or too tame.
+    BD_ASSERT(loaded > seed_count / 50 && loaded < seed_count - seed_count / 50);
+    free(file.bytes);
+}
+
+static void repeat(const char *path, struct file beside, uint32_t seed)
+{
+    struct file file = read_file("", path);
+    printf("%s\n", try_change(path, file, beside, seed) ? "loaded" : "refused");
+    free(file.bytes);
+}
+
 int main(int argc, char **argv)
 {
-    if (argc != 2 && argc != 4) return 2;
+    if (argc < 2 || argc > 4) return 2;
     struct file beside = read_file(argv[1], "bare.bin");
     if (argc == 4) {
-        struct file file = read_file(argv[1], argv[2]);
-        bool loaded = try_change(argv[2], file, beside, (uint32_t)strtoul(argv[3], NULL, 10));
-        printf("%s\n", loaded ? "loaded" : "refused");
-        free(file.bytes);
-    }
-    for (size_t i = 0; argc == 2 && i < NAME_COUNT; i++) {
-        struct file file = read_file(argv[1], names[i]);
-        BD_ASSERT(try_file(names[i], file, beside));
-        try_cuts(names[i], file, beside);
-        uint32_t loaded = try_changes(argv[1], names[i], file, beside);
-        printf("%s: %u of %d changed copies load\n", names[i], loaded, SEED_COUNT);
-        // Both ways must have been tried, or the changes are too wild or too tame.
-        BD_ASSERT(loaded > SEED_COUNT / 50 && loaded < SEED_COUNT - SEED_COUNT / 50);
-        free(file.bytes);
+        repeat(argv[2], beside, (uint32_t)strtoul(argv[3], NULL, 10));
+    } else {
+        for (size_t i = 0; i < sizeof names / sizeof names[0]; i++)
+            run(argv[1], names[i], beside, SEED_COUNT);
+        bool shared = argc == 3 && access(argv[2], R_OK) == 0;
+        for (size_t i = 0; shared && i < sizeof shared_names / sizeof shared_names[0]; i++)
+            run(argv[2], shared_names[i], beside, SHARED_SEED_COUNT);
     }
     free(beside.bytes);
     return 0;
