@@ -5,7 +5,7 @@
 
 #include "base/assert.h"
 
-// Sub-samples along a texel's side where a cone's edge or slope crosses it (hazard 60).
+// Sub-samples of a cone's attenuation along a texel's side (hazard 60).
 #define CONE_SUB_SAMPLES 4
 
 static double corner_solid_angle(double u, double v)
@@ -19,11 +19,19 @@ double bd_rectangle_solid_angle_sr(double u0, double u1, double v0, double v1)
            corner_solid_angle(u0, v0);
 }
 
-static double attenuation(const struct bd_light *light, double cos_to_axis)
+struct cone {
+    double cos_outer, per_cosine;
+};
+
+static struct cone cone_of(const struct bd_light *light)
 {
     double cos_inner = cos(light->cone_inner), cos_outer = cos(light->cone_outer);
-    double a = (cos_to_axis - cos_outer) / fmax(cos_inner - cos_outer, 1e-7);
-    a = fmin(fmax(a, 0), 1);
+    return (struct cone){cos_outer, 1 / fmax(cos_inner - cos_outer, 1e-7)};
+}
+
+static double attenuation(const struct cone *cone, double cos_to_axis)
+{
+    double a = fmin(fmax((cos_to_axis - cone->cos_outer) * cone->per_cosine, 0), 1);
     return a * a;
 }
 
@@ -47,17 +55,15 @@ struct texel_bounds {
     double u0, u1, v0, v1;
 };
 
-// Mean attenuation over a texel; the four corners tell whether sub-samples are needed at all.
-static double mean_attenuation(const struct bd_light_setup *setup, uint32_t face,
+static double mean_attenuation(const struct cone *cone, uint32_t face_count, uint32_t face,
                                const struct texel_bounds *t)
 {
-    const struct bd_light *light = setup->light;
     double du = (t->u1 - t->u0) / CONE_SUB_SAMPLES, dv = (t->v1 - t->v0) / CONE_SUB_SAMPLES;
     double sum = 0;
     for (int y = 0; y < CONE_SUB_SAMPLES; y++)
         for (int x = 0; x < CONE_SUB_SAMPLES; x++)
-            sum += attenuation(light, cos_to_axis(setup->face_count, face, t->u0 + (x + 0.5) * du,
-                                                  t->v0 + (y + 0.5) * dv));
+            sum += attenuation(cone, cos_to_axis(face_count, face, t->u0 + (x + 0.5) * du,
+                                                 t->v0 + (y + 0.5) * dv));
     return sum / (CONE_SUB_SAMPLES * CONE_SUB_SAMPLES);
 }
 
@@ -67,6 +73,8 @@ static double fill_face(const struct bd_light_setup *setup, uint32_t face, uint3
 {
     double t = setup->half_width, step = 2 * t / side, sum = 0;
     double face_sr = bd_rectangle_solid_angle_sr(-t, t, -t, t);
+    const struct cone cone = cone_of(setup->light);
+    const bool is_spot = setup->light->kind == BD_LIGHT_SPOT;
     for (uint32_t y = 0; y < side; y++) {
         for (uint32_t x = 0; x < side; x++) {
             // Row 0 is the face's upper edge.
@@ -74,8 +82,7 @@ static double fill_face(const struct bd_light_setup *setup, uint32_t face, uint3
                                      t - y * step};
             double sr = paper_mode ? face_sr / ((double)side * side)
                                    : bd_rectangle_solid_angle_sr(b.u0, b.u1, b.v0, b.v1);
-            double part = setup->light->kind == BD_LIGHT_SPOT ? mean_attenuation(setup, face, &b)
-                                                              : 1;
+            double part = is_spot ? mean_attenuation(&cone, setup->face_count, face, &b) : 1;
             values[2 * ((size_t)y * side + x)] = (float)(sr * part);
             values[2 * ((size_t)y * side + x) + 1] = (float)sr;
             sum += sr * part;

@@ -23,9 +23,11 @@ layout(binding = 1, rgba32f) uniform image2D glossy;
 
 // Squared distances below this are a receiver on the VPL itself (render space is about 1 wide).
 const float COINCIDENT_SQUARED = 1e-12;
-// Square of the sine below which a receiver lies in the VPL's own plane: above the rounding of a
-// normal in the G-buffer (3e-5), so that a flat floor lights itself by exactly nothing (hazard 3).
+// A receiver in the VPL's own plane gets nothing from it, and the patch's form factor has no value
+// there. So that rounding cannot lift it out of the plane (hazard 3): the sine must be above what
+// a normal loses in the G-buffer (3e-5), the height above what a position does.
 const float COPLANAR_SQUARED = 4e-8;
+const float COPLANAR_HEIGHT = 1e-5;
 
 float patch_kernel(uint index, vec3 to_vpl, vec3 n)
 {
@@ -73,7 +75,7 @@ void gather_block(inout sums s, receiver r, vec3 viewer, uint begin, uint end)
         float vpl_dot = -dot(normal.xyz, to_vpl);
         float receiver_dot = dot(r.normal, to_vpl);
         float side = dot(r.normal_geometric, to_vpl);
-        bool faces = vpl_dot > 0.0 && vpl_dot * vpl_dot > COPLANAR_SQUARED * r2;
+        bool faces = vpl_dot > COPLANAR_HEIGHT && vpl_dot * vpl_dot > COPLANAR_SQUARED * r2;
         float kernel = 0.0;
         if (faces && receiver_dot > 0.0 && side > 0.0 && r2 > COINCIDENT_SQUARED)
             kernel = disk_kernel(receiver_dot, vpl_dot, r2, at.w);
