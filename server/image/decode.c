@@ -83,6 +83,15 @@ static enum bd_err jpeg_fault(struct decoding *d, tjhandle jpeg)
                         tjGetErrorStr2(jpeg));
 }
 
+// Rubbish between markers and a newer JFIF number leave the whole picture; whatever else libjpeg
+// warns of, such as a file that ends early, makes part of it up. Its words are the only way to
+// tell: libjpeg-turbo 2.1 calls even "no image" a warning.
+static bool is_broken(tjhandle jpeg)
+{
+    const char *words = tjGetErrorStr2(jpeg);
+    return !strstr(words, "extraneous bytes") && !strstr(words, "JFIF revision");
+}
+
 // Adobe's CMYK is stored inverted, and libjpeg-turbo hands it over as it is.
 static void rgba_from_cmyk(uint8_t *pixels, size_t count)
 {
@@ -108,11 +117,10 @@ static enum bd_err decode_jpeg(struct decoding *d)
     err = allocate(d);
     if (err != BD_ERR_OK) goto jpeg;
     bool cmyk = colorspace == TJCS_CMYK || colorspace == TJCS_YCCK;
-    // A warning (trailing rubbish, a missing end marker) leaves a whole picture; LIMITSCANS stops
-    // progressive files that were made to take minutes.
+    // LIMITSCANS stops progressive files that were made to take minutes.
     if (tjDecompress2(jpeg, d->bytes, d->size, d->rgba, width, 0, height,
                       cmyk ? TJPF_CMYK : TJPF_RGBA, TJFLAG_ACCURATEDCT | TJFLAG_LIMITSCANS) &&
-        tjGetErrorCode(jpeg) == TJERR_FATAL)
+        is_broken(jpeg))
         err = jpeg_fault(d, jpeg);
     else if (cmyk)
         rgba_from_cmyk(d->rgba, (size_t)d->width_px * d->height_px);
