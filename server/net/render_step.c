@@ -20,8 +20,9 @@ static void on_job_done(void *user, struct bd_job *job)
     uv_mutex_lock(&net->ended_lock);
     command->next_waiting = net->ended;
     net->ended = command;
-    uv_mutex_unlock(&net->ended_lock);
+    // Under the lock: once it is open, the loop may take the command, end with it, and close.
     uv_async_send(&net->frames_ended);
+    uv_mutex_unlock(&net->ended_lock);
 }
 
 // --- manifest -------------------------------------------------------------------------------

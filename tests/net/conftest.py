@@ -205,7 +205,10 @@ class Framed:
 def frame(size=(16, 16), **fields):
     request = bounced_pb2.FrameRequest(size=size)
     for name, value in fields.items():
-        setattr(request, name, value)
+        if isinstance(value, list):
+            getattr(request, name).extend(value)
+        else:
+            setattr(request, name, value)
     return request
 
 
