@@ -43,7 +43,7 @@ struct bd_command_start {
     struct bd_command_body *body; // NULL: none; copied
     const struct bd_command_events *events;
     void *user;
-    bool exempt_from_rate; // health checks
+    bool is_counted; // its face has counted the request and taken it out of the bucket
 };
 
 // NULL if it has been answered already.

@@ -160,8 +160,7 @@ static void start(struct bd_http *http, struct bd_answer request, struct bd_comm
                                      .body = body,
                                      .events = &command_events,
                                      .user = http,
-                                     .exempt_from_rate = true}; // the head has paid
-    http->conn.net->stats.requests--;                           // and was counted
+                                     .is_counted = true}; // with its head
     http->command = bd_command_start(&start);
 }
 

@@ -112,9 +112,8 @@ void bd_import_cache_put(struct bd_import_cache *cache, const uint8_t key[BD_SHA
             bd_scene_release(&oldest_in_use(cache)->scene);
         struct entry *entry = oldest(cache);
         bd_scene_release(&entry->scene);
-        *entry = (struct entry){.file_bytes = file_bytes,
-                                .used_at = ++cache->clock,
-                                .scene = bd_scene_retain(scene)};
+        *entry = (struct entry){
+            .file_bytes = file_bytes, .used_at = ++cache->clock, .scene = bd_scene_retain(scene)};
         memcpy(entry->key, key, BD_SHA256_BYTES);
     }
     pthread_mutex_unlock(&cache->lock);
