@@ -2,7 +2,7 @@
 // scene/README.md; a scene that gets them says `default_camera`, `default_lights`.
 //
 // Camera: from the front, a little right and above (glTF's front is +z), 45 degrees, at the
-// distance where the bounds' sphere just fits the narrower of a square picture's sides.
+// distance where the bounds just fit a square picture.
 //
 // Lights: a directional key light of 2.4 lx over the first camera's left shoulder, and a point
 // light at that camera. The key models the shapes; the point light is what still reaches the
@@ -33,12 +33,31 @@ static bd_dvec3 center_of(const struct bd_features *features)
     return bd_dvec3_scale(bd_dvec3_add(features->bounds_min, features->bounds_max), 0.5);
 }
 
+// How far from the middle must a camera stand that looks along -z of `axes`, so that every corner
+// of the bounds is inside a square picture with a little room, and none is at the camera itself?
+static double framing_distance_m(const struct bd_features *features,
+                                 const struct bd_placement *axes, double half_angle)
+{
+    const double room = 0.94;
+    double reach = room * tan(half_angle), distance = 0;
+    bd_dvec3 half = bd_dvec3_scale(bd_dvec3_sub(features->bounds_max, features->bounds_min), 0.5);
+    for (int corner = 0; corner < 8; corner++) {
+        bd_dvec3 p = {corner & 1 ? half.x : -half.x, corner & 2 ? half.y : -half.y,
+                      corner & 4 ? half.z : -half.z};
+        double aside =
+            fmax(fabs(bd_dvec3_dot(p, axes->axis_x)), fabs(bd_dvec3_dot(p, axes->axis_y)));
+        double wanted = fmax(aside / reach, 0.05 * features->diagonal_m);
+        distance = fmax(distance, bd_dvec3_dot(p, axes->axis_z) + wanted);
+    }
+    return distance > 0 ? distance : features->diagonal_m;
+}
+
 bool bd_derive_default_camera(struct bd_scene *scene)
 {
     if (scene->placed_camera_count > 0) return true;
     const double yfov = pi / 4;
-    double radius = 0.5 * scene->features.diagonal_m;
-    double distance = 1.02 * radius / sin(0.5 * yfov);
+    struct bd_placement placed = look_from((bd_dvec3){0, 0, 0}, (bd_dvec3){0.45, 0.35, 1});
+    double distance = framing_distance_m(&scene->features, &placed, 0.5 * yfov);
     struct bd_camera *cameras =
         appended(scene->cameras, scene->camera_count, sizeof *scene->cameras);
     if (!cameras) return false;
@@ -47,9 +66,8 @@ bool bd_derive_default_camera(struct bd_scene *scene)
                                                       .yfov = (float)yfov,
                                                       .near_m = (float)(0.01 * distance),
                                                       .far_m = INFINITY};
-    bd_dvec3 backwards = bd_dvec3_normalize((bd_dvec3){0.45, 0.35, 1}, (bd_dvec3){0, 0, 1});
-    struct bd_placement placed = look_from(
-        bd_dvec3_add(center_of(&scene->features), bd_dvec3_scale(backwards, distance)), backwards);
+    placed.position =
+        bd_dvec3_add(center_of(&scene->features), bd_dvec3_scale(placed.axis_z, distance));
     placed.object = (int32_t)scene->camera_count++;
     scene->placed_cameras[scene->placed_camera_count++] = placed;
     bd_scene_flag(scene, "default_camera");

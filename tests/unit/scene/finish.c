@@ -128,7 +128,7 @@ static void default_camera_frames_the_scene(void **state)
         widest = fmax(widest, fabs(bd_dvec3_dot(d, camera->axis_x)) / depth / half);
         widest = fmax(widest, fabs(bd_dvec3_dot(d, camera->axis_y)) / depth / half);
     }
-    assert_true(widest <= 1 && widest > 0.5);
+    assert_true(widest <= 1 && widest > 0.9);
     assert_int_equal(scene->placed_light_count, 2);
     assert_int_equal(scene->lights[scene->placed_lights[0].object].kind, BD_LIGHT_DIRECTIONAL);
     // The key light comes from above and from the camera's side.
