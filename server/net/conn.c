@@ -82,7 +82,7 @@ void bd_conn_read(struct bd_conn *conn, bool wanted)
     conn->reading = wanted;
     if (wanted) {
         bd_conn_touch(conn);
-        if (uv_read_start(&conn->uv.stream, on_alloc, on_read) < 0) bd_conn_kill(conn);
+        if (uv_read_start(&conn->uv.stream, on_alloc, on_read) < 0) conn->is_broken = true;
     } else {
         uv_read_stop(&conn->uv.stream);
     }
@@ -149,7 +149,7 @@ void bd_conn_write(struct bd_conn *conn, uint8_t *first, size_t first_bytes, uin
         free(first);
         free(second);
         free(request);
-        bd_conn_kill(conn);
+        conn->is_broken = true;
     }
 }
 
@@ -170,6 +170,10 @@ void bd_conn_finish(struct bd_conn *conn)
 
 void bd_conn_tick(struct bd_conn *conn)
 {
+    if (conn->is_broken) {
+        bd_conn_kill(conn);
+        return;
+    }
     uint64_t now_ns = bd_clock_ns();
     size_t unsent = bd_conn_unsent_bytes(conn);
     if (unsent != conn->unsent_bytes) {

@@ -57,6 +57,7 @@ struct bd_conn {
     bool reading;
     bool clock_runs; // what arrives does not count as a sign of life: a phase with a deadline
     bool is_shut;    // our side was shut down
+    bool is_broken;  // libuv refused: the next tick ends it, so that no caller's ground gives way
     uint64_t active_ns, finishing_ns;
     size_t unsent_bytes; // at the last look: progress is a change
     uint32_t writes;     // under way
