@@ -21,33 +21,19 @@ void bd_renderer_finish(struct bd_renderer *renderer)
 
 // --- lights ---------------------------------------------------------------------------------
 
-static bool shines(const struct bd_light *light)
-{
-    return light->intensity > 0 &&
-           fmax(light->color[0], fmax(light->color[1], light->color[2])) > 0;
-}
-
 static void set_up_lights(struct bd_frame *frame)
 {
     const struct bd_scene *scene = frame->snapshot;
     frame->lights = calloc(scene->placed_light_count + 1, sizeof *frame->lights);
     BD_ASSERT(frame->lights);
-    double total_flux_lm = 0;
     for (uint32_t i = 0; i < scene->placed_light_count; i++) {
-        if (!shines(&scene->lights[scene->placed_lights[i].object])) continue;
+        if (!bd_plan_light_shines(scene, i)) continue;
         struct bd_frame_light *light = &frame->lights[frame->light_count++];
         light->setup = bd_light_setup_of(scene, i);
-        total_flux_lm += light->setup.flux_lm;
-    }
-    for (uint32_t i = 0; i < frame->light_count && frame->plan->vpl_grid; i++) {
-        struct bd_frame_light *light = &frame->lights[i];
-        light->grid_side = bd_plan_grid_side(frame->plan, light->setup.flux_lm, total_flux_lm,
-                                             light->setup.face_count);
+        light->grid_side = bd_plan_grid_side(frame->plan, &light->setup);
         // A VPL needs at least one texel.
         uint32_t asked = frame->plan->params.rsm_size;
         light->rsm_size = asked > light->grid_side ? asked : light->grid_side;
-        frame->report->counts.vpls +=
-            (uint64_t)light->grid_side * light->grid_side * light->setup.face_count;
     }
 }
 

@@ -6,14 +6,38 @@
 
 #include "base/hash.h"
 
+bool bd_plan_light_shines(const struct bd_scene *scene, uint32_t placed_light)
+{
+    const struct bd_light *light = &scene->lights[scene->placed_lights[placed_light].object];
+    bool coloured = light->color[0] > 0 || light->color[1] > 0 || light->color[2] > 0;
+    return light->intensity > 0 && coloured;
+}
+
 static bool any_light_shines(const struct bd_scene *scene)
 {
-    for (uint32_t i = 0; i < scene->placed_light_count; i++) {
-        const struct bd_light *light = &scene->lights[scene->placed_lights[i].object];
-        bool coloured = light->color[0] > 0 || light->color[1] > 0 || light->color[2] > 0;
-        if (light->intensity > 0 && coloured) return true;
-    }
+    for (uint32_t i = 0; i < scene->placed_light_count; i++)
+        if (bd_plan_light_shines(scene, i)) return true;
     return false;
+}
+
+static uint64_t count_vpls(const struct bd_plan *plan, const struct bd_scene *scene)
+{
+    uint64_t count = 0;
+    for (uint32_t i = 0; i < scene->placed_light_count; i++) {
+        if (!bd_plan_light_shines(scene, i)) continue;
+        const struct bd_light_setup setup = bd_light_setup_of(scene, i);
+        uint64_t side = bd_plan_grid_side(plan, &setup);
+        count += side * side * setup.face_count;
+    }
+    return count;
+}
+
+static double total_flux_lm(const struct bd_scene *scene)
+{
+    double flux_lm = 0;
+    for (uint32_t i = 0; i < scene->placed_light_count; i++)
+        if (bd_plan_light_shines(scene, i)) flux_lm += bd_light_setup_of(scene, i).flux_lm;
+    return flux_lm;
 }
 
 // --- the report's share ---------------------------------------------------------------------
@@ -140,19 +164,20 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
     out->vpl_grid = out->indirect && (out->technique->inputs & BD_INPUT_VPL_GRID);
     out->glossy = out->indirect && !out->params.lambert && f->has_glossy;
     out->emission = f->has_emissive || f->has_unlit;
+    out->flux_lm = total_flux_lm(scene);
     describe_request(out, scene, request, report);
+    if (out->vpl_grid) report->counts.vpls = count_vpls(out, scene);
     list_passes(out, report);
     list_omitted(out, scene, report);
     flag_what_is_not_honoured(out, scene, report);
     return BD_ERR_OK;
 }
 
-uint32_t bd_plan_grid_side(const struct bd_plan *plan, double flux_lm, double total_flux_lm,
-                           uint32_t face_count)
+uint32_t bd_plan_grid_side(const struct bd_plan *plan, const struct bd_light_setup *light)
 {
     double vpls = plan->params.vpls;
-    if (plan->params.vpl_budget > 0 && total_flux_lm > 0)
-        vpls = plan->params.vpl_budget * flux_lm / total_flux_lm;
-    double side = round(sqrt(vpls / face_count));
+    if (plan->params.vpl_budget > 0 && plan->flux_lm > 0)
+        vpls = plan->params.vpl_budget * light->flux_lm / plan->flux_lm;
+    double side = round(sqrt(vpls / light->face_count));
     return side > 1 ? (uint32_t)side : 1;
 }

@@ -12,6 +12,7 @@
 #include "frame/request.h"
 #include "scene/scene.h"
 #include "technique/technique.h"
+#include "upload/light_setup.h"
 
 struct bd_plan {
     const struct bd_technique *technique;
@@ -22,6 +23,7 @@ struct bd_plan {
     bool vpl_grid;  // reflective shadow maps and VPLs for it
     bool glossy;    // receivers with a specular lobe worth its price
     bool emission;  // some surface emits or is unlit
+    double flux_lm; // of all lights
 };
 
 // Also fills the parts of `report` that are known now: request, parameters, planned passes, what
@@ -30,8 +32,10 @@ BD_MUST_CHECK
 enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_request *request,
                          struct bd_plan *out, struct bd_report *report, struct bd_fault *fault);
 
-// VPLs along one face's side for a light with `face_count` faces, after `vpl_budget`; at least 1.
-uint32_t bd_plan_grid_side(const struct bd_plan *plan, double flux_lm, double total_flux_lm,
-                           uint32_t face_count);
+// Whether a placed light has any power; one that has none costs no pass.
+bool bd_plan_light_shines(const struct bd_scene *scene, uint32_t placed_light);
+
+// VPLs along one face's side of a light, after `vpl_budget`; at least 1.
+uint32_t bd_plan_grid_side(const struct bd_plan *plan, const struct bd_light_setup *light);
 
 #endif
