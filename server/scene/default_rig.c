@@ -2,7 +2,8 @@
 // scene/README.md; a scene that gets them says `default_camera`, `default_lights`.
 //
 // Camera: from the front, a little right and above (glTF's front is +z), 45 degrees, at the
-// distance where the bounds just fit a square picture.
+// distance where the bounds just fit a square picture. From below or behind if that side shows
+// four times as much: a single-sided plane that looks down is invisible from above.
 //
 // Lights: a directional key light of 2.4 lx over the first camera's left shoulder, and a point
 // light at that camera. The key models the shapes; the point light is what still reaches the
@@ -52,11 +53,61 @@ static double framing_distance_m(const struct bd_features *features,
     return distance > 0 ? distance : features->diagonal_m;
 }
 
+// Twice the area of a primitive that a camera far away in `direction` can see, were nothing in the
+// way: a single-sided triangle shows its counter-clockwise side only.
+static double facing_area(const struct bd_primitive *primitive, const bd_dmat4 *world_from_mesh,
+                          bool double_sided, bd_dvec3 direction)
+{
+    double sign = bd_dmat4_determinant3(world_from_mesh) < 0 ? -1 : 1, area = 0;
+    for (uint32_t t = 0; t < primitive->index_count; t += 3) {
+        bd_dvec3 corner[3];
+        for (int k = 0; k < 3; k++) {
+            const float *p = primitive->position + 3 * (size_t)primitive->index[t + k];
+            corner[k] = bd_dmat4_point(world_from_mesh, (bd_dvec3){p[0], p[1], p[2]});
+        }
+        bd_dvec3 normal = bd_dvec3_cross(bd_dvec3_sub(corner[1], corner[0]),
+                                         bd_dvec3_sub(corner[2], corner[0]));
+        double facing = sign * bd_dvec3_dot(normal, direction);
+        area += double_sided ? fabs(facing) : fmax(facing, 0);
+    }
+    return area;
+}
+
+static double scene_facing_area(const struct bd_scene *scene, bd_dvec3 direction)
+{
+    double area = 0;
+    for (uint32_t i = 0; i < scene->instance_count; i++) {
+        const struct bd_instance *instance = &scene->instances[i];
+        const struct bd_mesh *mesh = scene->meshes[instance->mesh];
+        for (uint32_t p = 0; p < mesh->primitive_count; p++) {
+            const struct bd_primitive *primitive = &mesh->primitives[p];
+            area += facing_area(primitive, &instance->world_from_mesh,
+                                scene->materials[primitive->material].double_sided, direction);
+        }
+    }
+    return area;
+}
+
+// The first of the directions from which a quarter of what the best one shows can be seen.
+static bd_dvec3 showing_direction(const struct bd_scene *scene)
+{
+    const bd_dvec3 directions[] = {
+        {0.45, 0.35, 1}, {0.45, -0.35, 1}, {-0.45, 0.35, -1}, {-0.45, -0.35, -1}};
+    double areas[4], best = 0;
+    for (int d = 0; d < 4; d++) {
+        areas[d] = scene_facing_area(scene, directions[d]);
+        best = fmax(best, areas[d]);
+    }
+    for (int d = 0; d < 4; d++)
+        if (areas[d] >= 0.25 * best) return directions[d];
+    return directions[0];
+}
+
 bool bd_derive_default_camera(struct bd_scene *scene)
 {
     if (scene->placed_camera_count > 0) return true;
     const double yfov = pi / 4;
-    struct bd_placement placed = look_from((bd_dvec3){0, 0, 0}, (bd_dvec3){0.45, 0.35, 1});
+    struct bd_placement placed = look_from((bd_dvec3){0, 0, 0}, showing_direction(scene));
     double distance = framing_distance_m(&scene->features, &placed, 0.5 * yfov);
     struct bd_camera *cameras =
         appended(scene->cameras, scene->camera_count, sizeof *scene->cameras);

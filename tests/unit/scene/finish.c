@@ -108,6 +108,19 @@ static void collapsed_and_huge_instances_go(void **state)
     bd_scene_release(&scene);
 }
 
+// The single-sided triangle looks down and to the front; mirrored in z, down and to the back, where
+// a camera in front sees nothing of it.
+static void default_camera_stands_where_something_shows(void **state)
+{
+    (void)state;
+    struct bd_scene *scene = finished(SCENE("{'mesh':0}", "0"));
+    assert_true(scene->placed_cameras[0].position.z > 0);
+    bd_scene_release(&scene);
+    scene = finished(SCENE("{'mesh':0,'scale':[1,1,-1]}", "0"));
+    assert_true(scene->placed_cameras[0].position.z < 0);
+    bd_scene_release(&scene);
+}
+
 // Every corner of the bounds is inside a square picture, and the picture is not mostly empty.
 static void default_camera_frames_the_scene(void **state)
 {
@@ -176,6 +189,7 @@ int main(void)
         cmocka_unit_test(cameras_are_found_by_name),
         cmocka_unit_test(features_count_what_is_shown),
         cmocka_unit_test(collapsed_and_huge_instances_go),
+        cmocka_unit_test(default_camera_stands_where_something_shows),
         cmocka_unit_test(default_camera_frames_the_scene),
         cmocka_unit_test(aspects_are_unique_in_the_process),
         cmocka_unit_test(flags_stop_when_full),
