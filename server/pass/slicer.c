@@ -5,6 +5,9 @@
 #define SLICE_MS         20.0
 #define ROWS_MIN         8u
 #define LEARNING_MS_MIN  1.0 // shorter slices measure the clock, not the device
+// Part of a slice that must have been recorded to learn from it: a picture of one pixel keeps one
+// lane of the device busy and would teach that the device is that slow.
+#define LEARNING_SHARE_MIN 0.25
 // First guesses, on the slow side; the second slice of a device's life is already measured.
 #define SOFTWARE_UNITS_PER_MS 2e4
 #define HARDWARE_UNITS_PER_MS 1e7
@@ -39,7 +42,7 @@ uint32_t bd_slicer_rows(struct bd_slicer *slicer, double units_per_row, uint32_t
 
 static void learn(struct bd_slicer *slicer, double units, double ms)
 {
-    if (ms < LEARNING_MS_MIN || units <= 0) return;
+    if (ms < LEARNING_MS_MIN || units < LEARNING_SHARE_MIN * bd_slicer_units(slicer)) return;
     double measured = units / ms;
     // At most four times faster or slower a slice: one page fault must not set the pace.
     double low = slicer->units_per_ms * 0.25, high = slicer->units_per_ms * 4;

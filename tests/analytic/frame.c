@@ -256,6 +256,23 @@ static void black_surfaces_stay_black(void **state)
     world_free_layers(l);
 }
 
+// One pixel keeps one lane busy: what it takes says nothing about the device.
+static void tiny_pictures_do_not_teach_the_slicer(void **state)
+{
+    struct world *w = *state;
+    struct bd_image *l[BD_LAYER_COUNT];
+    make_room(w, 1, origin, 1);
+    world_render(w, "rsm", 0, 256, 256, 1, few_vpls, l);
+    world_free_layers(l);
+    double known = w->renderer.slicer.units_per_ms;
+    const char *many[] = {"vpls=24576", NULL};
+    for (uint32_t i = 0; i < 6; i++) {
+        world_render(w, "rsm", i % 2, 1, 1 + i, 1, many, l);
+        world_free_layers(l);
+    }
+    assert_true(w->renderer.slicer.units_per_ms >= 0.5 * known);
+}
+
 static void a_plan_renders_nothing(void **state)
 {
     struct world *w = *state;
@@ -316,6 +333,7 @@ int main(void)
         cmocka_unit_test(a_flat_floor_lights_itself_by_nothing),
         cmocka_unit_test(nothing_at_all_is_a_blank_frame),
         cmocka_unit_test(black_surfaces_stay_black),
+        cmocka_unit_test(tiny_pictures_do_not_teach_the_slicer),
         cmocka_unit_test(a_plan_renders_nothing),
         cmocka_unit_test(bad_requests_name_the_field),
     };
