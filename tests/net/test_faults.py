@@ -247,7 +247,9 @@ def test_memory_does_not_grow(start):
     ask_together(50, 1)
     ask_together(10, 15)
     growth = settled_rss_kib(daemon) - before
-    assert growth < 2048, f"{growth} KiB"
+    # The allocator's arenas settle within 3 MiB (2,400 requests: 10.6 MiB, then 11.8 to 13.6 up and
+    # down); one lost picture of 64x64 a request would be 24 MiB.
+    assert growth < 4096, f"{growth} KiB"
     assert daemon.open_files() <= files
     assert stats(daemon)["jobs_done"] >= 450
 
