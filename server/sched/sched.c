@@ -13,8 +13,10 @@
 #include "sched/queue.h"
 
 #define GPU_MEMORY_UNKNOWN_MIB 2048
-// Share of the memory limit that may hold outputs for frames to come.
-#define MEMO_SHARE 0.6
+// Share of the memory limit that may hold outputs for frames to come; and no more than so much of a
+// software device's, which is the host's own memory and shows as the daemon's.
+#define MEMO_SHARE        0.6
+#define MEMO_SOFTWARE_MIB 512
 
 struct bd_sched {
     struct bd_sched_options options;
@@ -46,6 +48,13 @@ static uint64_t memory_limit_bytes(uint32_t limit_mib, const struct bd_gpu_caps 
     return (uint64_t)GPU_MEMORY_UNKNOWN_MIB << 20;
 }
 
+static uint64_t memo_budget_bytes(uint64_t limit_bytes, bool software)
+{
+    uint64_t share = (uint64_t)((double)limit_bytes * MEMO_SHARE);
+    const uint64_t software_max = (uint64_t)MEMO_SOFTWARE_MIB << 20;
+    return software && share > software_max ? software_max : share;
+}
+
 static enum bd_err open_device(struct bd_sched *sched, uint32_t lose_after, struct bd_fault *fault)
 {
     const struct bd_gpu_options options = {
@@ -58,7 +67,7 @@ static enum bd_err open_device(struct bd_sched *sched, uint32_t lose_after, stru
     const struct bd_gpu_caps *caps = bd_gpu_caps(sched->gpu);
     uint64_t limit = memory_limit_bytes(sched->options.gpu_memory_mib, caps);
     bd_gpu_set_memory_limit(sched->gpu, limit);
-    bd_renderer_init(&sched->renderer, sched->gpu, (uint64_t)((double)limit * MEMO_SHARE));
+    bd_renderer_init(&sched->renderer, sched->gpu, memo_budget_bytes(limit, caps->software));
     pthread_mutex_lock(&sched->lock);
     snprintf(sched->stats.device_name, sizeof sched->stats.device_name, "%s", caps->name);
     snprintf(sched->stats.device_class, sizeof sched->stats.device_class, "%s",
