@@ -40,11 +40,12 @@ float quad_form_factor(vec3 centre, vec3 u, vec3 v, vec3 n)
         vec3 a = corners[k], b = corners[(k + 1) & 3];
         float height_a = dot(a, n), height_b = dot(b, n);
         if (height_a <= 0.0 && height_b <= 0.0) continue;
-        if (height_b < 0.0) {
+        // A corner on the horizon ends the part above as a crossing does.
+        if (height_b <= 0.0) {
             b = mix(a, b, height_a / (height_a - height_b));
             down = b;
             crosses = true;
-        } else if (height_a < 0.0) {
+        } else if (height_a <= 0.0) {
             a = mix(a, b, height_a / (height_a - height_b));
             up = a;
             crosses = true;
