@@ -24,10 +24,26 @@ layout(binding = 1, rgba32f) uniform image2D glossy;
 // Squared distances below this are a receiver on the VPL itself (render space is about 1 wide).
 const float COINCIDENT_SQUARED = 1e-12;
 // A receiver in the VPL's own plane gets nothing from it, and the patch's form factor has no value
-// there. So that rounding cannot lift it out of the plane (hazard 3): the sine must be above what
+// there; nor does a VPL in the receiver's plane give it anything, however its shading normal leans.
+// So that rounding cannot lift one out of the other's plane (hazard 3): the sine must be above what
 // a normal loses in the G-buffer (3e-5), the height above what a position does.
 const float COPLANAR_SQUARED = 4e-8;
 const float COPLANAR_HEIGHT = 1e-5;
+
+bool is_above(float height, float r2)
+{
+    return height > COPLANAR_HEIGHT && height * height > COPLANAR_SQUARED * r2;
+}
+
+// Some of a patch may be above a surface that its centre is not above.
+bool patch_is_above(uint index, vec3 to_vpl, vec3 normal_geometric, float r2)
+{
+    vec3 u = BD_LOAD(vpl_quads, index * BD_VPL_QUAD_VEC4S).xyz;
+    vec3 v = BD_LOAD(vpl_quads, index * BD_VPL_QUAD_VEC4S + 1u).xyz;
+    float highest = dot(to_vpl, normal_geometric) + abs(dot(u, normal_geometric)) +
+                    abs(dot(v, normal_geometric));
+    return is_above(highest, r2);
+}
 
 float patch_kernel(uint index, vec3 to_vpl, vec3 n)
 {
@@ -75,9 +91,9 @@ void gather_block(inout sums s, receiver r, vec3 viewer, uint begin, uint end)
         float vpl_dot = -dot(normal.xyz, to_vpl);
         float receiver_dot = dot(r.normal, to_vpl);
         float side = dot(r.normal_geometric, to_vpl);
-        bool faces = vpl_dot > COPLANAR_HEIGHT && vpl_dot * vpl_dot > COPLANAR_SQUARED * r2;
+        bool faces = is_above(vpl_dot, r2);
         float kernel = 0.0;
-        if (faces && receiver_dot > 0.0 && side > 0.0 && r2 > COINCIDENT_SQUARED)
+        if (faces && receiver_dot > 0.0 && is_above(side, r2) && r2 > COINCIDENT_SQUARED)
             kernel = disk_kernel(receiver_dot, vpl_dot, r2, at.w);
 #ifdef BD_VPL_PATCH
         if (faces && r2 < normal.w) {
@@ -92,8 +108,10 @@ void gather_block(inout sums s, receiver r, vec3 viewer, uint begin, uint end)
         uint index = begin + uint(findLSB(near));
         near &= near - 1u;
         vec3 to_vpl = BD_LOAD(vpls, index * BD_VPL_VEC4S).xyz - r.position;
+        float r2 = dot(to_vpl, to_vpl);
+        if (!patch_is_above(index, to_vpl, r.normal_geometric, r2)) continue;
         vec3 flux = BD_LOAD(vpls, index * BD_VPL_VEC4S + 2u).rgb;
-        add(s, r, viewer, to_vpl, dot(to_vpl, to_vpl), flux * patch_kernel(index, to_vpl, r.normal));
+        add(s, r, viewer, to_vpl, r2, flux * patch_kernel(index, to_vpl, r.normal));
     }
 #endif
 }

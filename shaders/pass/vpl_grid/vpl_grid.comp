@@ -21,7 +21,7 @@ layout(std430, binding = BD_STORAGE_VPL_QUADS) writeonly buffer quad_block { vec
 const float COS_IN_MIN = 0.05; // a texel at grazing light is not infinitely large (hazard 6)
 
 struct texel {
-    vec3 position, normal, flux_out;
+    vec3 position, normal, normal_geometric, flux_out;
     float flux_in, area;
     bool valid;
 };
@@ -40,6 +40,7 @@ texel load_texel(ivec2 at)
     t.position = position.xyz;
     uvec2 normals = texelFetch(rsm_normal, ivec3(at, face), 0).xy;
     t.normal = unpack_normal(normals.x);
+    t.normal_geometric = unpack_normal(normals.y);
     vec2 weight = texelFetch(rsm_weight, ivec3(at, args.grid.z != 0u ? 0u : face), 0).xy;
     vec3 from_light = t.position - light.position.xyz;
     float r2 = directional() ? 1.0 : dot(from_light, from_light);
@@ -48,7 +49,7 @@ texel load_texel(ivec2 at)
     vec3 flux = light.intensity.xyz * (weight.x * window);
     t.flux_in = t.valid ? max(flux.r, max(flux.g, flux.b)) : 0.0;
     t.flux_out = t.valid ? flux * texelFetch(rsm_albedo, ivec3(at, face), 0).rgb : vec3(0.0);
-    t.area = weight.y * r2 / max(-dot(unpack_normal(normals.y), incoming), COS_IN_MIN);
+    t.area = weight.y * r2 / max(-dot(t.normal_geometric, incoming), COS_IN_MIN);
     return t;
 }
 
@@ -87,7 +88,7 @@ bool on_same_surface(texel a, texel b)
 {
     vec3 d = b.position - a.position;
     float reach = length(d);
-    return dot(a.normal, b.normal) > 0.9 && abs(dot(a.normal, d)) <= 0.1 * reach + 1e-6;
+    return dot(a.normal, b.normal) > 0.9 && abs(dot(a.normal_geometric, d)) <= 0.1 * reach + 1e-6;
 }
 
 // Where the light's ray through a point of the face meets the patch's plane, from its centre.
@@ -148,7 +149,8 @@ void main()
         store(index, vec3(0.0), 0.0, vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
         return;
     }
-    vec3 position = vec3(0.0), normal = vec3(0.0), flux = vec3(0.0);
+    vec3 position = vec3(0.0), flux = vec3(0.0);
+    vec3 normal = vec3(0.0), normal_geometric = vec3(0.0);
     float weight = 0.0, area = 0.0;
     for (int y = begin.y; y < end.y; y++) {
         for (int x = begin.x; x < end.x; x++) {
@@ -158,15 +160,18 @@ void main()
             // Relative to the representative: sums of nearby positions keep their low bits.
             position += (t.position - representative.position) * t.flux_in;
             normal += t.normal * t.flux_in;
+            normal_geometric += t.normal_geometric * t.flux_in;
             weight += t.flux_in;
             area += t.area;
         }
     }
     normal = normalize(normal);
-    // The mean of points on a curved surface lies behind it: only its lateral part counts.
+    normal_geometric = normalize(normal_geometric);
+    // The mean of points on a curved surface lies behind it: only its lateral part counts. By the
+    // surface's own normal: a bent one would lift the VPL off it, to light what it lies on.
     vec3 offset = position / weight;
-    position = representative.position + offset - normal * dot(normal, offset);
+    position = representative.position + offset - normal_geometric * dot(normal_geometric, offset);
     vec3 u, v;
-    patch_sides(begin, end, position, normal, area, u, v);
+    patch_sides(begin, end, position, normal_geometric, area, u, v);
     store(index, position, area, normal, flux, u, v);
 }
