@@ -24,13 +24,14 @@ vec3 span_to_light(vec3 position, out vec3 irradiance)
     return span;
 }
 
-// Off the surface, on the light's side, by what 32 bits can tell apart at this place.
+// Off the surface by what 32 bits can tell apart at this place; and towards the light by the error
+// of the position itself, which in a corner may lie behind the other wall. `to_light` is unit and
+// above the surface.
 vec3 shadow_origin(receiver r, vec3 to_light)
 {
-    float side = dot(r.normal_geometric, to_light) < 0.0 ? -1.0 : 1.0;
     vec3 magnitude = abs(r.position) + abs(r.relative_position);
-    float step = 4e-6 * max(magnitude.x, max(magnitude.y, magnitude.z));
-    return r.position + r.normal_geometric * (side * step);
+    float largest = max(magnitude.x, max(magnitude.y, magnitude.z));
+    return r.position + (4e-6 * r.normal_geometric + 1e-6 * to_light) * largest;
 }
 
 vec3 light_radiance(receiver r, ivec2 pixel)
