@@ -1,0 +1,400 @@
+// Input that breaks renderers, each with a known answer: hazards 2, 9, 22, 23, 24, 25, 27, 29, 37,
+// 59 and 61 of algorithms.md.
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "world.h"
+
+#define SIDE 65 // odd: one pixel is the centre
+
+static const double down[3] = {0, -1, 0}, up[3] = {0, 1, 0}, origin[3] = {0, 0, 0};
+static const char *const lambert[] = {"brdf=lambert", NULL};
+
+static int open_world(void **state)
+{
+    *state = world_create();
+    return 0;
+}
+
+static int close_world(void **state)
+{
+    world_destroy((struct world **)state);
+    return 0;
+}
+
+static void add_floor(struct world *w, int32_t material, double half, double height)
+{
+    const double corners[4][3] = {
+        {-half, height, half}, {half, height, half}, {half, height, -half}, {-half, height, -half}};
+    world_add_quad(w, material, corners, 1);
+}
+
+// One layer of a square picture of `side` pixels; the caller destroys it.
+static struct bd_image *picture(struct world *w, const char *technique, uint32_t camera,
+                                uint32_t side, enum bd_layer layer, const char *const *settings)
+{
+    struct bd_image *layers[BD_LAYER_COUNT];
+    world_render(w, technique, camera, side, side, 1u << layer, settings, layers);
+    struct bd_image *image = layers[layer];
+    layers[layer] = NULL;
+    world_free_layers(layers);
+    return image;
+}
+
+static double red(const struct bd_image *image, uint32_t i)
+{
+    return image->pixels[(size_t)i * image->channel_count];
+}
+
+// --- 2: a receiver on a VPL -------------------------------------------------------------------
+
+// A floor and a ramp through each other: the middle column of VPLs stands on their common line, the
+// middle column of pixels sees it. With the exact kernel E there is rho E_d times the form factor
+// of the other plane, (1 - cos of the angle between them) / 2, and less everywhere else; the disk
+// keeps E below the radiosity of what sends it.
+static void receivers_on_vpls_stay_finite(void **state)
+{
+    struct world *w = *state;
+    world_clear(w);
+    int32_t grey = world_add_material(w, 0.5f);
+    add_floor(w, grey, 1, 0);
+    const double ramp[4][3] = {{-1, -.4, 1}, {1, .4, 1}, {1, .4, -1}, {-1, -.4, -1}};
+    world_add_quad(w, grey, ramp, 1);
+    const double lamp[3] = {0, 1, 0}, eye[3] = {0, 2, 0};
+    world_add_light(w, BD_LIGHT_POINT, lamp, down, 1);
+    world_add_camera(w, eye, origin, 0.9);
+    const char *const kernels[] = {"vpl_kernel=point", "vpl_kernel=disk", "vpl_kernel=patch"};
+    for (int k = 0; k < 3; k++) {
+        const char *settings[] = {"brdf=lambert", "vpls=1350", "rsm_size=255", kernels[k], NULL};
+        struct bd_image *image = picture(w, "rsm", 0, SIDE, BD_LAYER_INDIRECT, settings);
+        double most = 0;
+        for (uint32_t i = 0; i < SIDE * SIDE; i++) {
+            assert_true(isfinite(red(image, i)));
+            most = fmax(most, red(image, i) * M_PI / 0.5);
+        }
+        bd_image_destroy(&image);
+        const double exact = 0.5 * (1 - 1 / sqrt(1 + .4 * .4)) / 2;
+        const double limits[3] = {INFINITY, 0.5, 1.2 * exact};
+        print_message("    %s: most E %.4f, exact %.4f\n", kernels[k], most, exact);
+        assert_true(most > 0.5 * exact && most <= limits[k]);
+    }
+}
+
+// --- 9: two lights far apart in power ---------------------------------------------------------
+
+// A wall parts the floor: one half is lit by 1e9 cd, the other by 1e-6 cd.
+static void a_strong_light_drowns_no_weak_one(void **state)
+{
+    struct world *w = *state;
+    double weak_alone = 0;
+    for (int with_strong = 0; with_strong < 2; with_strong++) {
+        world_clear(w);
+        int32_t grey = world_add_material(w, 0.5f);
+        add_floor(w, grey, 4, 0);
+        const double wall[4][3] = {{0, -1, 5}, {0, -1, -5}, {0, 9, -5}, {0, 9, 5}};
+        world_add_quad(w, grey, wall, 1);
+        const double left[3] = {-1, 1, 0}, right[3] = {1, 1, 0};
+        const double left_floor[3] = {-1.5, 0, 0}, right_floor[3] = {1.5, 0, 0};
+        world_add_light(w, BD_LIGHT_POINT, left, down, 1e-6f);
+        if (with_strong) world_add_light(w, BD_LIGHT_POINT, right, down, 1e9f);
+        world_add_probe(w, left_floor, up, 1e-3);
+        world_add_probe(w, right_floor, up, 1e-3);
+        double weak = world_probe(w, "direct", 0, BD_LAYER_DIRECT, lambert);
+        double strong = world_probe(w, "direct", 1, BD_LAYER_DIRECT, lambert);
+        double cosine = 1 / sqrt(1.25), expected = 0.5 / M_PI * cosine / 1.25;
+        ASSERT_REL(weak, 1e-6 * expected, 1e-4); // what a normal loses in the G-buffer
+        if (with_strong) {
+            ASSERT_REL(weak, weak_alone, 1e-6);
+            ASSERT_REL(strong, 1e9 * expected, 1e-4);
+        }
+        weak_alone = weak;
+    }
+}
+
+// --- 22: light from behind --------------------------------------------------------------------
+
+static void a_quad_lit_from_behind_is_black(void **state)
+{
+    struct world *w = *state;
+    for (int double_sided = 0; double_sided < 2; double_sided++) {
+        world_clear(w);
+        int32_t grey = world_add_material(w, 0.5f);
+        w->scene->materials[grey].double_sided = double_sided;
+        add_floor(w, grey, 1, 0);
+        const double below[3] = {.2, -.5, .1}, eye[3] = {.3, 1.5, .8};
+        world_add_light(w, BD_LIGHT_POINT, below, up, 1);
+        world_add_light(w, BD_LIGHT_DIRECTIONAL, origin, up, 1);
+        world_add_camera(w, eye, origin, 1.2);
+        const char *settings[] = {"vpls=384", NULL};
+        struct bd_image *image = picture(w, "rsm", 0, SIDE, BD_LAYER_BEAUTY, settings);
+        for (uint32_t i = 0; i < SIDE * SIDE; i++) assert_true(red(image, i) == 0);
+        bd_image_destroy(&image);
+    }
+}
+
+// --- 23: a light inside a closed box ----------------------------------------------------------
+
+static void a_closed_box_leaks_nothing(void **state)
+{
+    struct world *w = *state;
+    const double lamps[][3] = {{0, 1, 0}, {.39, 1.39, .39}, {-.2, .61, .1}, {.399, 1, 0}};
+    for (size_t k = 0; k < sizeof lamps / sizeof lamps[0]; k++) {
+        world_clear(w);
+        int32_t grey = world_add_material(w, 0.5f), black = world_add_material(w, 0);
+        const double centre[3] = {0, 1, 0}, eye[3] = {3, 3, 4};
+        world_add_box_room(w, black, centre, 0.4);
+        add_floor(w, grey, 6, 0);
+        world_add_light(w, BD_LIGHT_POINT, lamps[k], down, 1);
+        world_add_camera(w, eye, origin, 1.3);
+        struct bd_image *image = picture(w, "direct", 0, 2 * SIDE, BD_LAYER_BEAUTY, lambert);
+        // The camera looks into the box through its single-sided walls, but it is black inside.
+        for (uint32_t i = 0; i < 4 * SIDE * SIDE; i++) assert_true(red(image, i) == 0);
+        bd_image_destroy(&image);
+    }
+}
+
+// --- 24: a light on a surface -----------------------------------------------------------------
+
+// All that goes down lands under the lamp: the floor there is a point source of rho Phi / 2.
+static void a_light_on_the_floor_lights_the_ceiling(void **state)
+{
+    struct world *w = *state;
+    const double heights[] = {1e-2, 1e-3, 1e-4};
+    for (int k = 0; k < 3; k++) {
+        world_clear(w);
+        int32_t grey = world_add_material(w, 0.5f);
+        add_floor(w, grey, 3, 0);
+        const double ceiling[4][3] = {{-.1, 1, -.1}, {.1, 1, -.1}, {.1, 1, .1}, {-.1, 1, .1}};
+        world_add_quad(w, grey, ceiling, 1);
+        const double lamp[3] = {0, heights[k], 0}, above[3] = {0, 1, 0};
+        world_add_light(w, BD_LIGHT_POINT, lamp, down, 1);
+        world_add_probe(w, above, down, 1e-3);
+        const char *settings[] = {"brdf=lambert", "vpls=24576", NULL};
+        double e = world_probe(w, "rsm", 0, BD_LAYER_INDIRECT, settings) * M_PI / 0.5;
+        // rho Phi M / (4 pi H^2) with Phi = 4 pi, and M = 2 at the limit.
+        double tolerance = 0.01 + 4 * heights[k];
+        ASSERT_REL(e, 0.5 * 2, tolerance);
+    }
+}
+
+// --- 25: a camera in a wall -------------------------------------------------------------------
+
+static void a_camera_in_a_wall_sees_something_finite(void **state)
+{
+    struct world *w = *state;
+    world_clear(w);
+    int32_t grey = world_add_material(w, 0.5f);
+    world_add_box_room(w, grey, origin, 1);
+    const double lamp[3] = {0, .5, 0}, in_wall[3] = {1, 0, 0}, along[3] = {1, 1, 0};
+    const double out[3] = {2, 0, 0};
+    world_add_light(w, BD_LIGHT_POINT, lamp, down, 1);
+    world_add_camera(w, in_wall, along, 1.2); // in the wall's plane, along it
+    world_add_camera(w, in_wall, out, 1.2);   // away from the room
+    world_add_camera(w, in_wall, origin, 1.2);
+    for (uint32_t c = 0; c < 3; c++) {
+        const char *settings[] = {"vpls=384", NULL};
+        struct bd_image *image = picture(w, "rsm", c, SIDE, BD_LAYER_BEAUTY, settings);
+        for (uint32_t i = 0; i < 4 * SIDE * SIDE; i++) assert_true(isfinite(image->pixels[i]));
+        assert_true(c != 2 || red(image, SIDE * SIDE / 2) > 0);
+        assert_true(c != 1 || red(image, SIDE * SIDE / 2) == 0);
+        bd_image_destroy(&image);
+    }
+}
+
+// --- 27: the smallest picture -----------------------------------------------------------------
+
+static void one_pixel_is_the_centre_of_many(void **state)
+{
+    struct world *w = *state;
+    world_clear(w);
+    int32_t grey = world_add_material(w, 0.5f);
+    world_add_box_room(w, grey, origin, 1);
+    const double lamp[3] = {.3, .5, .2}, eye[3] = {.7, .4, .9}, at[3] = {-.3, -.5, .1};
+    world_add_light(w, BD_LIGHT_POINT, lamp, down, 1);
+    world_add_camera(w, eye, at, 1.0);
+    const char *settings[] = {"vpls=384", NULL};
+    struct bd_image *one = picture(w, "rsm", 0, 1, BD_LAYER_BEAUTY, settings);
+    struct bd_image *many = picture(w, "rsm", 0, SIDE, BD_LAYER_BEAUTY, settings);
+    ASSERT_REL(red(one, 0), red(many, SIDE * SIDE / 2), 1e-5);
+    bd_image_destroy(&one);
+    bd_image_destroy(&many);
+}
+
+// --- 29: near and far -------------------------------------------------------------------------
+
+static void depth_holds_over_seven_orders(void **state)
+{
+    struct world *w = *state;
+    world_clear(w);
+    int32_t grey = world_add_material(w, 0.5f);
+    const double distances[2] = {1, 1e7};
+    for (int k = 0; k < 2; k++) {
+        double z = -distances[k], from = k ? -2e7 : 0, to = k ? 2e7 : 2;
+        const double plane[4][3] = {{from, -to, z}, {to, -to, z}, {to, to, z}, {from, to, z}};
+        world_add_quad(w, grey, plane, 1);
+    }
+    const double ahead[3] = {0, 0, -1};
+    world_add_camera(w, origin, ahead, 1.0);
+    w->scene->cameras[0].near_m = 0.5f;
+    struct bd_image *depth = picture(w, "direct", 0, 8, BD_LAYER_DEPTH, lambert);
+    for (uint32_t i = 0; i < 64; i++) {
+        double expected = distances[i % 8 < 4];
+        assert_true(fabs(red(depth, i) / expected - 1) <= 1e-6);
+    }
+    bd_image_destroy(&depth);
+}
+
+// --- 37: no acne ------------------------------------------------------------------------------
+
+static void a_lit_plane_has_no_dark_pixel(void **state)
+{
+    struct world *w = *state;
+    const double scales[] = {1e-4, 1, 1e6};
+    for (int k = 0; k < 3; k++) {
+        double s = scales[k];
+        world_clear(w);
+        int32_t grey = world_add_material(w, 0.5f);
+        const double plane[4][3] = {
+            {-s, .1 * s, s}, {s, -.2 * s, s}, {s, .13 * s, -s}, {-s, .43 * s, -s}};
+        world_add_quad(w, grey, plane, 7);
+        const double lamp[3] = {.1 * s, .9 * s, .2 * s}, eye[3] = {.3 * s, 2 * s, .4 * s};
+        const double sun[3] = {.7, -1, .3};
+        world_add_light(w, BD_LIGHT_POINT, lamp, down, (float)(s * s));
+        world_add_light(w, BD_LIGHT_DIRECTIONAL, origin, sun, 1);
+        world_add_camera(w, eye, origin, 0.6);
+        w->scene->cameras[0].near_m = (float)(1e-3 * s);
+        for (int only = 0; only < 2; only++) {
+            w->scene->lights[only].intensity = 0;
+            struct bd_image *image = picture(w, "direct", 0, 2 * SIDE, BD_LAYER_DIRECT, lambert);
+            for (uint32_t i = 0; i < 4 * SIDE * SIDE; i++) assert_true(red(image, i) > 0);
+            bd_image_destroy(&image);
+            w->scene->lights[only].intensity = only ? 1 : (float)(s * s);
+        }
+    }
+}
+
+// Where the cosine is over 0.2; the sun makes L = 1 of cosine 1.
+static void a_lit_sphere_has_no_dark_pixel(void **state)
+{
+    struct world *w = *state;
+    const double directions[][3] = {{0, 0, -1}, {.6, -.3, -1}};
+    for (int k = 0; k < 2; k++) {
+        world_clear(w);
+        int32_t grey = world_add_material(w, 0.5f);
+        w->scene->materials[grey].double_sided = true; // it is a room seen from outside
+        world_add_sphere_room(w, grey, 1, 6);          // 81,920 triangles
+        const double eye[3] = {0, 0, 4};
+        world_add_light(w, BD_LIGHT_DIRECTIONAL, origin, directions[k], (float)(M_PI / 0.5));
+        world_add_camera(w, eye, origin, 0.5);
+        struct bd_image *layers[BD_LAYER_COUNT];
+        world_render(w, "direct", 0, 257, 257, 1u << BD_LAYER_DIRECT | 1u << BD_LAYER_NORMAL,
+                     lambert, layers);
+        const double *d = directions[k];
+        double length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]), worst = 0;
+        for (uint32_t i = 0; i < 257 * 257; i++) {
+            const float *n = layers[BD_LAYER_NORMAL]->pixels + 3 * i;
+            double cosine = -(n[0] * d[0] + n[1] * d[1] + n[2] * d[2]) / length;
+            if (cosine < 0.2) continue;
+            worst = fmax(worst, fabs(red(layers[BD_LAYER_DIRECT], i) - cosine));
+        }
+        print_message("    sun %d: worst |L - cos| %.2e\n", k, worst);
+        assert_true(worst <= 1e-4);
+        world_free_layers(layers);
+    }
+}
+
+// --- 59: edges on the seams of a light's faces ------------------------------------------------
+
+// From the centre of a cube the edges of the room are the edges between the light's faces.
+static void a_cube_room_shows_no_seam(void **state)
+{
+    struct world *w = *state;
+    world_clear(w);
+    int32_t grey = world_add_material(w, 0.5f);
+    world_add_box_room(w, grey, origin, 1);
+    const double ahead[3] = {0, 0, -1};
+    world_add_light(w, BD_LIGHT_POINT, origin, ahead, 1);
+    const double eyes[3][3] = {{.2, .1, .3}, {-.4, .6, .1}, {.5, -.3, -.6}};
+    const double corners[3][3] = {{1, 1, 1}, {-1, -1, 1}, {1, -1, -1}};
+    for (int c = 0; c < 3; c++) world_add_camera(w, eyes[c], corners[c], 1.6);
+    for (uint32_t c = 0; c < 3; c++) {
+        struct bd_image *layers[BD_LAYER_COUNT];
+        world_render(w, "direct", c, 257, 257, 1u << BD_LAYER_DIRECT | 1u << BD_LAYER_NORMAL,
+                     lambert, layers);
+        // On every wall E = 1 / (1 + u^2 + v^2)^1.5: from 1 down to 1 / 3^1.5 in the corners.
+        for (uint32_t i = 0; i < 257 * 257; i++) {
+            double e = red(layers[BD_LAYER_DIRECT], i) * M_PI / 0.5;
+            assert_true(e >= 0.999 * pow(3, -1.5) && e <= 1.001);
+        }
+        world_free_layers(layers);
+    }
+}
+
+// --- 61: shading normals off the surface ------------------------------------------------------
+
+// A floor in one plane whose shading normals lean this way and that lights no part of itself.
+static void a_bumpy_floor_lights_itself_by_nothing(void **state)
+{
+    struct world *w = *state;
+    world_clear(w);
+    int32_t grey = world_add_material(w, 0.8f);
+    enum { CELLS = 16, POINTS = CELLS + 1 };
+    static float positions[3 * POINTS * POINTS], normals[3 * POINTS * POINTS];
+    static uint32_t indices[6 * CELLS * CELLS];
+    for (int i = 0; i < POINTS * POINTS; i++) {
+        double x = 2.0 * (i % POINTS) / CELLS - 1, z = 1 - 2.0 * (i / POINTS) / CELLS;
+        // The plane y = 0.3 x + 0.1 z; normals up to 25 degrees off its own.
+        double n[3] = {-.3 + .45 * sin(2.1 * i), 1, -.1 + .45 * cos(3.7 * i)};
+        double length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+        positions[3 * i] = (float)x;
+        positions[3 * i + 1] = (float)(0.3 * x + 0.1 * z);
+        positions[3 * i + 2] = (float)z;
+        for (int a = 0; a < 3; a++) normals[3 * i + a] = (float)(n[a] / length);
+    }
+    for (uint32_t c = 0; c < CELLS * CELLS; c++) {
+        uint32_t a = c / CELLS * POINTS + c % CELLS;
+        const uint32_t quad[6] = {a, a + 1, a + POINTS + 1, a, a + POINTS + 1, a + POINTS};
+        memcpy(indices + 6 * c, quad, sizeof quad);
+    }
+    world_add_mesh(w, grey, positions, normals, POINTS * POINTS, indices, 6 * CELLS * CELLS);
+    const double lamp[3] = {.3, 1.2, .1}, eye[3] = {.4, 1.6, 1};
+    world_add_light(w, BD_LIGHT_POINT, lamp, down, 2);
+    world_add_camera(w, eye, origin, 0.8);
+    for (int k = 0; k < 2; k++) {
+        const char *settings[] = {"vpls=1536", k ? "vpl_kernel=patch" : "vpl_kernel=disk", NULL};
+        struct bd_image *image = picture(w, "rsm", 0, 2 * SIDE, BD_LAYER_INDIRECT, settings);
+        double most = 0;
+        for (uint32_t i = 0; i < 4 * SIDE * SIDE; i++) most = fmax(most, red(image, i));
+        print_message("    %s: most %.3g\n", settings[1], most);
+        bd_image_destroy(&image);
+        assert_true(most == 0);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(receivers_on_vpls_stay_finite),
+        cmocka_unit_test(a_strong_light_drowns_no_weak_one),
+        cmocka_unit_test(a_quad_lit_from_behind_is_black),
+        cmocka_unit_test(a_closed_box_leaks_nothing),
+        cmocka_unit_test(a_light_on_the_floor_lights_the_ceiling),
+        cmocka_unit_test(a_camera_in_a_wall_sees_something_finite),
+        cmocka_unit_test(one_pixel_is_the_centre_of_many),
+        cmocka_unit_test(depth_holds_over_seven_orders),
+        cmocka_unit_test(a_lit_plane_has_no_dark_pixel),
+        cmocka_unit_test(a_lit_sphere_has_no_dark_pixel),
+        cmocka_unit_test(a_cube_room_shows_no_seam),
+        cmocka_unit_test(a_bumpy_floor_lights_itself_by_nothing),
+    };
+    return cmocka_run_group_tests(tests, open_world, close_world);
+}
