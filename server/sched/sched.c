@@ -70,8 +70,7 @@ static enum bd_err open_device(struct bd_sched *sched, uint32_t lose_after, stru
     bd_renderer_init(&sched->renderer, sched->gpu, memo_budget_bytes(limit, caps->software));
     pthread_mutex_lock(&sched->lock);
     snprintf(sched->stats.device_name, sizeof sched->stats.device_name, "%s", caps->name);
-    snprintf(sched->stats.device_class, sizeof sched->stats.device_class, "%s",
-             caps->device_class);
+    snprintf(sched->stats.device_class, sizeof sched->stats.device_class, "%s", caps->device_class);
     sched->stats.software = caps->software;
     sched->stats.device_ok = true;
     sched->stats.gpu_memory_limit_mib = (double)(limit >> 20);
@@ -86,15 +85,23 @@ static void close_device(struct bd_sched *sched)
     bd_gpu_destroy(&sched->gpu);
 }
 
-static enum bd_err reopen_device(struct bd_sched *sched, struct bd_fault *fault)
+// What stuck to a device stays: out of memory in the middle of a pass or a refused call, as well as
+// a loss, would fail every frame to come.
+static bool is_spoilt(const struct bd_sched *sched)
 {
-    bd_log(BD_LOG_WARN, "sched", "the device was lost; building it anew from the snapshots");
+    return sched->gpu && bd_gpu_status(sched->gpu) != BD_ERR_OK;
+}
+
+static void drop_device(struct bd_sched *sched)
+{
+    enum bd_err why = bd_gpu_status(sched->gpu);
+    bd_log(BD_LOG_WARN, "sched", "the device has failed (%s); building it anew from the snapshots",
+           bd_err_name(why));
     pthread_mutex_lock(&sched->lock);
     sched->stats.device_ok = false;
-    sched->stats.device_losses++;
+    sched->stats.device_losses += why == BD_ERR_DEVICE_LOST;
     pthread_mutex_unlock(&sched->lock);
     close_device(sched);
-    return open_device(sched, 0, fault);
 }
 
 // --- one job, on the render thread ----------------------------------------------------------
@@ -125,24 +132,39 @@ static void describe_failure(struct bd_job *job, enum bd_err err)
 
 static void run_job(struct bd_sched *sched, struct bd_job *job)
 {
-    enum bd_err err = sched->gpu ? BD_ERR_OK : reopen_device(sched, &job->result.fault);
-    if (!err) err = render(sched, job);
-    if (err == BD_ERR_DEVICE_LOST) {
-        err = reopen_device(sched, &job->result.fault);
+    enum bd_err err = BD_ERR_OK;
+    for (int attempt = 0; attempt < 2; attempt++) {
+        err = sched->gpu ? BD_ERR_OK : open_device(sched, 0, &job->result.fault);
         if (!err) err = render(sched, job);
-        if (err == BD_ERR_DEVICE_LOST) close_device(sched);
+        if (!is_spoilt(sched)) break;
+        drop_device(sched);
+        if (!err) break;
     }
     job->result.err = err;
     if (err) describe_failure(job, err);
+}
+
+// Not left to the next job: a daemon without a device says that it is not ready, and gets none.
+static void mend_device(struct bd_sched *sched)
+{
+    struct bd_fault fault = {0};
+    if (!sched->gpu && open_device(sched, 0, &fault))
+        bd_log(BD_LOG_ERROR, "sched", "no device any more: %s", fault.message);
 }
 
 static void account(struct bd_sched *sched, const struct bd_job *job)
 {
     struct bd_sched_stats *stats = &sched->stats;
     switch (job->result.err) {
-    case BD_ERR_OK: stats->jobs_done++; break;
-    case BD_ERR_CANCELLED: stats->jobs_cancelled++; break;
-    default: stats->jobs_failed++; break;
+    case BD_ERR_OK:
+        stats->jobs_done++;
+        break;
+    case BD_ERR_CANCELLED:
+        stats->jobs_cancelled++;
+        break;
+    default:
+        stats->jobs_failed++;
+        break;
     }
     stats->render_seconds += job->result.report.time_ms.total / 1000;
     if (!sched->gpu) return;
@@ -199,6 +221,7 @@ static void *render_thread(void *user)
     struct bd_job *job;
     while (!err && (job = wait_for_job(sched)) != NULL) {
         run_job(sched, job);
+        mend_device(sched);
         finish_job(sched, job);
     }
     close_device(sched);
@@ -266,8 +289,7 @@ void bd_sched_destroy(struct bd_sched **sched)
 enum bd_err bd_sched_submit(struct bd_sched *sched, const struct bd_job_request *request,
                             struct bd_job **out, struct bd_fault *fault)
 {
-    enum bd_err err =
-        bd_frame_request_check(&request->frame, &sched->options.frame_limits, fault);
+    enum bd_err err = bd_frame_request_check(&request->frame, &sched->options.frame_limits, fault);
     if (err) return err;
     struct bd_job *job = bd_job_create(request);
     pthread_mutex_lock(&sched->lock);

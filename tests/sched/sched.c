@@ -13,6 +13,7 @@
 #include <time.h>
 
 #include <cmocka.h>
+#include <epoxy/gl.h>
 
 #include "base/clock.h"
 #include "sched/sched.h"
@@ -92,6 +93,34 @@ static void a_lost_device_changes_no_byte(void **state)
         bd_sched_destroy(&sched);
     }
     free(expected);
+    bd_scene_release(&scene);
+}
+
+// Leaves the next frame calls that GL refuses. On the render thread, whose context is current.
+static void delete_the_programs(void *user, struct bd_job *job)
+{
+    (void)user, (void)job;
+    glUseProgram(0); // one in use lives on
+    for (GLuint id = 1; id < 1000; id++)
+        if (glIsProgram(id)) glDeleteProgram(id);
+}
+
+static void a_failed_call_fails_no_later_frame(void **state)
+{
+    struct bd_sched *sched = *state;
+    struct bd_scene *scene = create_scene();
+    struct bd_job_request request = request_of(scene, 32, "vpls=96");
+    for (int i = 0; i < 3; i++) {
+        request.done = i == 0 ? delete_the_programs : NULL;
+        struct bd_job *job = submit(sched, &request);
+        bd_job_wait(job);
+        assert_int_equal(bd_job_result(job)->err, BD_ERR_OK);
+        bd_job_release(&job);
+    }
+    struct bd_sched_stats stats;
+    bd_sched_stats(sched, &stats);
+    assert_true(stats.device_ok);
+    assert_int_equal(stats.device_losses, 0);
     bd_scene_release(&scene);
 }
 
@@ -264,6 +293,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_lost_device_changes_no_byte),
+        WITH_SCHED(a_failed_call_fails_no_later_frame),
         WITH_SCHED(a_cancelled_job_ends_soon),
         WITH_SCHED(a_deadline_is_kept),
         WITH_SCHED(higher_priority_goes_first),
