@@ -304,6 +304,7 @@ enum bd_err bd_json_text_to_message(const char *text, size_t size,
                                     const ProtobufCMessageDescriptor *descriptor,
                                     ProtobufCMessage **out, struct bd_fault *fault)
 {
+    if (size == 0) return bd_fault_set(fault, BD_ERR_BAD_INPUT, "body", "the body is empty");
     json_error_t error;
     json_t *json = json_loadb(text, size, JSON_REJECT_DUPLICATES, &error);
     if (!json)

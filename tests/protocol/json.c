@@ -143,6 +143,18 @@ static void wrong_types_are_refused_with_their_path(void **state)
     }
 }
 
+// A request without a body has no text at all.
+static void no_body_is_an_empty_one(void **state)
+{
+    (void)state;
+    ProtobufCMessage *message = NULL;
+    struct bd_fault fault = {0};
+    assert_int_equal(
+        bd_json_text_to_message(NULL, 0, &bounced__render__descriptor, &message, &fault),
+        BD_ERR_BAD_INPUT);
+    assert_string_equal(fault.message, "the body is empty");
+}
+
 // Truncation of a valid body at every byte is refused and leaks nothing.
 static void truncation_at_every_byte_is_refused(void **state)
 {
@@ -167,6 +179,7 @@ int main(void)
         cmocka_unit_test(text_that_is_not_utf8_is_replaced),
         cmocka_unit_test(oneof_takes_one),
         cmocka_unit_test(wrong_types_are_refused_with_their_path),
+        cmocka_unit_test(no_body_is_an_empty_one),
         cmocka_unit_test(truncation_at_every_byte_is_refused),
     };
     return cmocka_run_group_tests_name("json", tests, NULL, NULL);
