@@ -31,9 +31,7 @@ static void set_up_lights(struct bd_frame *frame)
         struct bd_frame_light *light = &frame->lights[frame->light_count++];
         light->setup = bd_light_setup_of(scene, i);
         light->grid_side = bd_plan_grid_side(frame->plan, &light->setup);
-        // A VPL needs at least one texel.
-        uint32_t asked = frame->plan->params.rsm_size;
-        light->rsm_size = asked > light->grid_side ? asked : light->grid_side;
+        light->rsm_size = bd_plan_rsm_size(frame->plan, light->grid_side);
     }
 }
 

@@ -32,6 +32,17 @@ static uint64_t count_vpls(const struct bd_plan *plan, const struct bd_scene *sc
     return count;
 }
 
+static bool some_map_is_reduced(const struct bd_plan *plan, const struct bd_scene *scene)
+{
+    for (uint32_t i = 0; i < scene->placed_light_count; i++) {
+        if (!bd_plan_light_shines(scene, i)) continue;
+        const struct bd_light_setup setup = bd_light_setup_of(scene, i);
+        uint32_t size = bd_plan_rsm_size(plan, bd_plan_grid_side(plan, &setup));
+        if (size < plan->params.rsm_size) return true;
+    }
+    return false;
+}
+
 static double total_flux_lm(const struct bd_scene *scene)
 {
     double flux_lm = 0;
@@ -105,6 +116,11 @@ static void flag_what_is_not_honoured(const struct bd_plan *plan, const struct b
     for (uint32_t i = 0; i < scene->flags.count; i++) flag(report, scene->flags.text[i]);
     if (f->has_blend) flag(report, "blend_as_mask");
     if (f->has_transmissive) flag(report, "transmission_as_opaque");
+    if (plan->vpl_grid && some_map_is_reduced(plan, scene)) {
+        snprintf(text, sizeof text, "rsm_size_reduced: %d texels a side of each VPL",
+                 BD_PLAN_BLOCK_TEXELS_MAX);
+        flag(report, text);
+    }
     if (f->has_emissive && !plan->technique->model.emissive_surfaces && plan->technique->indirect) {
         double total = f->emissive_flux_lm + f->punctual_flux_lm;
         snprintf(text, sizeof text, "emissive_not_lighting: %.3g %% of the flux",
@@ -180,4 +196,12 @@ uint32_t bd_plan_grid_side(const struct bd_plan *plan, const struct bd_light_set
         vpls = plan->params.vpl_budget * light->flux_lm / plan->flux_lm;
     double side = round(sqrt(vpls / light->face_count));
     return side > 1 ? (uint32_t)side : 1;
+}
+
+uint32_t bd_plan_rsm_size(const struct bd_plan *plan, uint32_t grid_side)
+{
+    uint64_t most = (uint64_t)grid_side * BD_PLAN_BLOCK_TEXELS_MAX;
+    uint32_t asked = plan->params.rsm_size;
+    if (asked < grid_side) return grid_side;
+    return asked > most ? (uint32_t)most : asked;
 }

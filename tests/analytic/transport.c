@@ -162,6 +162,24 @@ static void cube_room_near_the_walls(void **state)
         ASSERT_REL(first_bounce(*state, i, fine), expected[i], tolerance[i]);
 }
 
+// One patch a wall: its mean radiosity from all of it, and the walls around close the hemisphere,
+// so that every point gets the mean of E_d, pi / 6. Whatever the map's size, all of it is read.
+static void cube_room_with_a_vpl_a_wall(void **state)
+{
+    const double points[][2] = {{0, 0}, {.3, -.7}};
+    const char *const sizes[] = {"rsm_size=64", "rsm_size=128", "rsm_size=256", "rsm_size=1024"};
+    make_cube_room(*state, points, 2);
+    for (int s = 0; s < 4; s++) {
+        const char *settings[] = {"brdf=lambert", "vpls=6", sizes[s], NULL};
+        for (uint32_t i = 0; i < 2; i++)
+            ASSERT_REL(first_bounce(*state, i, settings), M_PI / 6, 1e-3);
+        const struct bd_report *report = &((struct world *)*state)->report;
+        assert_int_equal(report->counts.vpls, 6);
+        assert_int_equal(report->flag_count, s < 2 ? 0 : 1);
+        if (s >= 2) assert_non_null(strstr(report->flags[0], "rsm_size_reduced"));
+    }
+}
+
 static void cube_room_direct(void **state)
 {
     const double points[][2] = {{0, 0}, {.5, 0}, {.5, .5}};
@@ -298,6 +316,7 @@ int main(void)
         cmocka_unit_test(cube_room_direct),
         cmocka_unit_test(cube_room_first_bounce),
         cmocka_unit_test(cube_room_near_the_walls),
+        cmocka_unit_test(cube_room_with_a_vpl_a_wall),
         cmocka_unit_test(sphere_with_the_bare_kernel),
         cmocka_unit_test(sphere_with_the_disk_kernel),
     };
