@@ -210,17 +210,6 @@ static enum bd_err check_outputs(const struct bd_cli_render *options, struct bd_
     return err;
 }
 
-// The importer knows blobs, not paths; a person who renders many files wants to know which.
-static void name_scene(const struct bd_cli_render *options, struct bd_fault *fault)
-{
-    const char *slash = options->scene ? strrchr(options->scene, '/') : NULL;
-    const char *name = slash ? slash + 1 : options->scene;
-    if (fault->err != BD_ERR_BAD_INPUT && fault->err != BD_ERR_UNSUPPORTED) return;
-    if (!name || strstr(fault->message, name)) return;
-    struct bd_fault inner = *fault;
-    bd_fault_set(fault, inner.err, inner.field, "%.100s: %s", name, inner.message);
-}
-
 // A frame that its deadline or Ctrl-C stopped still has a report: how far it came.
 static void write_report_of_failure(const struct bd_cli_render *options,
                                     const struct bd_cli_answer *answer)
@@ -248,7 +237,7 @@ int bd_cmd_render(const char *const *words, int count)
     bd_cli_progress_init(&progress, options.common.quiet);
     if (!err) {
         err = open_and_render(&options, &conn, &progress, &answer, &fault);
-        name_scene(&options, &fault);
+        bd_cmd_name_scene(options.scene, &fault);
     }
     bd_cli_progress_clear(&progress);
     if (err)

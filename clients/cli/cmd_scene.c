@@ -115,6 +115,7 @@ static enum bd_err add_scene(const struct bd_cli_common *common, const char *pat
     if (!err) err = bd_cli_files_collect(path, &files, fault);
     if (!err) err = send_scene(conn, path, &files, &progress, &answer, fault);
     bd_cli_progress_clear(&progress);
+    if (err) bd_cmd_name_scene(path, fault);
     if (!err) {
         const Bounced__Scene *scene = answer.envelope->scene;
         for (size_t i = 0; !common->quiet && i < scene->n_flags; i++)

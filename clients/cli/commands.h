@@ -16,4 +16,9 @@ int bd_cmd_scene(const char *const *words, int count); // add FILE | rm ID
 // standard output. Returns the exit code.
 int bd_cmd_fail(enum bd_err err, const struct bd_fault *fault, bool json);
 
+// Puts the scene's file and the place in it before what the importer says, which knows neither
+// names nor that nobody else sees `fault->field`: "box.gltf: nodes[3].mesh: is missing". Faults of
+// other kinds, and those that name the file already, stay as they are. `scene` may be NULL.
+void bd_cmd_name_scene(const char *scene, struct bd_fault *fault);
+
 #endif

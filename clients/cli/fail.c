@@ -1,7 +1,20 @@
 #include <jansson.h>
 #include <stdio.h>
+#include <string.h>
 
 #include "clients/cli/commands.h"
+
+void bd_cmd_name_scene(const char *scene, struct bd_fault *fault)
+{
+    const char *slash = scene ? strrchr(scene, '/') : NULL;
+    const char *name = slash ? slash + 1 : scene;
+    if (fault->err != BD_ERR_BAD_INPUT && fault->err != BD_ERR_UNSUPPORTED) return;
+    if (!name || strstr(fault->message, name)) return;
+    const struct bd_fault inner = *fault;
+    bool place = inner.field[0] && !strstr(inner.message, inner.field);
+    bd_fault_set(fault, inner.err, inner.field, "%.100s: %s%s%s", name, place ? inner.field : "",
+                 place ? ": " : "", inner.message);
+}
 
 int bd_cmd_fail(enum bd_err err, const struct bd_fault *fault, bool json)
 {

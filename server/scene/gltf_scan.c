@@ -582,7 +582,9 @@ enum bd_err bd_gltf_scan(const void *bytes, size_t size, struct bd_gltf_text *ou
                         .out = out,
                         .fault = fault};
     if (peek(&scan) != '{' && !begins_with_mark(scan.text, scan.size))
-        return bd_fault_set(fault, BD_ERR_BAD_INPUT, "", "neither a .glb nor a JSON document");
+        return bd_fault_set(fault, BD_ERR_BAD_INPUT, "",
+                            scan.is_glb ? "the JSON chunk holds no object"
+                                        : "neither a .glb nor a JSON document");
     err = check_utf8(scan.text, scan.size, fault);
     if (err == BD_ERR_OK) err = scan_json(&scan);
     out->is_scanned = err == BD_ERR_OK;

@@ -163,6 +163,19 @@ def test_bad_input_is_one_line_and_code_4(bounce, content, says):
     assert not (bounce.folder / "out.png").exists()
 
 
+@pytest.mark.parametrize("words", [("render", "bad.gltf", "-o", "out.png", "--quiet"),
+                                   ("scene", "add", "bad.gltf", "--quiet")])
+def test_bad_input_names_the_file_and_the_place_in_it(running, words):
+    document = json.loads((SCENES / "bare.gltf").read_text())
+    document["nodes"][1]["mesh"] = "0"
+    (running.folder / "bad.gltf").write_text(json.dumps(document))
+    shutil.copy(SCENES / "bare.bin", running.folder)
+    result = running(*words)
+    assert result.returncode == 4
+    assert result.stderr.startswith("bounce: bad.gltf: nodes[1].mesh: "), result.stderr
+    assert result.stderr.count("\n") == 1
+
+
 @pytest.mark.parametrize("words,code,says", [
     (("--device", "egl:99"), 6, "egl:99"),
     (("--technique", "magic"), 2, "magic"),
