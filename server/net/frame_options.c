@@ -109,6 +109,10 @@ static enum bd_err read_encoding(const Bounced__FrameRequest *request, struct bd
         out->encode.jpeg_quality = (int)request->jpeg_quality;
     }
     out->encode.exr_half = request->exr_half;
+    if (out->wants_image && out->encode.format != BD_ENCODE_EXR && request->n_layers > 1)
+        return bd_fault_set(fault, BD_ERR_USAGE, "layers",
+                            "a %s holds one layer, an exr all of them",
+                            bd_encode_format_name(out->encode.format));
     return read_exposure(request->exposure, &out->encode, fault);
 }
 
