@@ -69,5 +69,8 @@ void bd_read_caps(struct bd_gpu_caps *caps)
     glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &block);
     caps->texture_side_max_px = (uint32_t)side;
     caps->storage_block_max_bytes = (uint64_t)block;
+    GLint texels = 0;
+    glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &texels);
+    caps->array_max_bytes = caps->software ? (uint64_t)texels * 16 : caps->storage_block_max_bytes;
     caps->memory_bytes = caps->software ? 0 : read_memory_bytes();
 }

@@ -43,6 +43,7 @@ struct bd_gpu_caps {
     bool software;
     uint32_t texture_side_max_px;
     uint64_t storage_block_max_bytes;
+    uint64_t array_max_bytes; // of a buffer bound as BD_ARRAY
     uint64_t memory_bytes; // 0 = the driver does not say
 };
 

@@ -75,6 +75,28 @@ static void build_draws(struct bd_gpu_scene *to)
 
 // --- triangles -----------------------------------------------------------------------------
 
+#define TRIANGLE_FLOATS   12
+#define STAGING_TRIANGLES 65536u
+
+// Triangles on their way to the device, a few MiB at a time.
+struct staging {
+    struct bd_gpu *gpu;
+    struct bd_buf *to;
+    uint64_t sent; // triangles
+    uint32_t count;
+    float *triangles;
+};
+
+static void send_staging(struct staging *staging)
+{
+    const size_t triangle_bytes = TRIANGLE_FLOATS * sizeof(float);
+    if (staging->count == 0) return;
+    bd_buf_upload(staging->gpu, staging->to, staging->sent * triangle_bytes, staging->triangles,
+                  staging->count * triangle_bytes);
+    staging->sent += staging->count;
+    staging->count = 0;
+}
+
 static void store_vec3(float to[4], bd_dvec3 v)
 {
     to[0] = (float)v.x, to[1] = (float)v.y, to[2] = (float)v.z, to[3] = 0;
@@ -82,22 +104,29 @@ static void store_vec3(float to[4], bd_dvec3 v)
 
 // Edges are subtracted in double precision, so that a small triangle keeps its normal however
 // far from the scene's origin it lies.
-static void append_triangles(const struct bd_gpu_scene *scene, const struct bd_scene_draw *draw,
-                             const struct bd_primitive *primitive, float *to)
+static void stage_triangle(struct staging *staging, const bd_dvec3 corner[3])
+{
+    float *to = staging->triangles + (size_t)staging->count * TRIANGLE_FLOATS;
+    store_vec3(to, corner[0]);
+    store_vec3(to + 4, bd_dvec3_sub(corner[1], corner[0]));
+    store_vec3(to + 8, bd_dvec3_sub(corner[2], corner[0]));
+    if (++staging->count == STAGING_TRIANGLES) send_staging(staging);
+}
+
+static void stage_draw(const struct bd_gpu_scene *scene, const struct bd_scene_draw *draw,
+                       const struct bd_primitive *primitive, struct staging *staging)
 {
     for (uint32_t i = 0; i < draw->instance_count; i++) {
         uint32_t at = scene->instance_order[draw->first_instance + i];
         const bd_dmat4 *world_from_mesh = &scene->scene->instances[at].world_from_mesh;
-        for (uint32_t t = 0; t < primitive->index_count; t += 3, to += 12) {
+        for (uint32_t t = 0; t < primitive->index_count; t += 3) {
             bd_dvec3 corner[3];
             for (int k = 0; k < 3; k++) {
                 const float *p = primitive->position + 3 * (size_t)primitive->index[t + k];
                 bd_dvec3 world = bd_dmat4_point(world_from_mesh, (bd_dvec3){p[0], p[1], p[2]});
                 corner[k] = bd_render_from_world(&scene->space, world);
             }
-            store_vec3(to, corner[0]);
-            store_vec3(to + 4, bd_dvec3_sub(corner[1], corner[0]));
-            store_vec3(to + 8, bd_dvec3_sub(corner[2], corner[0]));
+            stage_triangle(staging, corner);
         }
     }
 }
@@ -110,22 +139,31 @@ static const struct bd_primitive *source_of(const struct bd_gpu_scene *scene,
     return &mesh->primitives[draw->primitive - draw->mesh->primitives];
 }
 
+static void upload_triangles(struct bd_gpu *gpu, const struct bd_gpu_scene *scene)
+{
+    struct staging staging = {.gpu = gpu, .to = scene->triangles};
+    staging.triangles = malloc(STAGING_TRIANGLES * TRIANGLE_FLOATS * sizeof(float));
+    BD_ASSERT(staging.triangles);
+    for (uint32_t d = 0; d < scene->draw_count; d++)
+        stage_draw(scene, &scene->draws[d], source_of(scene, &scene->draws[d]), &staging);
+    send_staging(&staging);
+    free(staging.triangles);
+}
+
+// Beyond what a shader can index, reads are undefined: holes in shadows, wrong normals.
 static enum bd_err build_triangles(struct bd_gpu *gpu, struct bd_gpu_scene *scene,
                                    struct bd_fault *fault)
 {
-    size_t floats = (size_t)scene->triangle_count * 12;
-    float *triangles = malloc((floats + 4) * sizeof *triangles);
-    if (!triangles)
-        return bd_fault_set(fault, BD_ERR_NO_MEMORY, "scene", "no memory for %llu triangles",
-                            (unsigned long long)scene->triangle_count);
-    for (uint32_t d = 0; d < scene->draw_count; d++) {
-        const struct bd_scene_draw *draw = &scene->draws[d];
-        append_triangles(scene, draw, source_of(scene, draw),
-                         triangles + 12 * (size_t)draw->first_triangle);
-    }
-    enum bd_err err = bd_buf_create(gpu, "triangles", floats ? floats * sizeof *triangles : 16,
-                                    floats ? triangles : NULL, &scene->triangles, fault);
-    free(triangles);
+    const size_t triangle_bytes = TRIANGLE_FLOATS * sizeof(float);
+    uint64_t count = scene->triangle_count,
+             most = bd_gpu_caps(gpu)->array_max_bytes / triangle_bytes;
+    if (count > most)
+        return bd_fault_set(fault, BD_ERR_LIMIT, "scene",
+                            "%llu triangles, instanced; this device can address %llu",
+                            (unsigned long long)count, (unsigned long long)most);
+    enum bd_err err = bd_buf_create(gpu, "triangles", (count ? count : 1) * triangle_bytes, NULL,
+                                    &scene->triangles, fault);
+    if (!err) upload_triangles(gpu, scene);
     return err;
 }
 
@@ -186,8 +224,8 @@ static enum bd_err acquire_meshes(struct bd_uploader *uploader, struct bd_gpu_sc
     for (uint32_t i = 0; i < scene->scene->instance_count; i++) {
         int32_t mesh = scene->scene->instances[i].mesh;
         if (scene->meshes[mesh]) continue;
-        enum bd_err err = bd_gpu_mesh_acquire(uploader, scene->scene->meshes[mesh],
-                                              &scene->meshes[mesh], fault);
+        enum bd_err err =
+            bd_gpu_mesh_acquire(uploader, scene->scene->meshes[mesh], &scene->meshes[mesh], fault);
         if (err) return err;
     }
     return BD_ERR_OK;
@@ -270,8 +308,8 @@ static void store_normal_rows(const bd_dmat4 *world_from_mesh, float rows[12])
     const bd_dvec3 cofactor[3] = {bd_dvec3_cross(y, z), bd_dvec3_cross(z, x), bd_dvec3_cross(x, y)};
     double largest = 0;
     for (int c = 0; c < 3; c++)
-        largest = fmax(largest, fmax(fabs(cofactor[c].x), fmax(fabs(cofactor[c].y),
-                                                               fabs(cofactor[c].z))));
+        largest = fmax(largest,
+                       fmax(fabs(cofactor[c].x), fmax(fabs(cofactor[c].y), fabs(cofactor[c].z))));
     double scale = largest > 0 ? sign / largest : 0;
     for (int c = 0; c < 3; c++) {
         rows[0 + c] = (float)(cofactor[c].x * scale);

@@ -147,6 +147,11 @@ int32_t world_add_mesh(struct world *world, int32_t material, const float *posit
     return (int32_t)s->node_count - 1;
 }
 
+void world_add_placements(struct world *world, int32_t mesh, uint32_t count)
+{
+    for (uint32_t i = 0; i < count; i++) add_node(world->scene)->mesh = mesh;
+}
+
 static void set_normal(float to[3], const double corners[4][3])
 {
     double u[3], v[3], n[3], length = 0;

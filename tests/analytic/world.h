@@ -33,6 +33,8 @@ int32_t world_add_quad(struct world *world, int32_t material, const double corne
 int32_t world_add_mesh(struct world *world, int32_t material, const float *positions,
                        const float *normals, uint32_t vertex_count, const uint32_t *indices,
                        uint32_t index_count);
+// Places a mesh so many times more, all in one place.
+void world_add_placements(struct world *world, int32_t mesh, uint32_t count);
 // The six inward faces of the box [-half, half]^3 about `centre`.
 void world_add_box_room(struct world *world, int32_t material, const double centre[3], double half);
 // Inward sphere about the origin with 20 * 4^subdivisions triangles and exact normals.
