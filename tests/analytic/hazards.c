@@ -339,6 +339,35 @@ static void a_cube_room_shows_no_seam(void **state)
     }
 }
 
+// --- the flux of a light, whatever the grid ---------------------------------------------------
+
+// A narrow spot on a floor, seen from far away: a point source, in however many VPLs.
+static void all_flux_comes_back_whatever_the_grid(void **state)
+{
+    struct world *w = *state;
+    world_clear(w);
+    int32_t grey = world_add_material(w, 0.5f);
+    add_floor(w, grey, 1, 0);
+    const double ceiling[4][3] = {{-.1, 4, -.1}, {.1, 4, -.1}, {.1, 4, .1}, {-.1, 4, .1}};
+    world_add_quad(w, grey, ceiling, 1);
+    const double lamp[3] = {0, .5, 0}, above[3] = {0, 4, 0};
+    world_add_light(w, BD_LIGHT_SPOT, lamp, down, 1);
+    w->scene->lights[0].cone_inner = 0.099f;
+    w->scene->lights[0].cone_outer = 0.1f;
+    world_add_probe(w, above, down, 1e-3);
+    // Phi = 2 pi (1 - cos), nearly all of it straight down and straight back up.
+    double flux = 2 * M_PI * (1 - (2 * cos(0.099) + cos(0.1)) / 3);
+    const char *const maps[] = {"rsm_size=64", "rsm_size=256", "rsm_size=1024", "rsm_size=2048"};
+    const char *const counts[] = {"vpls=1", "vpls=9", "vpls=4096"};
+    for (int m = 0; m < 4; m++) {
+        for (int c = 0; c < (m < 3 ? 3 : 1); c++) {
+            const char *settings[] = {"brdf=lambert", "vpl_kernel=point", maps[m], counts[c], NULL};
+            double e = world_probe(w, "rsm", 0, BD_LAYER_INDIRECT, settings) * M_PI / 0.5;
+            ASSERT_REL(e, 0.5 * flux / (M_PI * 16), 2e-3);
+        }
+    }
+}
+
 // --- 61: shading normals off the surface ------------------------------------------------------
 
 // A floor in one plane whose shading normals lean this way and that lights no part of itself.
@@ -394,6 +423,7 @@ int main(void)
         cmocka_unit_test(a_lit_plane_has_no_dark_pixel),
         cmocka_unit_test(a_lit_sphere_has_no_dark_pixel),
         cmocka_unit_test(a_cube_room_shows_no_seam),
+        cmocka_unit_test(all_flux_comes_back_whatever_the_grid),
         cmocka_unit_test(a_bumpy_floor_lights_itself_by_nothing),
     };
     return cmocka_run_group_tests(tests, open_world, close_world);

@@ -3,12 +3,21 @@
 // A VPL carries the summed flux of its whole block, so that the total is exact whatever the grid
 // (algorithms.md A1). It stands on the surface of a representative texel, above the flux-weighted
 // mean of the texels that lie on that surface: a mean over a depth edge would float in the air.
+//
+// A block is walked by one invocation, or by a whole work group (BD_GROUP_PER_VPL) where it is large:
+// one invocation is slow then, and the software device ends all loops of one after 65,535 rounds.
 #include "common/light.glsl"
 #include "common/normals.glsl"
 #include "shared/vpl.h"
 #include "shared/vpl_grid.h"
 
+#ifdef BD_GROUP_PER_VPL
+const uint MEMBERS = 1024u; // 4096 x 4096 texels in three walks are 49,152 rounds
+layout(local_size_x = 1024) in;
+#else
+const uint MEMBERS = 1u;
 layout(local_size_x = 8, local_size_y = 8) in;
+#endif
 layout(std140, binding = BD_UNIFORM_ARGS) uniform args_block { bd_vpl_grid_args args; };
 layout(binding = BD_UNIT_RSM_POSITION) uniform sampler2DArray rsm_position;
 layout(binding = BD_UNIT_RSM_NORMAL) uniform usampler2DArray rsm_normal;
@@ -26,8 +35,9 @@ struct texel {
     bool valid;
 };
 
-// Of the invocation; set first thing in main.
+// Of the invocation; set first thing in main. The block ends before `block_end`.
 uint face = 0u;
+ivec2 block_begin = ivec2(0), block_end = ivec2(0);
 vec3 face_x = vec3(0.0), face_y = vec3(0.0), face_z = vec3(0.0);
 
 bool directional() { return light.kind.x == BD_LIGHT_KIND_DIRECTIONAL; }
@@ -54,34 +64,85 @@ texel load_texel(ivec2 at)
 }
 
 // First texel of a block's row or column; the last block ends at the map's side.
-int block_begin(uint block) { return int(block * light.kind.z / args.grid.x); }
+int first_texel(uint block) { return int(block * light.kind.z / args.grid.x); }
+
+uint block_texels()
+{
+    ivec2 size = block_end - block_begin;
+    return uint(size.x * size.y);
+}
+
+ivec2 block_texel(uint i)
+{
+    uint width = uint(block_end.x - block_begin.x);
+    return block_begin + ivec2(i % width, i / width);
+}
+
+#ifdef BD_GROUP_PER_VPL
+uint member() { return gl_LocalInvocationIndex; }
+
+shared vec4 slots[MEMBERS];
+
+void put(vec4 mine)
+{
+    barrier(); // somebody may still read what was there
+    slots[member()] = mine;
+    memoryBarrierShared();
+    barrier();
+}
+
+// Sum over the group, the same for all members; in a fixed order.
+vec4 group_sum(vec4 mine)
+{
+    put(mine);
+    for (uint width = MEMBERS / 2u; width > 0u; width /= 2u) {
+        if (member() < width) slots[member()] += slots[member() + width];
+        memoryBarrierShared();
+        barrier();
+    }
+    return slots[0];
+}
+
+// The candidate (x = distance, y = index) that is nearest; of equals the first.
+vec2 group_nearest(vec2 mine)
+{
+    put(vec4(mine, 0.0, 0.0));
+    for (uint width = MEMBERS / 2u; width > 0u; width /= 2u) {
+        if (member() < width) {
+            vec2 a = slots[member()].xy, b = slots[member() + width].xy;
+            bool second = b.x < a.x || (b.x == a.x && b.y < a.y);
+            slots[member()].xy = second ? b : a;
+        }
+        memoryBarrierShared();
+        barrier();
+    }
+    return slots[0].xy;
+}
+#else
+uint member() { return 0u; }
+vec4 group_sum(vec4 mine) { return mine; }
+vec2 group_nearest(vec2 mine) { return mine; }
+#endif
 
 // The texel of the block nearest to the flux-weighted mean position: a point that exists.
-bool find_representative(ivec2 begin, ivec2 end, inout texel representative)
+bool find_representative(out texel representative)
 {
-    vec3 sum = vec3(0.0);
-    float weight = 0.0;
-    for (int y = begin.y; y < end.y; y++) {
-        for (int x = begin.x; x < end.x; x++) {
-            texel t = load_texel(ivec2(x, y));
-            if (t.flux_in <= 0.0) continue;
-            sum += t.position * t.flux_in;
-            weight += t.flux_in;
-        }
+    vec4 sum = vec4(0.0); // position times flux, flux
+    for (uint i = member(); i < block_texels(); i += MEMBERS) {
+        texel t = load_texel(block_texel(i));
+        if (t.flux_in > 0.0) sum += vec4(t.position, 1.0) * t.flux_in;
     }
-    if (weight <= 0.0) return false;
-    vec3 mean = sum / weight;
-    float nearest = 3.4e38;
-    for (int y = begin.y; y < end.y; y++) {
-        for (int x = begin.x; x < end.x; x++) {
-            texel t = load_texel(ivec2(x, y));
-            vec3 d = t.position - mean;
-            if (t.flux_in <= 0.0 || dot(d, d) >= nearest) continue;
-            nearest = dot(d, d);
-            representative = t;
-        }
+    sum = group_sum(sum);
+    vec3 mean = sum.w > 0.0 ? sum.xyz / sum.w : vec3(0.0);
+    vec2 nearest = vec2(3.4e38, 0.0); // squared distance, index: exact below 2^24
+    for (uint i = member(); i < block_texels(); i += MEMBERS) {
+        texel t = load_texel(block_texel(i));
+        vec3 d = t.position - mean;
+        if (t.flux_in > 0.0 && dot(d, d) < nearest.x) nearest = vec2(dot(d, d), float(i));
     }
-    return true;
+    nearest = group_nearest(nearest);
+    representative = load_texel(block_texel(uint(nearest.y)));
+    return sum.w > 0.0;
 }
 
 bool on_same_surface(texel a, texel b)
@@ -120,10 +181,9 @@ void store(uint index, vec3 position, float area, vec3 normal, vec3 flux, vec3 u
 }
 
 // Half sides of the parallelogram that the block covers on its plane, scaled to the summed area.
-void patch_sides(ivec2 begin, ivec2 end, vec3 centre, vec3 normal, float area, out vec3 u,
-                 out vec3 v)
+void patch_sides(vec3 centre, vec3 normal, float area, out vec3 u, out vec3 v)
 {
-    vec2 middle = vec2(begin + end) * 0.5;
+    vec2 begin = vec2(block_begin), end = vec2(block_end), middle = 0.5 * (begin + end);
     u = 0.5 * (on_plane(vec2(end.x, middle.y), centre, normal) -
                on_plane(vec2(begin.x, middle.y), centre, normal));
     v = 0.5 * (on_plane(vec2(middle.x, end.y), centre, normal) -
@@ -134,44 +194,62 @@ void patch_sides(ivec2 begin, ivec2 end, vec3 centre, vec3 normal, float area, o
     v *= scale;
 }
 
+// What the block's texels sum up to. Flux is that of all, the rest of those on the surface.
+struct block_sums {
+    vec3 flux;
+    vec3 offset; // flux-weighted mean, from the representative
+    vec3 normal, normal_geometric;
+    float area;
+};
+
+block_sums sum_block(texel representative)
+{
+    vec4 flux_area = vec4(0.0), offset = vec4(0.0); // offset times flux, flux
+    vec3 normal = vec3(0.0), normal_geometric = vec3(0.0);
+    for (uint i = member(); i < block_texels(); i += MEMBERS) {
+        texel t = load_texel(block_texel(i));
+        flux_area.xyz += t.flux_out;
+        if (t.flux_in <= 0.0 || !on_same_surface(representative, t)) continue;
+        // Relative to the representative: sums of nearby positions keep their low bits.
+        offset += vec4(t.position - representative.position, 1.0) * t.flux_in;
+        normal += t.normal * t.flux_in;
+        normal_geometric += t.normal_geometric * t.flux_in;
+        flux_area.w += t.area;
+    }
+    flux_area = group_sum(flux_area);
+    offset = group_sum(offset);
+    normal = group_sum(vec4(normal, 0.0)).xyz;
+    normal_geometric = group_sum(vec4(normal_geometric, 0.0)).xyz;
+    return block_sums(flux_area.xyz, offset.xyz / offset.w, normalize(normal),
+                      normalize(normal_geometric), flux_area.w);
+}
+
 void main()
 {
+#ifdef BD_GROUP_PER_VPL
+    uvec2 cell = gl_WorkGroupID.xy;
+#else
     uvec2 cell = gl_GlobalInvocationID.xy;
-    face = gl_GlobalInvocationID.z;
-    if (any(greaterThanEqual(cell, uvec2(args.grid.x)))) return;
-    uint index = (face * args.grid.x + cell.y) * args.grid.x + cell.x;
+#endif
+    if (cell.x >= args.grid.x || cell.y >= args.slice.y) return;
+    cell.y += args.slice.x;
+    face = args.slice.z;
     light_face_axes(face, face_x, face_y, face_z);
-    ivec2 begin = ivec2(block_begin(cell.x), block_begin(cell.y));
-    ivec2 end = ivec2(block_begin(cell.x + 1u), block_begin(cell.y + 1u));
+    block_begin = ivec2(first_texel(cell.x), first_texel(cell.y));
+    block_end = ivec2(first_texel(cell.x + 1u), first_texel(cell.y + 1u));
+    uint index = (face * args.grid.x + cell.y) * args.grid.x + cell.x;
 
-    texel representative = load_texel(begin);
-    if (!find_representative(begin, end, representative)) {
+    texel representative;
+    if (!find_representative(representative)) {
         store(index, vec3(0.0), 0.0, vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
         return;
     }
-    vec3 position = vec3(0.0), flux = vec3(0.0);
-    vec3 normal = vec3(0.0), normal_geometric = vec3(0.0);
-    float weight = 0.0, area = 0.0;
-    for (int y = begin.y; y < end.y; y++) {
-        for (int x = begin.x; x < end.x; x++) {
-            texel t = load_texel(ivec2(x, y));
-            flux += t.flux_out;
-            if (t.flux_in <= 0.0 || !on_same_surface(representative, t)) continue;
-            // Relative to the representative: sums of nearby positions keep their low bits.
-            position += (t.position - representative.position) * t.flux_in;
-            normal += t.normal * t.flux_in;
-            normal_geometric += t.normal_geometric * t.flux_in;
-            weight += t.flux_in;
-            area += t.area;
-        }
-    }
-    normal = normalize(normal);
-    normal_geometric = normalize(normal_geometric);
+    block_sums sums = sum_block(representative);
     // The mean of points on a curved surface lies behind it: only its lateral part counts. By the
     // surface's own normal: a bent one would lift the VPL off it, to light what it lies on.
-    vec3 offset = position / weight;
-    position = representative.position + offset - normal_geometric * dot(normal_geometric, offset);
+    vec3 n = sums.normal_geometric;
+    vec3 position = representative.position + sums.offset - n * dot(n, sums.offset);
     vec3 u, v;
-    patch_sides(begin, end, position, normal_geometric, area, u, v);
-    store(index, position, area, normal, flux, u, v);
+    patch_sides(position, n, sums.area, u, v);
+    store(index, position, sums.area, sums.normal, sums.flux, u, v);
 }
