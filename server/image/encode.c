@@ -12,6 +12,9 @@
 #include "image/png.h"
 #include "image/show.h"
 
+#define HALF_NORMAL_MIN 0x1p-14f
+#define HALF_MAX        65504.0f
+
 const struct bd_encode_request bd_encode_request_default = {
     .format = BD_ENCODE_PNG,
     .exposure_auto = true,
@@ -97,6 +100,16 @@ static enum bd_err extend_manifest(struct full_manifest *full, const struct bd_m
     return BD_ERR_OK;
 }
 
+// Whether 16 bits hold a plane: nothing beyond their range, which would come back as infinity
+// (depth where nothing is, a highlight), and not all of it below their full precision.
+static bool fits_half(const struct bd_exr_picture *picture, const struct bd_exr_plane *plane)
+{
+    float largest = 0;
+    for (size_t p = 0; p < (size_t)picture->width_px * picture->height_px; p++)
+        largest = fmaxf(largest, fabsf(plane->samples[p * plane->stride]));
+    return largest == 0 || (largest >= HALF_NORMAL_MIN && largest <= HALF_MAX);
+}
+
 static enum bd_err encode_exr(const struct bd_encode_request *request,
                               const struct bd_named_layer *layers, size_t layer_count,
                               struct bd_manifest manifest, struct bd_bytes *out,
@@ -108,10 +121,12 @@ static enum bd_err encode_exr(const struct bd_encode_request *request,
         .height_px = layers[0].image->height_px,
         .planes = planes,
         .manifest = manifest,
-        .half = request->exr_half,
     };
     enum bd_err err = bd_layers_to_planes(layers, layer_count, planes, &picture.plane_count, fault);
-    return err ? err : bd_exr_write(&picture, out, fault);
+    if (err) return err;
+    for (size_t i = 0; i < picture.plane_count; i++)
+        planes[i].half = request->exr_half && fits_half(&picture, &planes[i]);
+    return bd_exr_write(&picture, out, fault);
 }
 
 static enum bd_err encode_shown(const struct bd_encode_request *request,

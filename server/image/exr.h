@@ -22,6 +22,8 @@ struct bd_exr_plane {
     char name[BD_EXR_CHANNEL_NAME_MAX];
     const float *samples;
     size_t stride;
+    // 16-bit floats: 3 decimal digits; what is beyond 65504 becomes infinity, as rounding says.
+    bool half;
 };
 
 struct bd_exr_picture {
@@ -29,8 +31,6 @@ struct bd_exr_picture {
     const struct bd_exr_plane *planes; // names are unique, in any order
     size_t plane_count;                // 1 to BD_EXR_CHANNEL_MAX
     struct bd_manifest manifest;
-    // 16-bit floats: 3 decimal digits; what is beyond 65504 becomes infinity, as rounding says.
-    bool half;
 };
 
 // One part, scan lines from top to bottom, ZIP (lossless). The same picture gives the same bytes.

@@ -36,7 +36,7 @@ static exr_result_t write_header(exr_context_t context, const struct bd_exr_pict
     if (rv) return rv;
     for (size_t i = 0; i < picture->plane_count; i++) {
         rv = exr_add_channel(context, part, picture->planes[i].name,
-                             picture->half ? EXR_PIXEL_HALF : EXR_PIXEL_FLOAT,
+                             picture->planes[i].half ? EXR_PIXEL_HALF : EXR_PIXEL_FLOAT,
                              EXR_PERCEPTUALLY_LOGARITHMIC, 1, 1);
         if (rv) return rv;
     }

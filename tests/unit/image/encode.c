@@ -165,6 +165,39 @@ static void exr_keeps_light_unexposed(void **state)
     bd_image_destroy(&image);
 }
 
+// The first pixel of a half EXR of two depths, as it comes back.
+static float through_half(float first, float second)
+{
+    struct bd_image *image = bd_image_create(2, 1, 1);
+    assert_non_null(image);
+    image->pixels[0] = first;
+    image->pixels[1] = second;
+    struct bd_encode_request request = bd_encode_request_default;
+    request.format = BD_ENCODE_EXR;
+    request.exr_half = true;
+    struct bd_encoded out = encode_one(&request, "depth", image);
+    struct bd_exr *exr = NULL;
+    assert_int_equal(
+        bd_exr_read(out.bytes.data, out.bytes.size_bytes, &bd_exr_limits_default, &exr, NULL),
+        BD_ERR_OK);
+    float got = bd_exr_channel(exr, "depth.Z")[0];
+    bd_exr_destroy(&exr);
+    bd_bytes_finish(&out.bytes);
+    bd_image_destroy(&image);
+    return got;
+}
+
+static void half_never_makes_infinity_or_black(void **state)
+{
+    (void)state;
+    assert_true(through_half(1.0f / 3, 1) == 0x1.554p-2f); // eleven bits
+    assert_true(through_half(65504, 1) == 65504);
+    assert_true(through_half(1e10f, 1.0f / 3) == 1e10f);
+    assert_true(through_half(1.0f / 3, 1e10f) == 1.0f / 3);
+    assert_true(through_half(1e-9f, 1e-8f) == 1e-9f);
+    assert_true(through_half(1e-9f, 1) == 0); // small against its neighbours
+}
+
 static void same_arguments_same_bytes(void **state)
 {
     (void)state;
@@ -309,6 +342,7 @@ int main(void)
         cmocka_unit_test(png_keeps_an_alpha_channel),
         cmocka_unit_test(jpeg_is_close_and_carries_a_comment),
         cmocka_unit_test(exr_keeps_light_unexposed),
+        cmocka_unit_test(half_never_makes_infinity_or_black),
         cmocka_unit_test(same_arguments_same_bytes),
         cmocka_unit_test(other_layers_are_shown_as_documented),
         cmocka_unit_test(exposure_comes_from_beauty),

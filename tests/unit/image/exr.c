@@ -44,10 +44,10 @@ static struct bd_bytes write_layers(bool half)
     struct bd_exr_picture picture = {.width_px = WIDTH,
                                      .height_px = HEIGHT,
                                      .planes = planes,
-                                     .manifest = {entries, 3},
-                                     .half = half};
+                                     .manifest = {entries, 3}};
     struct bd_bytes bytes = {0};
     assert_int_equal(bd_layers_to_planes(layers, 4, planes, &picture.plane_count, NULL), BD_ERR_OK);
+    for (size_t i = 0; i < picture.plane_count; i++) planes[i].half = half;
     assert_int_equal(bd_exr_write(&picture, &bytes, NULL), BD_ERR_OK);
     bd_image_destroy(&beauty);
     bd_image_destroy(&normal);
