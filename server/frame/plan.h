@@ -38,10 +38,9 @@ bool bd_plan_light_shines(const struct bd_scene *scene, uint32_t placed_light);
 // VPLs along one face's side of a light, after `vpl_budget`; at least 1.
 uint32_t bd_plan_grid_side(const struct bd_plan *plan, const struct bd_light_setup *light);
 
-// Most texels along a side of the block that one VPL sums up. One invocation reads them all, three
-// times: this keeps it within a slice, and within the 65,535 turns of all its loops after which
-// Mesa's software device leaves every loop without a word.
-#define BD_PLAN_BLOCK_TEXELS_MAX 128
+// Most texels along a side of the block that one VPL sums up. One work group reads them all, three
+// times, and cannot be stopped: this keeps it at 0.1 s on the software device.
+#define BD_PLAN_BLOCK_TEXELS_MAX 1024
 
 // Texels along one face's side of the map that a grid is made from: `rsm_size`, held to between 1
 // and BD_PLAN_BLOCK_TEXELS_MAX for each VPL along the side. Where it is less, the plan says so.

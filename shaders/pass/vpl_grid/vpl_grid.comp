@@ -12,7 +12,7 @@
 #include "shared/vpl_grid.h"
 
 #ifdef BD_GROUP_PER_VPL
-const uint MEMBERS = 1024u; // 4096 x 4096 texels in three walks are 49,152 rounds
+const uint MEMBERS = 1024u;
 layout(local_size_x = 1024) in;
 #else
 const uint MEMBERS = 1u;
