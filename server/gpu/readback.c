@@ -10,14 +10,23 @@ struct bd_readback {
     size_t size_bytes;
 };
 
+// GL counts the bytes of one copy in 31 bits; a picture of 16384 x 16384 has 4 GiB.
+#define COPY_MAX_BYTES (UINT64_C(1) << 30)
+
 static void copy_to_buffer(const struct bd_tex *tex, uint32_t layer,
                            const struct bd_readback *readback)
 {
     const struct bd_format_info *info = bd_format_info(tex->desc.format);
+    const uint32_t height = tex->desc.height_px;
+    const size_t row_bytes = readback->size_bytes / height;
+    const uint32_t rows_max = (uint32_t)(COPY_MAX_BYTES / row_bytes);
     glBindBuffer(GL_PIXEL_PACK_BUFFER, readback->buffer);
-    glGetTextureSubImage(tex->id, 0, 0, 0, (GLint)layer, (GLsizei)tex->desc.width_px,
-                         (GLsizei)tex->desc.height_px, 1, info->format, info->type,
-                         (GLsizei)readback->size_bytes, NULL);
+    for (uint32_t row = 0; row < height; row += rows_max) {
+        uint32_t rows = height - row < rows_max ? height - row : rows_max;
+        glGetTextureSubImage(tex->id, 0, 0, (GLint)row, (GLint)layer, (GLsizei)tex->desc.width_px,
+                             (GLsizei)rows, 1, info->format, info->type,
+                             (GLsizei)(rows * row_bytes), (void *)(uintptr_t)(row * row_bytes));
+    }
     glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
 }
 
