@@ -44,7 +44,7 @@ vec4 surface_base_color()
 {
     vec4 c = material.base_color;
 #ifdef BD_BASE_COLOR_MAP
-    c *= texture(base_color_map, map_uv(material.base_color_uv));
+    c *= textureLod(base_color_map, map_uv(material.base_color_uv), 0.0);
 #endif
 #ifdef BD_VERTEX_COLOR
     c *= vertex_color;
@@ -64,7 +64,7 @@ vec2 surface_metallic_roughness()
 {
     vec2 m = material.surface.xy;
 #ifdef BD_METALLIC_ROUGHNESS_MAP
-    m *= texture(metallic_roughness_map, map_uv(material.metallic_roughness_uv)).bg;
+    m *= textureLod(metallic_roughness_map, map_uv(material.metallic_roughness_uv), 0.0).bg;
 #endif
     return m;
 }
@@ -73,7 +73,7 @@ vec3 surface_emission()
 {
     vec3 e = material.emissive.xyz;
 #ifdef BD_EMISSIVE_MAP
-    e *= texture(emissive_map, map_uv(material.emissive_uv)).rgb;
+    e *= textureLod(emissive_map, map_uv(material.emissive_uv), 0.0).rgb;
 #endif
     return e;
 }
@@ -109,7 +109,7 @@ vec3 shading_normal(vec3 geometric)
 #ifdef BD_NORMAL_MAP
     bool mirrored = (material.flags.x & BD_MATERIAL_MIRRORED) != 0u;
     vec3 b = cross(n, tangent_rs.xyz) * (mirrored ? -tangent_rs.w : tangent_rs.w);
-    vec3 m = texture(normal_map, map_uv(material.normal_uv)).xyz * 2.0 - 1.0;
+    vec3 m = textureLod(normal_map, map_uv(material.normal_uv), 0.0).xyz * 2.0 - 1.0;
     m.xy *= material.surface.z;
     vec3 bent = tangent_rs.xyz * m.x + b * m.y + n * m.z;
     if (dot(bent, bent) > 0.0) n = bent;
