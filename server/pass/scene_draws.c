@@ -14,6 +14,8 @@
 // that would make it longer than so many slices.
 #define PIXELS_PER_TRIANGLE_COST 2.0
 #define BAND_SLICES_MAX          12.0
+// A long draw is cut into parts of no fewer triangles than this.
+#define PART_TRIANGLES_MIN 1024.0
 
 static bool needs_alpha(const struct bd_material *m)
 {
@@ -96,9 +98,12 @@ static struct bd_material_uniform material_uniform(const struct bd_scene_draws *
 static enum bd_tex_wrap tex_wrap(enum bd_wrap wrap)
 {
     switch (wrap) {
-    case BD_WRAP_REPEAT: return BD_TEX_REPEAT;
-    case BD_WRAP_CLAMP: return BD_TEX_CLAMP;
-    case BD_WRAP_MIRROR: return BD_TEX_MIRROR;
+    case BD_WRAP_REPEAT:
+        return BD_TEX_REPEAT;
+    case BD_WRAP_CLAMP:
+        return BD_TEX_CLAMP;
+    case BD_WRAP_MIRROR:
+        return BD_TEX_MIRROR;
     }
     return BD_TEX_REPEAT;
 }
@@ -145,22 +150,52 @@ static void set_attributes(struct bd_attribute attributes[BD_ATTRIBUTE_MAX],
     };
 }
 
-static enum bd_err record_one(struct bd_gpu *gpu, const struct bd_scene_draws *draws,
-                              const struct bd_scene_draw *draw, const struct bd_view *view,
-                              const struct bd_buf *instances, struct bd_fault *fault)
+// Some instances of a draw whole, or some triangles of one: what fits into a slice.
+struct part {
+    uint32_t first_instance, instance_count; // of the draw's
+    uint32_t first_triangle, triangle_count; // of the primitive's
+};
+
+static uint32_t at_most(uint32_t count, double limit)
+{
+    return count < limit ? count : (uint32_t)limit;
+}
+
+// The part that begins where the last one ended; false after the last. Starts with a zeroed part.
+static bool next_part(const struct bd_scene_draw *draw, double triangles_max, struct part *part)
+{
+    const uint32_t triangles = draw->triangles_per_instance;
+    part->first_triangle += part->triangle_count;
+    if (part->first_triangle == triangles) {
+        part->first_triangle = 0;
+        part->first_instance += part->instance_count;
+    }
+    uint32_t instances_left = draw->instance_count - part->first_instance;
+    part->triangle_count = at_most(triangles - part->first_triangle, triangles_max);
+    part->instance_count = at_most(instances_left, fmax(triangles_max / triangles, 1));
+    return instances_left > 0;
+}
+
+static enum bd_err record_part(struct bd_gpu *gpu, const struct bd_scene_draws *draws,
+                               const struct bd_scene_draw *draw, const struct part *part,
+                               const struct bd_view *view, const struct bd_buf *instances,
+                               struct bd_fault *fault)
 {
     const struct bd_program_source source = {
         .vertex = "pass/gbuffer/scene.vert",
         .fragment = draws->fragment,
         .defines = defines_of(draws, draw),
     };
-    const struct bd_material_uniform material = material_uniform(draws, draw);
+    struct bd_material_uniform material = material_uniform(draws, draw);
+    material.triangles.x +=
+        part->first_instance * draw->triangles_per_instance + part->first_triangle;
     struct bd_draw call = {
         .indices = draw->mesh->indices,
-        .index_offset_bytes = draw->primitive->index_offset_bytes,
-        .index_count = draw->primitive->index_count,
-        .instance_count = draw->instance_count,
-        .base_instance = draw->first_instance,
+        .index_offset_bytes = draw->primitive->index_offset_bytes +
+                              3 * sizeof(uint32_t) * (size_t)part->first_triangle,
+        .index_count = 3 * part->triangle_count,
+        .instance_count = part->instance_count,
+        .base_instance = draw->first_instance + part->first_instance,
         .mirrored = draw->mirrored,
     };
     enum bd_err err = bd_program_get(gpu, &source, (struct bd_program **)&call.program, fault);
@@ -183,20 +218,29 @@ static double triangle_units(const struct bd_scene_draw *draw)
     return UNITS_PER_TRIANGLE * draw->triangles_per_instance * draw->instance_count;
 }
 
+static double part_units(const struct part *part)
+{
+    return UNITS_PER_TRIANGLE * part->triangle_count * part->instance_count;
+}
+
 static enum bd_err record_band(struct bd_gpu *gpu, const struct bd_scene_draws *draws,
                                const struct bd_view *view, const struct bd_buf *instances,
                                struct bd_slicer *slicer, struct bd_fault *fault)
 {
     double units = 0, units_per_slice = bd_slicer_units(slicer);
+    double triangles_max = fmax(units_per_slice / UNITS_PER_TRIANGLE, PART_TRIANGLES_MIN);
     for (uint32_t d = 0; d < draws->scene->draw_count; d++) {
         const struct bd_scene_draw *draw = &draws->scene->draws[d];
-        enum bd_err err = record_one(gpu, draws, draw, view, instances, fault);
-        units += triangle_units(draw);
-        if (!err && units >= units_per_slice) {
-            err = bd_slicer_checkpoint(slicer, 0);
-            units = 0;
+        struct part part = {0};
+        while (next_part(draw, triangles_max, &part)) {
+            enum bd_err err = record_part(gpu, draws, draw, &part, view, instances, fault);
+            units += part_units(&part);
+            if (!err && units >= units_per_slice) {
+                err = bd_slicer_checkpoint(slicer, 0);
+                units = 0;
+            }
+            if (err) return err;
         }
-        if (err) return err;
     }
     return bd_slicer_checkpoint(slicer, 0);
 }

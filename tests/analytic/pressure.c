@@ -158,6 +158,47 @@ static void a_stop_anywhere_leaves_no_trace(void **state)
     world_free_layers(whole.layers);
 }
 
+// --- slices -----------------------------------------------------------------------------------
+
+// As if the device did so many units of work in a millisecond, from a memo without outputs.
+static struct outcome render_at(struct world *w, double units_per_ms)
+{
+    forget_everything(w);
+    w->renderer.slicer.units_per_ms = units_per_ms;
+    return render(w, NULL, NULL);
+}
+
+// 9,800 triangles five times, of which one lies in front: cut into parts, drawn in bands.
+static void slices_change_no_byte(void **state)
+{
+    struct world *w = *state;
+    world_clear(w);
+    int32_t grey = world_add_material(w, 0.5f);
+    const double corners[4][3] = {{-1, 0, 1}, {1, 0, 1}, {1, 0, -1}, {-1, 0, -1}};
+    world_add_quad(w, grey, corners, 70);
+    world_add_placements(w, 0, 4);
+    for (uint32_t i = 0; i < w->scene->node_count; i++) {
+        w->scene->nodes[i].parent_from_node.m[12] = 0.4 * i - 0.8;
+        w->scene->nodes[i].parent_from_node.m[13] = i == 3 ? 0.3 : 0.01 * i;
+    }
+    const double lamp[3] = {.3, 1, .2}, eye[3] = {.7, 1.4, .9};
+    world_add_light(w, BD_LIGHT_POINT, lamp, down, 1);
+    world_add_camera(w, eye, origin, 1.0);
+    struct bd_fault fault = {0};
+    assert_int_equal(bd_scene_finish(w->scene, &fault), BD_ERR_OK);
+    w->finished = true;
+    struct outcome whole = render_at(w, 1e12);
+    uint32_t few = w->renderer.slicer.slice_count;
+    struct outcome cut = render_at(w, 1);
+    uint32_t many = w->renderer.slicer.slice_count;
+    print_message("    %u slices and %u\n", few, many);
+    assert_same_frame(&whole, &cut);
+    // Two sets of six faces and the camera, each in 50 parts or more.
+    assert_true(many > few + 13 * 40);
+    world_free_layers(whole.layers);
+    world_free_layers(cut.layers);
+}
+
 // --- triangles --------------------------------------------------------------------------------
 
 // A mesh of 2^17 triangles, placed until the device cannot address them all.
@@ -189,6 +230,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(too_little_memory_is_told_and_given_back),
         cmocka_unit_test(a_stop_anywhere_leaves_no_trace),
+        cmocka_unit_test(slices_change_no_byte),
         cmocka_unit_test(more_triangles_than_a_shader_can_index),
     };
     return cmocka_run_group_tests(tests, open_world, close_world);
