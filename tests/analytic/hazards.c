@@ -1,5 +1,5 @@
-// Input that breaks renderers, each with a known answer: hazards 2, 9, 22, 23, 24, 25, 27, 29, 37,
-// 59 and 61 of algorithms.md.
+// Input that breaks renderers, each with a known answer: hazards 2, 6, 9, 22, 23, 24, 25, 27, 29,
+// 37, 59 and 61 of algorithms.md.
 
 #include <math.h>
 #include <setjmp.h>
@@ -12,6 +12,9 @@
 
 #include <cmocka.h>
 
+#include "pass/vpl_grid.h"
+#include "shared/types.h"
+#include "shared/vpl.h"
 #include "world.h"
 
 #define SIDE 65 // odd: one pixel is the centre
@@ -86,6 +89,59 @@ static void receivers_on_vpls_stay_finite(void **state)
         const double limits[3] = {INFINITY, 0.5, 1.2 * exact};
         print_message("    %s: most E %.4f, exact %.4f\n", kernels[k], most, exact);
         assert_true(most > 0.5 * exact && most <= limits[k]);
+    }
+}
+
+// --- 6: a light along a surface ----------------------------------------------------------------
+
+// Sum of the areas that the VPLs of the scene's first light stand for, m^2.
+static double vpl_area_sum(struct world *w, uint32_t side_px, uint32_t grid_side)
+{
+    struct bd_fault fault = {0};
+    struct bd_gpu_scene *scene;
+    struct bd_rsm *rsm;
+    struct bd_vpl_list *list;
+    assert_int_equal(bd_scene_finish(w->scene, &fault), BD_ERR_OK);
+    const struct bd_light_setup light = bd_light_setup_of(w->scene, 0);
+    struct bd_slicer *slicer = &w->renderer.slicer;
+    bd_slicer_init(slicer, w->gpu, NULL, NULL);
+    const struct bd_pass_context context = {w->gpu, slicer};
+    struct bd_uploader *uploader = &w->renderer.uploader;
+    assert_int_equal(bd_gpu_scene_create(uploader, w->scene, &scene, &fault), BD_ERR_OK);
+    const struct bd_rsm_inputs to_rsm = {.scene = scene, .light = &light, .side_px = side_px};
+    assert_int_equal(bd_rsm_render(&context, &to_rsm, &rsm, &fault), BD_ERR_OK);
+    const struct bd_vpl_grid_inputs to_vpls = {
+        .rsm = rsm, .light = &light, .space = &scene->space, .grid_side = grid_side};
+    assert_int_equal(bd_vpl_grid_run(&context, &to_vpls, &list, &fault), BD_ERR_OK);
+    size_t bytes = list->count * BD_VPL_QUAD_VEC4S * sizeof(struct bd_vec4);
+    struct bd_vec4 *quads = malloc(bytes);
+    assert_int_equal(bd_buf_read(w->gpu, list->quads, 0, quads, bytes), BD_ERR_OK);
+    double sum = 0, render_per_m = scene->space.render_per_m;
+    for (uint32_t i = 0; i < list->count; i++) {
+        float per_area = quads[BD_VPL_QUAD_VEC4S * i].w;
+        if (per_area > 0) sum += 1 / (per_area * render_per_m * render_per_m);
+    }
+    free(quads);
+    bd_vpl_list_destroy(w->gpu, &list);
+    bd_rsm_destroy(w->gpu, &rsm);
+    bd_gpu_scene_destroy(uploader, &scene);
+    return sum;
+}
+
+// What a texel of a map sees at a grazing angle is large, but not larger than what is there.
+static void vpls_stand_for_no_more_than_the_plane(void **state)
+{
+    struct world *w = *state;
+    const double heights[] = {1, 0.1, 1e-3};
+    for (int k = 0; k < 3; k++) {
+        world_clear(w);
+        add_floor(w, world_add_material(w, 0.5f), 1, 0);
+        const double lamp[3] = {-1, heights[k], 0}, along[3] = {2, -heights[k], 0};
+        world_add_light(w, BD_LIGHT_POINT, lamp, along, 1);
+        double sum = vpl_area_sum(w, 256, 32);
+        print_message("    height %g: %.4f of 4 m^2\n", heights[k], sum);
+        assert_true(sum <= 4 * 1.01);
+        if (k == 0) ASSERT_REL(sum, 4, 0.01); // all of it seen, nowhere at less than 24 degrees
     }
 }
 
@@ -413,6 +469,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(receivers_on_vpls_stay_finite),
+        cmocka_unit_test(vpls_stand_for_no_more_than_the_plane),
         cmocka_unit_test(a_strong_light_drowns_no_weak_one),
         cmocka_unit_test(a_quad_lit_from_behind_is_black),
         cmocka_unit_test(a_closed_box_leaks_nothing),
