@@ -2,7 +2,7 @@
 //
 // A job is a snapshot and a request. Jobs wait in one bounded queue, higher priority first, then
 // in order of submission. Cancel and deadlines are checked between slices of about 20 ms. When
-// the device is lost the context is rebuilt and the job tried once more.
+// the device is lost, or an error sticks to it, the context is rebuilt and the job tried once more.
 //
 // Thread: every function may be called from any thread, unless it says otherwise.
 
