@@ -42,6 +42,14 @@ static void add_default_listen(struct bd_options *options, char *buffer, size_t 
         options->listens[options->listen_count++] = buffer;
 }
 
+static enum bd_err check_listens(const struct bd_options *options, struct bd_fault *fault)
+{
+    if (options->listen_count > 0 || options->private_fd >= 0 || strcmp(options->http, "none") != 0)
+        return BD_ERR_OK;
+    return bd_fault_set(fault, BD_ERR_USAGE, "listen",
+                        "nothing to listen on: no --listen, no XDG_RUNTIME_DIR, and --http none");
+}
+
 static enum bd_err open_sched(const struct bd_options *options, const char *data_directory,
                               struct bd_sched **out, struct bd_fault *fault)
 {
@@ -130,7 +138,7 @@ int main(int argc, char **argv)
         status = print_devices(&options);
     } else {
         add_default_listen(&options, default_listen, sizeof default_listen);
-        if (run(&options, &fault)) status = fail(&fault);
+        if (check_listens(&options, &fault) || run(&options, &fault)) status = fail(&fault);
     }
     bd_options_finish(&options);
     return status;

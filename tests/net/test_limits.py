@@ -157,6 +157,12 @@ def test_no_public_listening_without_a_token(tmp_path, option, address):
     assert result.returncode == 2 and "--token-file" in result.stderr
 
 
+def test_a_daemon_that_nobody_could_reach_does_not_start(tmp_path):
+    env = {name: value for name, value in os.environ.items() if name != "XDG_RUNTIME_DIR"}
+    result = run("--http", "none", "--data", str(tmp_path / "d"), env=env)
+    assert result.returncode == 2 and "XDG_RUNTIME_DIR" in result.stderr
+
+
 @pytest.mark.parametrize("value", ["unix:", "tcp:127.0.0.1", "tcp:nowhere.example:1", "127.0.0.1:70000",
                                    "127.0.0.1:", "tcp:[::1:1", "unix:" + "x" * 200, "ftp:1:1"])
 def test_bad_addresses(tmp_path, value):
