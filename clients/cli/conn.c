@@ -230,8 +230,14 @@ static enum bd_err receive(struct bd_cli_conn *conn, struct wait *wait,
     enum bd_err err = wait_for_answer(conn, wait, out, fault);
     if (err) return err;
     if (out->envelope->body_case == want) return BD_ERR_OK;
-    if (out->envelope->body_case == BOUNCED__ENVELOPE__BODY_ERROR)
-        return fault_from_wire(out->envelope->error, fault);
+    if (out->envelope->body_case == BOUNCED__ENVELOPE__BODY_ERROR) {
+        err = fault_from_wire(out->envelope->error, fault);
+        // Not by us: it drains, and its patience with our frame has ended.
+        if (err == BD_ERR_CANCELLED && !wait->cancel_sent)
+            err = bd_fault_set(fault, BD_ERR_UNREACHABLE, "server",
+                               "the daemon is shutting down and cancelled the request");
+        return err;
+    }
     err = bd_fault_set(fault, BD_ERR_INTERNAL, "server", "an answer of kind %d instead of %d",
                        (int)out->envelope->body_case, (int)want);
     bd_cli_answer_finish(out);

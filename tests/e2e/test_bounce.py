@@ -218,6 +218,19 @@ def test_ctrl_c_ends_a_long_frame_soon(bounce):
     assert not (bounce.folder / "out.png").exists()
 
 
+def test_a_daemon_that_ends_is_not_an_interrupted_user(running):
+    process = running.start("render", SCENES / "cornell.glb", "-o", "out.png", "--size", "1024x1024",
+                            "--aa", "64")
+    time.sleep(2)
+    assert process.poll() is None
+    running.daemon.send_signal(signal.SIGTERM)
+    time.sleep(0.2)
+    running.daemon.send_signal(signal.SIGTERM)  # no patience
+    _, err = process.communicate(timeout=30)
+    assert process.returncode == 7 and "shutting down" in err.decode()
+    assert not (running.folder / "out.png").exists()
+
+
 def test_jpeg_and_a_single_layer(bounce):
     ok(bounce("render", SCENES / "cornell.glb", "-o", "out.jpg", *SMALL))
     assert (bounce.folder / "out.jpg").read_bytes()[:2] == b"\xff\xd8"
