@@ -20,7 +20,7 @@ struct bd_vpl_grid_inputs {
     const struct bd_render_space *space;
     uint32_t grid_side; // VPLs along one face's side, 1 .. rsm->side_px
     enum bd_vpl_kernel kernel;
-    double near_field; // radii of a VPL's disk
+    double near_field; // radii of a VPL's disk, or half lengths of its patch if that is longer
 };
 
 struct bd_vpl_list {

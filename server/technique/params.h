@@ -37,7 +37,7 @@ enum bd_param {
     BD_PARAM_VPL_BUDGET,  // total over all lights, split by flux; 0 = none
     BD_PARAM_RSM_SIZE,    // texels of one face's side
     BD_PARAM_VPL_KERNEL,  // patch | disk | point (pass/vpl_grid.h)
-    BD_PARAM_NEAR_FIELD,  // radii of a VPL's disk below which `patch` is exact
+    BD_PARAM_NEAR_FIELD,  // radii (or half lengths) of a VPL's patch below which `patch` is exact
     BD_PARAM_PAPER_MODE,  // 1: the papers' printed formulas
     BD_PARAM_COUNT,
 };

@@ -94,25 +94,45 @@ static void floor_bounce_on_a_ceiling(void **state)
 
 // --- D6: directional light on a wall ----------------------------------------------------------
 
-static void directional_light_on_a_wall(void **state)
+// A wall of height 1 at x = 0 looking along +x, wide enough to be infinite; a strip of floor.
+static void make_wall(struct world *w, const double *distances, uint32_t count)
 {
-    struct world *w = *state;
     world_clear(w);
     int32_t white = world_add_material(w, 0.5f), black = world_add_material(w, 0.5f);
-    // A wall of height 1 at x = 0 looking along +x, wide enough to be infinite; a strip of floor.
     const double wall[4][3] = {{0, 0, 10}, {0, 0, -10}, {0, 1, -10}, {0, 1, 10}};
     const double floor[4][3] = {{0.001, 0, .5}, {2, 0, .5}, {2, 0, -.5}, {0.001, 0, -.5}};
     world_add_quad(w, white, wall, 1);
     world_add_quad(w, black, floor, 1);
     const double along[3] = {-1, 0, 0};
     world_add_light(w, BD_LIGHT_DIRECTIONAL, origin, along, 1);
-    const double distances[] = {0.25, 0.5, 1};
-    for (int i = 0; i < 3; i++) {
+    for (uint32_t i = 0; i < count; i++) {
         const double at[3] = {distances[i], 0, 0};
         world_add_probe(w, at, up, 1e-3);
     }
+}
+
+static void directional_light_on_a_wall(void **state)
+{
+    struct world *w = *state;
+    const double distances[] = {0.25, 0.5, 1};
     const char *settings[] = {"brdf=lambert", "vpls=1048576", "rsm_size=1024", NULL};
+    make_wall(w, distances, 3);
     for (uint32_t i = 0; i < 3; i++) {
+        double d = distances[i];
+        double e = world_probe(w, "rsm", i, BD_LAYER_INDIRECT, settings) * M_PI / 0.5;
+        ASSERT_REL(e, 0.5 * 0.5 * (1 - d / sqrt(1 + d * d)), 0.01);
+    }
+}
+
+// The same at default parameters: the light's frame is twenty times as wide as the wall is high, and
+// so are the patches of its 32 x 32 VPLs. As disks of their area they would lose a fifth.
+static void long_patches_near_a_wall(void **state)
+{
+    struct world *w = *state;
+    const char *settings[] = {"brdf=lambert", NULL};
+    const double distances[] = {0.1, 0.2, 0.3, 0.5};
+    make_wall(w, distances, 4);
+    for (uint32_t i = 0; i < 4; i++) {
         double d = distances[i];
         double e = world_probe(w, "rsm", i, BD_LAYER_INDIRECT, settings) * M_PI / 0.5;
         ASSERT_REL(e, 0.5 * 0.5 * (1 - d / sqrt(1 + d * d)), 0.01);
@@ -313,6 +333,7 @@ int main(void)
         cmocka_unit_test(point_light_over_a_floor),
         cmocka_unit_test(floor_bounce_on_a_ceiling),
         cmocka_unit_test(directional_light_on_a_wall),
+        cmocka_unit_test(long_patches_near_a_wall),
         cmocka_unit_test(cube_room_direct),
         cmocka_unit_test(cube_room_first_bounce),
         cmocka_unit_test(cube_room_near_the_walls),

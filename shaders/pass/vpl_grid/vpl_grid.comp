@@ -174,7 +174,9 @@ void store(uint index, vec3 position, float area, vec3 normal, vec3 flux, vec3 u
     float kernel_area = args.grid.y == BD_VPL_KERNEL_POINT ? 0.0 : area;
     float near = args.grid.y == BD_VPL_KERNEL_PATCH ? args.limits.x : 0.0;
     vpls[index * BD_VPL_VEC4S] = vec4(position, kernel_area);
-    vpls[index * BD_VPL_VEC4S + 1u] = vec4(normal, near * near * area / 3.14159265);
+    // A long patch is no disk until its length is small against the distance, too.
+    float reach_squared = max(area / 3.14159265, max(dot(u, u), dot(v, v)));
+    vpls[index * BD_VPL_VEC4S + 1u] = vec4(normal, near * near * reach_squared);
     vpls[index * BD_VPL_VEC4S + 2u] = vec4(flux, 0.0);
     vpl_quads[index * BD_VPL_QUAD_VEC4S] = vec4(u, area > 0.0 ? 1.0 / area : 0.0);
     vpl_quads[index * BD_VPL_QUAD_VEC4S + 1u] = vec4(v, 0.0);
