@@ -9,16 +9,7 @@
 #include <sys/prctl.h>
 #include <sys/resource.h>
 
-#if defined(__SANITIZE_ADDRESS__)
-#define BD_UNDER_SANITIZER 1
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer)
-#define BD_UNDER_SANITIZER 1
-#endif
-#endif
-#ifndef BD_UNDER_SANITIZER
-#define BD_UNDER_SANITIZER 0
-#endif
+#include "base/sanitizer.h"
 
 static void limit(int resource, uint64_t soft, uint64_t hard)
 {

@@ -17,6 +17,7 @@
 #include <unistd.h>
 
 #include "base/clock.h"
+#include "base/sanitizer.h"
 #include "scene/import.h"
 #include "scene/import_confine.h"
 #include "tests/unit/cmocka_all.h"
@@ -183,9 +184,7 @@ static void limits_are_named(void **state)
 static void memory_is_limited(void **state)
 {
     (void)state;
-#ifdef __SANITIZE_ADDRESS__
-    skip();
-#endif
+    if (BD_UNDER_SANITIZER) skip();
     const size_t size = 8 << 20;
     static const char json[] = "{\"asset\":{\"version\":\"2.0\"},\"nodes\":[{}]}";
     char *bytes = malloc(size);

@@ -16,6 +16,7 @@
 #include <epoxy/gl.h>
 
 #include "base/clock.h"
+#include "base/sanitizer.h"
 #include "sched/sched.h"
 #include "world.h"
 
@@ -130,16 +131,7 @@ static void sleep_ms(long ms)
     nanosleep(&time, NULL);
 }
 
-#if defined(__has_feature) // clang; gcc says __SANITIZE_ADDRESS__
-#if __has_feature(address_sanitizer)
-#define __SANITIZE_ADDRESS__ 1
-#endif
-#endif
-#ifdef __SANITIZE_ADDRESS__
-#define PATIENCE 4 // the host's share of a slice is that much slower
-#else
-#define PATIENCE 1
-#endif
+#define PATIENCE (BD_UNDER_SANITIZER ? 4 : 1) // the host's share of a slice is that much slower
 
 // Milliseconds from the cancel of a long job, `after_ms` into it, to its end.
 static double cancel_latency_ms(struct bd_sched *sched, const struct bd_job_request *request,

@@ -7,6 +7,7 @@
 #include <time.h>
 #include <turbojpeg.h>
 
+#include "base/sanitizer.h"
 #include "image/encode.h"
 #include "image/exr.h"
 #include "image/png.h"
@@ -300,16 +301,10 @@ static void formats_by_name(void **state)
     assert_false(bd_encode_format_from_name("tiff", &format));
 }
 
-#if defined(__has_feature)
-#if __has_feature(address_sanitizer)
-#define SANITIZED 1
-#endif
-#endif
-#if defined(__SANITIZE_ADDRESS__) || !defined(__OPTIMIZE__)
-#define SANITIZED 1
-#endif
-#ifndef SANITIZED
-#define SANITIZED 0
+#ifdef __OPTIMIZE__
+#define SANITIZED BD_UNDER_SANITIZER
+#else
+#define SANITIZED 1 // or as slow as that
 #endif
 
 // Processor time, best of three, so that a busy machine does not decide. One core of 2020 needs
