@@ -275,6 +275,10 @@ void bd_net_destroy(struct bd_net **net_address)
     uv_close((uv_handle_t *)&net->tick, NULL);
     uv_close((uv_handle_t *)&net->sigterm, NULL);
     uv_close((uv_handle_t *)&net->sigint, NULL);
+    // libuv gives the signals back to the system, which ends the process by them: one more from
+    // somebody impatient must not cost the rooms below their orderly end.
+    signal(SIGTERM, SIG_IGN);
+    signal(SIGINT, SIG_IGN);
     uv_run(&net->loop, UV_RUN_DEFAULT); // lets every handle hear that it is closed
     BD_ASSERT_CMP(uv_loop_close(&net->loop), ==, 0);
     uv_mutex_destroy(&net->ended_lock);
