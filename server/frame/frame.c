@@ -7,11 +7,13 @@
 #include "base/assert.h"
 #include "base/clock.h"
 #include "frame/stages.h"
+#include "pass/prime.h"
 
 void bd_renderer_init(struct bd_renderer *renderer, struct bd_gpu *gpu, uint64_t memo_budget_bytes)
 {
     *renderer = (struct bd_renderer){.gpu = gpu, .uploader = {.gpu = gpu}};
     renderer->memo = bd_memo_create(renderer, memo_budget_bytes);
+    bd_prime_samplers(gpu);
 }
 
 void bd_renderer_finish(struct bd_renderer *renderer)
