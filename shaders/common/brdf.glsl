@@ -4,7 +4,7 @@
 // Known: D(h) divides by (n.h^2 (a^2 - 1) + 1)^2, which cancels in 32 bits for small a; 1 - n.h^2
 // is therefore taken from the cross product (hazard 16).
 
-const float PI = 3.14159265358979;
+#include "common/pi.glsl"
 
 // GGX alpha of a perceptual roughness; below 1e-3 the lobe is narrower than fp32 can sample.
 float ggx_alpha(float roughness) { return max(roughness * roughness, 1e-3); }

@@ -1,13 +1,13 @@
 // Kernels from a VPL to a receiver, as irradiance for a unit of outgoing flux P.
 
-const float FORM_FACTOR_PI = 3.14159265358979;
+#include "common/pi.glsl"
 
 // Wallace's disk to point (algorithms.md A2.2): E = P cos cos / (pi r^2 + A). The dots are with
 // the vector from receiver to VPL, not normalised: `to_vpl` of length r gives cos = dot / r.
 // Bare kernel: area = 0.
 float disk_kernel(float receiver_dot, float vpl_dot, float r2, float area)
 {
-    return receiver_dot * vpl_dot / (r2 * (FORM_FACTOR_PI * r2 + area));
+    return receiver_dot * vpl_dot / (r2 * (PI * r2 + area));
 }
 
 // Angle between unit vectors, well conditioned at 0 and at pi, where acos is not.
@@ -57,5 +57,5 @@ float quad_form_factor(vec3 centre, vec3 u, vec3 v, vec3 n)
         float gamma = angle_between(normalize(down), normalize(up));
         sum += dot(n, cross(down, up)) < 0.0 ? -gamma : gamma;
     }
-    return abs(sum) * (0.5 / FORM_FACTOR_PI);
+    return abs(sum) * (0.5 / PI);
 }

@@ -12,8 +12,8 @@ BD_ARRAY(triangles, BD_UNIT_TRIANGLES);
 layout(binding = BD_UNIT_SHADOW_IDS) uniform usampler2DArray shadow_ids;
 
 const uint TRIANGLE_MASKED = 0x80000000u;
-// Texels looked up: three on each side. On Sponza's colonnade at 1024 texels a face, pixels lit through a
-// wall are 5, 2 and 0 in 27,648 for 1, 2 and 3; a lit pixel costs twice as much at 3 as at 1.
+// Texels looked up: three on each side. On Sponza's colonnade at 1024 texels a face, pixels lit
+// through a wall are 5, 2 and 0 in 27,648 for 1, 2 and 3; a lit pixel costs twice as much at 3.
 const int SHADOW_TEXELS = 49;
 const ivec2 SHADOW_SPIRAL[SHADOW_TEXELS] = ivec2[SHADOW_TEXELS](
     ivec2(0, 0), ivec2(-1, -1), ivec2(0, -1), ivec2(1, -1), ivec2(-1, 0), ivec2(1, 0),
@@ -47,10 +47,11 @@ bool segment_meets_triangle(vec3 origin, vec3 span, uint id)
     return u >= -slack && v >= -slack && u + v <= 1.0 + slack && t > 0.0 && t < 1.0;
 }
 
-// Side of a texel at a distance from the light, render units.
+// The longer side of a texel at a distance from the light, render units: a directional light's
+// frame fits the scene, and its texels need not be square.
 float shadow_texel_side(vec3 from_light)
 {
-    float side = 2.0 * light.axis_x.w / float(light.kind.z);
+    float side = 2.0 * max(light.axis_x.w, light.axis_y.w) / float(light.kind.z);
     return light.kind.x == BD_LIGHT_KIND_DIRECTIONAL ? side : side * length(from_light);
 }
 

@@ -27,7 +27,6 @@
 #define BD_UNIT_GBUFFER_EMISSION 5
 #define BD_UNIT_TRIANGLES        6 // array, three vec4s a triangle
 #define BD_UNIT_SHADOW_IDS       7
-#define BD_UNIT_SHADOW_DEPTH     8
 #define BD_UNIT_VPLS             6 // array, shared/vpl.h
 #define BD_UNIT_VPL_QUADS        7 // array, shared/vpl.h
 #define BD_UNIT_DIRECT           6

@@ -4,6 +4,7 @@
 // indirect and emission add up to it. Colour in alpha 1 is one sub-frame's; depth and normal are
 // averaged over the sub-frames that hit something.
 #include "common/gbuffer.glsl"
+#include "common/pi.glsl"
 #include "shared/composite.h"
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -38,8 +39,7 @@ vec3 indirect_part(ivec2 pixel, receiver r)
     vec3 sum = vec3(0.0);
 #ifdef BD_INDIRECT
     if (r.lit)
-        sum = texelFetch(indirect_irradiance, pixel, 0).rgb * diffuse_albedo(r) /
-              3.14159265358979;
+        sum = texelFetch(indirect_irradiance, pixel, 0).rgb * diffuse_albedo(r) / PI;
 #endif
 #ifdef BD_GLOSSY
     if (r.lit) sum += texelFetch(indirect_glossy, pixel, 0).rgb;

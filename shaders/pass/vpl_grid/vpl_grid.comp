@@ -8,6 +8,7 @@
 // one invocation is slow then, and the software device ends all loops of one after 65,535 rounds.
 #include "common/light.glsl"
 #include "common/normals.glsl"
+#include "common/pi.glsl"
 #include "shared/vpl.h"
 #include "shared/vpl_grid.h"
 
@@ -175,7 +176,7 @@ void store(uint index, vec3 position, float area, vec3 normal, vec3 flux, vec3 u
     float near = args.grid.y == BD_VPL_KERNEL_PATCH ? args.limits.x : 0.0;
     vpls[index * BD_VPL_VEC4S] = vec4(position, kernel_area);
     // A long patch is no disk until its length is small against the distance, too.
-    float reach_squared = max(area / 3.14159265, max(dot(u, u), dot(v, v)));
+    float reach_squared = max(area / PI, max(dot(u, u), dot(v, v)));
     vpls[index * BD_VPL_VEC4S + 1u] = vec4(normal, near * near * reach_squared);
     vpls[index * BD_VPL_VEC4S + 2u] = vec4(flux, 0.0);
     vpl_quads[index * BD_VPL_QUAD_VEC4S] = vec4(u, area > 0.0 ? 1.0 / area : 0.0);
