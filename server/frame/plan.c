@@ -121,7 +121,7 @@ static void flag_what_is_not_honoured(const struct bd_plan *plan, const struct b
                  BD_PLAN_BLOCK_TEXELS_MAX);
         flag(report, text);
     }
-    if (f->has_emissive && !plan->technique->model.emissive_surfaces && plan->technique->indirect) {
+    if (f->has_emissive && !(plan->technique->model.lights & BD_LIGHTS_EMISSIVE)) {
         double total = f->emissive_flux_lm + f->punctual_flux_lm;
         snprintf(text, sizeof text, "emissive_not_lighting: %.3g %% of the flux",
                  total > 0 ? 100 * f->emissive_flux_lm / total : 0.0);

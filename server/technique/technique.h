@@ -20,12 +20,34 @@ enum bd_frame_input {
     BD_INPUT_VPL_GRID = 1u << 0, // a list of VPLs for each light, from its reflective shadow map
 };
 
-// What a technique's light transport leaves out by design: its errors against the whole
-// rendering equation that no parameter removes.
+// Kinds of light that can light surfaces.
+enum bd_lights {
+    BD_LIGHTS_PUNCTUAL = 1u << 0,
+    BD_LIGHTS_EMISSIVE = 1u << 1,
+    BD_LIGHTS_ENVIRONMENT = 1u << 2,
+};
+
+#define BD_MODEL_BOUNCES_UNLIMITED UINT32_MAX
+
+// A technique's light transport: what is left out of it by design is its error against the whole
+// rendering equation that no parameter removes. The same words describe the reference's integrand
+// for its model limit (`bounce reference --model-of NAME`); oracles that need more than a model has
+// do not apply to it.
 struct bd_model {
     uint32_t indirect_bounces;
-    bool indirect_visibility; // occlusion between VPL and receiver
-    bool emissive_surfaces;   // light others
+    bool indirect_visibility; // occlusion between the surface that sends indirect light and the one
+                              // that receives it
+    uint32_t lights;          // enum bd_lights: those that light surfaces
+    bool glossy_receivers;    // indirect light is reflected by the whole BRDF towards the eye
+    bool glossy_senders;      // and by the whole BRDF on its way there
+    bool transmission;
+    bool coverage; // BLEND lets light through instead of being a mask
+};
+
+// Largest relative error of a layer against a closed form that holds in the technique's own model,
+// at default parameters (tests/matrix derives from the model which closed forms those are).
+struct bd_tolerance {
+    double direct, indirect;
 };
 
 struct bd_technique_inputs {
@@ -44,6 +66,13 @@ struct bd_technique {
     struct bd_model model;
     uint32_t inputs;      // BD_INPUT_*
     uint64_t params_read; // bits 1 << enum bd_param
+    struct bd_tolerance tolerance;
+    // Codes of the hazards that concern it beside those that concern all (algorithms.md C): letters
+    // of "TNSIP", "" for none.
+    const char *hazard_codes;
+    // Settings from the cheapest to the best, "KEY=VALUE KEY=VALUE" each, ended by NULL: the rungs
+    // of error against run time, and what `--target-error` climbs.
+    const char *const *ladder;
     // Indirect light of one frame; NULL if the technique has none. Not called without lights.
     enum bd_err (*indirect)(const struct bd_pass_context *context,
                             const struct bd_technique_inputs *inputs, struct bd_indirect **out,
