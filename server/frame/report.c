@@ -16,6 +16,8 @@ const char *bd_stopped_name(enum bd_stopped stopped)
     case BD_STOPPED_COMPLETE: return "complete";
     case BD_STOPPED_DEADLINE: return "deadline";
     case BD_STOPPED_CANCELLED: return "cancelled";
+    case BD_STOPPED_TARGET: return "target";
+    case BD_STOPPED_FLOOR: return "floor";
     }
     return "complete";
 }

@@ -12,11 +12,18 @@
 #define BD_REPORT_PASS_MAX    64
 #define BD_REPORT_OMITTED_MAX 32
 #define BD_REPORT_FLAG_MAX    32
+#define BD_REPORT_ERROR_MAX   4
 
 enum bd_pass_state { BD_PASS_RAN, BD_PASS_REUSED, BD_PASS_PLANNED };
-enum bd_stopped { BD_STOPPED_COMPLETE, BD_STOPPED_DEADLINE, BD_STOPPED_CANCELLED };
+enum bd_stopped {
+    BD_STOPPED_COMPLETE,
+    BD_STOPPED_DEADLINE,
+    BD_STOPPED_CANCELLED,
+    BD_STOPPED_TARGET, // the error asked for is reached
+    BD_STOPPED_FLOOR,  // and cannot be: refining no longer lowers it
+};
 
-// "ran", "reused", "planned"; "complete", "deadline", "cancelled".
+// "ran", "reused", "planned"; "complete", "deadline", "cancelled", "target", "floor".
 const char *bd_pass_state_name(enum bd_pass_state state);
 const char *bd_stopped_name(enum bd_stopped stopped);
 
@@ -34,7 +41,7 @@ struct bd_report {
         bool software;
     } device;
     struct {
-        double total, load, compile, gpu, readback; // ms; encode is added by who encodes
+        double total, load, compile, gpu, check, readback; // ms; encode is added by who encodes
     } time_ms;
     uint32_t pass_count;
     struct {
@@ -54,6 +61,13 @@ struct bd_report {
     uint32_t flag_count;
     char flags[BD_REPORT_FLAG_MAX][96];
     uint64_t nonfinite_pixels;
+    uint32_t error_count; // estimates of how wrong the frame is, with 95 % intervals
+    struct {
+        char metric[16];         // "rel_rmse"
+        char against[8];         // "model" or "full"
+        double value, low, high; // high = INFINITY: a few samples carry the error (`error_tail`)
+        uint64_t samples;        // pixels that were traced
+    } errors[BD_REPORT_ERROR_MAX];
     enum bd_stopped stopped;
 };
 
