@@ -123,6 +123,22 @@ struct bd_camera {
     float near_m, far_m; // far_m +inf = none
 };
 
+// A picture of the whole sky, linear RGB in cd/m^2, rows from the zenith (+y) to the nadir. Column
+// 0 begins at -z and columns turn towards +x: direction (sin t sin p, cos t, -sin t cos p) at v = t
+// / pi, u = p / (2 pi).
+struct bd_sky_map {
+    uint32_t reference_count; // atomic
+    uint32_t width_px, height_px;
+    uint64_t content_hash;
+    float *rgb; // finite, >= 0
+};
+
+// Light from infinitely far away.
+struct bd_environment {
+    float radiance[3];      // cd/m^2, or a factor on the map; 0: none
+    struct bd_sky_map *map; // NULL: the same from everywhere
+};
+
 // One camera or light as placed by a node. Cameras look along -z of the node's frame, y up;
 // lights shine along -z. Axes are orthonormal and right-handed: axis_z is where the node's z axis
 // points in the world, so that what is modelled around a lamp agrees with it even in a mirrored
@@ -155,7 +171,7 @@ struct bd_features {
     bool has_metal;    // metallic factor > 0 (before its map)
     bool has_glossy;   // metal, or roughness factor < 0.6
     bool has_specular; // roughness factor < 0.1 and metal or transmissive
-    bool has_transmissive, has_emissive, has_unlit;
+    bool has_transmissive, has_emissive, has_unlit, has_environment;
     double
         punctual_flux_lm; // point and spot; directional counts its lux x the bounds' cross-section
     double emissive_flux_lm; // pi x luminance x area (both sides if double-sided), factors only
@@ -188,6 +204,7 @@ struct bd_scene {
     struct bd_picture **pictures;
     struct bd_light *lights;
     struct bd_camera *cameras;
+    struct bd_environment environment;
     // Derived by bd_scene_finish:
     uint32_t instance_count, placed_light_count, placed_camera_count;
     struct bd_instance *instances;
