@@ -54,7 +54,7 @@ static void tables_are_objects(void **state)
     assert_round_trip(&bounced__frame_request__descriptor,
                       "{\"parameters\":{\"vpls\":\"256\",\"x\":0.1,\"y\":\"1e9999\"},\"aa\":null}",
                       "{\"parameters\":{\"vpls\":256,\"x\":0.1,\"y\":\"1e9999\"},"
-                      "\"size\":[],\"layers\":[]}");
+                      "\"size\":[],\"layers\":[],\"region\":[]}");
 }
 
 #define EMPTY_LISTS "{\"parameters\":{},\"size\":[],\"layers\":[],"
@@ -63,11 +63,11 @@ static void wide_numbers_are_strings(void **state)
 {
     (void)state;
     assert_round_trip(&bounced__frame_request__descriptor, "{\"seed\":9007199254740992}",
-                      EMPTY_LISTS "\"seed\":9007199254740992}");
+                      EMPTY_LISTS "\"seed\":9007199254740992,\"region\":[]}");
     assert_round_trip(&bounced__frame_request__descriptor, "{\"seed\":\"18446744073709551615\"}",
-                      EMPTY_LISTS "\"seed\":\"18446744073709551615\"}");
+                      EMPTY_LISTS "\"seed\":\"18446744073709551615\",\"region\":[]}");
     assert_round_trip(&bounced__frame_request__descriptor, "{\"seed\":\"12\"}",
-                      EMPTY_LISTS "\"seed\":12}");
+                      EMPTY_LISTS "\"seed\":12,\"region\":[]}");
 }
 
 static void numbers_beyond_json_are_null(void **state)
