@@ -1,0 +1,51 @@
+// How a surface scatters light: glTF's metallic-roughness BRDF, its Lambertian part alone, or a
+// dielectric that transmits. Evaluation, sampling and density agree with each other.
+//
+// glTF 2.0 Appendix B (diffuse and GGX mixed by Schlick's Fresnel), KHR_materials_ior,
+// KHR_materials_transmission, KHR_materials_volume; sampling of visible normals after Heitz 2018;
+// rough dielectrics after Walter et al. 2007.
+//
+// Directions are unit, in world space, and point away from the surface: `wo` to the eye, `wi` to
+// where the light comes from. Any thread; no state.
+
+#ifndef BD_REFERENCE_BSDF_H
+#define BD_REFERENCE_BSDF_H
+
+#include <stdbool.h>
+
+// Everything about one point of a surface that shading reads. Both normals are unit and on the side
+// of `wo`, as the raster techniques have them.
+struct bd_surface {
+    float normal_geometric[3], normal[3]; // geometric; shading
+    float base_color[3];
+    float metallic, roughness; // perceptual roughness
+    float ior;                 // of the solid, 1.5 unless said
+    float transmission;        // share of the diffuse lobe that passes instead
+    bool thin;                 // no volume: transmitted light is not refracted
+    bool entering;             // `wo` is outside of the solid
+    float emission[3];         // cd/m^2, towards `wo`
+    bool lambert;              // only base_color / pi
+};
+
+struct bd_bsdf_sample {
+    float wi[3];
+    float weight[3]; // f |cos| / density
+    float density;   // per steradian; 0 for a delta lobe
+    bool delta;      // smooth: direction by a point mass
+    bool transmitted;
+};
+
+// f(wo, wi) x |cos(wi, shading normal)| in `out`, and the density with which bd_bsdf_sample would
+// have chosen wi, per steradian. Delta lobes contribute nothing to either. Zero where the geometric
+// and the shading normal disagree about the side of wi (hazard 61).
+void bd_bsdf_eval(const struct bd_surface *surface, const float wo[3], const float wi[3],
+                  float out[3], float *density);
+
+// `u`: three independent uniform numbers in [0, 1). False: the sample is absorbed.
+bool bd_bsdf_sample(const struct bd_surface *surface, const float wo[3], const float u[3],
+                    struct bd_bsdf_sample *out);
+
+// True if every lobe is a delta lobe: nothing can be evaluated, only sampled.
+bool bd_bsdf_is_delta(const struct bd_surface *surface);
+
+#endif
