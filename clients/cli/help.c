@@ -22,6 +22,7 @@ int bd_help(void)
           "\n"
           "  render SCENE -o FILE   one frame of a .glb or .gltf as PNG, JPEG or EXR\n"
           "  devices                the devices that frames can be rendered on\n"
+          "  techniques             what frames can be rendered with, and its parameters\n"
           "  scenes                 the scenes that the daemon holds\n"
           "  scene add FILE         gives the daemon a scene; prints its id\n"
           "  scene rm ID            takes it away\n"
@@ -77,6 +78,17 @@ int bd_help_devices(void)
     fputs("usage: bounce devices [options]\n"
           "\n"
           "Lists the devices of the running daemon's machine, or of this one. * is in use.\n"
+          "\n" START_HELP COMMON_HELP END_HELP,
+          stdout);
+    return 0;
+}
+
+int bd_help_techniques(void)
+{
+    fputs("usage: bounce techniques [options]\n"
+          "\n"
+          "Lists the techniques of the running daemon, or of this one: their model of light\n"
+          "transport, the tolerance that they declare, their parameters with ranges.\n"
           "\n" START_HELP COMMON_HELP END_HELP,
           stdout);
     return 0;

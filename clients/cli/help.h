@@ -7,5 +7,6 @@ int bd_help(void);
 int bd_help_render(void);
 int bd_help_scenes(void);
 int bd_help_devices(void);
+int bd_help_techniques(void);
 
 #endif

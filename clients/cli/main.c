@@ -13,6 +13,7 @@ static const struct {
 } commands[] = {
     {"render", bd_cmd_render},
     {"devices", bd_cmd_devices},
+    {"techniques", bd_cmd_techniques},
     {"scenes", bd_cmd_scenes},
     {"scene", bd_cmd_scene},
 };

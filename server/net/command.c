@@ -9,6 +9,7 @@
 #include "net/command_internal.h"
 #include "net/device_list.h"
 #include "net/stats.h"
+#include "net/technique_list.h"
 
 static void leave_list(struct bd_command *command)
 {
@@ -192,6 +193,12 @@ static void stats(struct bd_command *command)
     bd_command_end(command, &answer);
 }
 
+static void techniques(struct bd_command *command)
+{
+    struct bd_answer answer = bd_answer_techniques();
+    bd_command_end(command, &answer);
+}
+
 // --- start ----------------------------------------------------------------------------------
 
 static void render(struct bd_command *command)
@@ -253,6 +260,9 @@ static void dispatch(struct bd_command *command)
     case BOUNCED__ENVELOPE__BODY_STATS:
         stats(command);
         break;
+    case BOUNCED__ENVELOPE__BODY_TECHNIQUES:
+        techniques(command);
+        break;
     case BOUNCED__ENVELOPE__BODY_HELLO:
     case BOUNCED__ENVELOPE__BODY_BLOB_PUT:
     case BOUNCED__ENVELOPE__BODY_CANCEL:
@@ -265,6 +275,7 @@ static void dispatch(struct bd_command *command)
     case BOUNCED__ENVELOPE__BODY_RENDER_REPLY:
     case BOUNCED__ENVELOPE__BODY_DEVICES_REPLY:
     case BOUNCED__ENVELOPE__BODY_STATS_REPLY:
+    case BOUNCED__ENVELOPE__BODY_TECHNIQUES_REPLY:
     case BOUNCED__ENVELOPE__BODY_PROGRESS:
     case BOUNCED__ENVELOPE__BODY__NOT_SET:
     default:

@@ -27,7 +27,7 @@ static void add_limits(Bounced__HelloReply *reply, const struct bd_limits *limit
 static void add_capabilities(Bounced__HelloReply *reply)
 {
     static const char *const names[] = {"blobs",  "scenes",  "render", "progress",
-                                        "cancel", "devices", "stats"};
+                                        "cancel", "devices", "stats",  "techniques"};
     reply->capabilities = calloc(sizeof names / sizeof names[0], sizeof(char *));
     BD_ASSERT(reply->capabilities);
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++)

@@ -351,6 +351,9 @@ void bd_http_run(struct bd_http *http)
     case BD_HTTP_ROUTE_STATS:
         start_empty(http, BOUNCED__ENVELOPE__BODY_STATS, &bounced__stats__descriptor);
         break;
+    case BD_HTTP_ROUTE_TECHNIQUES:
+        start_empty(http, BOUNCED__ENVELOPE__BODY_TECHNIQUES, &bounced__techniques__descriptor);
+        break;
     case BD_HTTP_ROUTE_NONE:
         BD_ASSERT(!"refused with its head");
         break;

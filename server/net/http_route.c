@@ -45,6 +45,7 @@ static enum bd_http_route find_path(const char *path, struct bd_http_target *out
         {"/healthz", BD_HTTP_ROUTE_HEALTH},     {"/readyz", BD_HTTP_ROUTE_READY},
         {"/metrics", BD_HTTP_ROUTE_METRICS},    {"/v1/render", BD_HTTP_ROUTE_RENDER},
         {"/v1/devices", BD_HTTP_ROUTE_DEVICES}, {"/v1/stats", BD_HTTP_ROUTE_STATS},
+        {"/v1/techniques", BD_HTTP_ROUTE_TECHNIQUES},
     };
     for (size_t i = 0; i < sizeof fixed / sizeof fixed[0]; i++)
         if (strcmp(path, fixed[i].path) == 0) return fixed[i].route;
@@ -77,6 +78,7 @@ static unsigned methods_of(enum bd_http_route route)
     case BD_HTTP_ROUTE_METRICS:
     case BD_HTTP_ROUTE_DEVICES:
     case BD_HTTP_ROUTE_STATS:
+    case BD_HTTP_ROUTE_TECHNIQUES:
     case BD_HTTP_ROUTE_FRAME:
         return 1u << BD_HTTP_GET;
     case BD_HTTP_ROUTE_BLOB:

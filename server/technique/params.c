@@ -124,6 +124,20 @@ static void write_value(const struct param_row *row, struct bd_params *params, c
     }
 }
 
+void bd_param_describe(enum bd_param param, struct bd_param_info *out)
+{
+    const struct param_row *row = &table[param];
+    struct bd_params defaults;
+    set_defaults(&defaults);
+    *out = (struct bd_param_info){.key = row->key,
+                                  .minimum = row->minimum,
+                                  .maximum = row->maximum,
+                                  .whole = row->type == PARAM_COUNT,
+                                  .choices = row->choices};
+    while (out->choice_count < 4 && row->choices[out->choice_count]) out->choice_count++;
+    write_value(row, &defaults, out->standard, sizeof out->standard);
+}
+
 void bd_params_write(const struct bd_params *params, uint64_t readable, struct bd_param_list *out)
 {
     struct bd_params copy = *params;

@@ -54,6 +54,17 @@ struct bd_params {
     uint32_t paper_mode;
 };
 
+// What clients are told about a parameter.
+struct bd_param_info {
+    const char *key;
+    double minimum, maximum;    // of a number
+    bool whole;                 // a number without a fraction
+    const char *const *choices; // of a word; static
+    uint32_t choice_count;      // 0 = a number
+    char standard[BD_PARAM_VALUE_MAX];
+};
+void bd_param_describe(enum bd_param param, struct bd_param_info *out);
+
 // Reads `list` against the parameters in the mask `readable` (bits 1 << enum bd_param). `owner`
 // is the technique's name, for messages.
 BD_MUST_CHECK

@@ -100,6 +100,33 @@ def test_an_image_requested_twice_is_the_same_to_the_byte(bounce):
         assert len({hashlib.sha256((bounce.folder / n).read_bytes()).digest() for n in names}) == 1
 
 
+def test_techniques_are_what_they_say(running):
+    """Both ends of every range, every choice and every rung are taken; one beyond is refused."""
+    def plan(technique, pairs):
+        words = [word for pair in pairs for word in ("--set", pair)]
+        return running("render", SCENES / "cornell.glb", "--plan", "--quiet", "--technique",
+                       technique, *words)
+
+    table = ok(running("techniques")).stdout.decode()
+    for technique in json.loads(ok(running("techniques", "--json")).stdout)["techniques"]:
+        good, bad = [rung.split() for rung in technique["ladder"]], []
+        assert f"{technique['name']:10} {technique['summary']}\n" in table
+        for p in technique["parameters"]:
+            good += [[f"{p['key']}={word}"] for word in [*p["choices"], p["standard"]]]
+            bad.append(f"{p['key']}=none-of-these")
+            if not p["choices"]:
+                low, high = p["minimum"], p["maximum"]
+                good += [[f"{p['key']}={end:.17g}"] for end in (low, high)]
+                bad += [f"{p['key']}={end:.17g}" for end in (low - 1, high + 1)]
+            if p.get("whole"):
+                bad.append(f"{p['key']}={low + 0.5}")
+        for pairs in good:
+            ok(plan(technique["name"], pairs))
+        for pair in bad:
+            result = plan(technique["name"], [pair])
+            assert result.returncode == 2 and pair.split("=")[0] in result.stderr, pair
+
+
 def test_layers_add_up_to_beauty(bounce):
     ok(bounce("render", SCENES / "checker.glb", "-o", "out.exr", *SMALL, "--layers",
               "beauty,direct,indirect,emission,albedo,normal,depth"))

@@ -23,7 +23,7 @@ ROOMS = {
     'frame': ['technique', 'pass', 'upload', 'scene', 'gpu', 'image'],
     'reference': ['scene', 'image'],
     'sched': ['frame', 'reference', 'scene', 'image'],
-    'net': ['sched', 'frame', 'scene', 'image', 'protocol'],
+    'net': ['sched', 'frame', 'technique', 'scene', 'image', 'protocol'],
 }
 GL = re.compile(r'^(epoxy|GL|GLES\d?|EGL|KHR|gbm)/|^(gbm|glvnd).*\.h$')
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')

@@ -83,6 +83,24 @@ def test_blob_scene_frame(shared):
     assert client.ask(render(scene))[0].error.code == "not_found"
 
 
+def test_techniques_say_what_they_are(shared):
+    reply = shared.framed().ask(envelope(techniques=bounced_pb2.Techniques()))[0].techniques_reply
+    techniques = {technique.name: technique for technique in reply.techniques}
+    assert [t.name for t in reply.techniques][:2] == ["direct", "rsm"]
+    direct, rsm = techniques["direct"], techniques["rsm"]
+    assert direct.model.indirect_bounces == 0 and list(direct.model.lights) == ["punctual"]
+    assert rsm.model.indirect_bounces == 1 and rsm.model.glossy_receivers
+    assert direct.HasField("tolerance_indirect") and direct.tolerance_indirect == 0
+    assert rsm.ladder and all("=" in pair for rung in rsm.ladder for pair in rung.split())
+    parameters = {parameter.key: parameter for parameter in rsm.parameters}
+    vpls, kernel = parameters["vpls"], parameters["vpl_kernel"]
+    assert (vpls.minimum, vpls.standard, vpls.whole, list(vpls.choices)) == (1, "1024", True, [])
+    assert vpls.maximum >= 1 << 20 and not parameters["near_field"].whole
+    assert kernel.standard == "patch" and "point" in kernel.choices
+    assert not kernel.HasField("minimum")
+    assert "vpls" not in [parameter.key for parameter in direct.parameters]
+
+
 def test_inline_scene_is_not_kept(shared):
     client = shared.framed()
     blob = client.put_blob(GLB)

@@ -37,6 +37,23 @@ def test_scene_from_blob_to_deletion(shared):
     assert shared.json("DELETE", "/v1/scenes/" + scene["id"])[0] == 404
 
 
+def test_techniques(shared):
+    status, reply = shared.json("GET", "/v1/techniques")
+    assert status == 200
+    rsm = {technique["name"]: technique for technique in reply["techniques"]}["rsm"]
+    assert rsm["model"]["lights"] == ["punctual"] and rsm["tolerance_indirect"] > 0
+    assert rsm["is_reference"] is False and rsm["hazard_codes"] == ""
+    size = next(p for p in rsm["parameters"] if p["key"] == "rsm_size")
+    assert size == {"key": "rsm_size", "minimum": 8, "maximum": 4096, "standard": "256",
+                    "choices": [], "whole": True}
+    status, headers, binary = shared.request("GET", "/v1/techniques",
+                                             headers={"Accept": "application/x-protobuf"})
+    message = bounced_pb2.TechniquesReply.FromString(binary)
+    assert status == 200 and len(message.techniques) == len(reply["techniques"])
+    assert shared.request("POST", "/v1/techniques", b"{}",
+                          {"Content-Type": "application/json"})[0] == 405
+
+
 @pytest.mark.parametrize("extension,magic", [("png", b"\x89PNG"), ("jpg", b"\xff\xd8\xff"),
                                              ("exr", b"\x76\x2f\x31\x01")])
 def test_frame(shared, extension, magic):
