@@ -3,6 +3,7 @@ import json
 import os
 import pathlib
 import subprocess
+import sys
 
 import pytest
 
@@ -10,6 +11,7 @@ HERE = pathlib.Path(__file__).parent
 BUILD = pathlib.Path(os.environ["BD_BUILD_DIR"])
 BOUNCE = BUILD / "clients/cli/bounce"
 SHARED = pathlib.Path(os.environ.get("BD_SHARED_DIR", HERE / "../../../shared"))
+sys.path.insert(0, str(HERE / "../../clients"))
 
 
 class Bounce:

@@ -13,8 +13,8 @@ import zlib
 import numpy
 import pytest
 
-import exr
 from conftest import BOUNCE, BUILD, HERE
+from harness import exr
 
 SCENES = HERE / "../scenes"
 REPORT_KEYS = {"scene", "revision", "size", "camera", "technique", "parameters", "seed", "aa",

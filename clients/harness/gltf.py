@@ -1,4 +1,7 @@
-"""A small glTF writer for test scenes: arrays in, .glb or .gltf with a .bin out. Deterministic."""
+"""A small glTF writer for generated scenes: arrays in, .glb or .gltf with a .bin out.
+
+Deterministic: the same calls give the same bytes.
+"""
 
 import json
 import struct
@@ -46,9 +49,11 @@ def facing(direction, up=(0, 1, 0)):
 
 
 class Writer:
+    generator = "bounced clients/harness"
+
     def __init__(self):
         self.bytes = bytearray()
-        self.doc = {"asset": {"version": "2.0", "generator": "bounced tests/scenes/generate.py"},
+        self.doc = {"asset": {"version": "2.0", "generator": self.generator},
                     "scene": 0, "scenes": [{"nodes": []}], "nodes": [], "meshes": [],
                     "materials": [], "accessors": [], "bufferViews": [], "buffers": []}
         self.extensions = set()
@@ -130,7 +135,8 @@ class Writer:
             doc["extensionsUsed"] = sorted(self.extensions)
         return doc
 
-    def write_glb(self, path):
+    def glb(self):
+        """The whole .glb as bytes."""
         body = bytes(self.bytes) + b"\0" * (-len(self.bytes) % 4)
         text = json.dumps(self._json({"byteLength": len(self.bytes)}),
                           separators=(",", ":")).encode()
@@ -138,7 +144,10 @@ class Writer:
         out = struct.pack("<4sII", b"glTF", 2, 12 + 8 + len(text) + 8 + len(body))
         out += struct.pack("<I4s", len(text), b"JSON") + text
         out += struct.pack("<I4s", len(body), b"BIN\0") + body
-        Path(path).write_bytes(out)
+        return out
+
+    def write_glb(self, path):
+        Path(path).write_bytes(self.glb())
 
     def write_gltf(self, path):
         path = Path(path)

@@ -1,0 +1,1 @@
+"""Drives bounce and bounced through whatever every technique must hold: see README.md here."""
