@@ -24,6 +24,7 @@ struct bd_surface {
     bool thin;                 // no volume: transmitted light is not refracted
     bool entering;             // `wo` is outside of the solid
     float emission[3];         // cd/m^2, towards `wo`
+    bool unlit;                // reflects nothing, and `emission` is for the camera's own rays
     bool lambert;              // only base_color / pi
 };
 

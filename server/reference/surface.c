@@ -1,0 +1,225 @@
+#include "reference/surface.h"
+
+#include <math.h>
+#include <stddef.h>
+
+#include "reference/texture.h"
+#include "reference/vec3f.h"
+
+// --- what the vertices say ----------------------------------------------------------------------
+
+// The three corners of a triangle and their weights.
+struct corners {
+    uint32_t vertex[3];
+    float weight[3];
+};
+
+static struct corners corners_of(const struct bd_hit *hit)
+{
+    const uint32_t *index = hit->primitive->index + 3 * (size_t)hit->triangle;
+    return (struct corners){{index[0], index[1], index[2]}, {1 - hit->u - hit->v, hit->u, hit->v}};
+}
+
+static void interpolate(const float *stream, size_t width, const struct corners *corners,
+                        float *out)
+{
+    for (size_t k = 0; k < width; k++) out[k] = 0;
+    for (int c = 0; c < 3; c++) {
+        const float *at = stream + width * corners->vertex[c];
+        for (size_t k = 0; k < width; k++) out[k] += corners->weight[c] * at[k];
+    }
+}
+
+// Vectors of the vertices, each brought to the world and made unit there, then interpolated: the
+// order in which a vertex shader does it, which differs where an instance is scaled unevenly.
+static void interpolate_in_world(const float *stream, size_t width, const struct corners *corners,
+                                 const float matrix[9], float out[3])
+{
+    bd_vec3f_set(out, 0, 0, 0);
+    for (int c = 0; c < 3; c++) {
+        const float *at = stream + width * corners->vertex[c];
+        float world[3] = {bd_vec3f_dot(matrix, at), bd_vec3f_dot(matrix + 3, at),
+                          bd_vec3f_dot(matrix + 6, at)};
+        if (bd_vec3f_normalize(world)) bd_vec3f_add_scaled(out, out, world, corners->weight[c]);
+    }
+}
+
+// --- maps ---------------------------------------------------------------------------------------
+
+static const struct bd_texture *texture_of(const struct bd_scene *scene, const struct bd_hit *hit,
+                                           const struct bd_texture_ref *ref)
+{
+    if (ref->texture == BD_NONE || !hit->primitive->uv[ref->uv_set]) return NULL;
+    return &scene->textures[ref->texture];
+}
+
+static void map_coordinates(const struct bd_hit *hit, const struct bd_texture_ref *ref,
+                            const struct corners *corners, float out[2])
+{
+    float uv[2];
+    interpolate(hit->primitive->uv[ref->uv_set], 2, corners, uv);
+    const float *m = ref->uv_transform;
+    out[0] = m[0] * uv[0] + m[1] * uv[1] + m[2];
+    out[1] = m[3] * uv[0] + m[4] * uv[1] + m[5];
+}
+
+// False if there is no such map: a factor stands alone.
+static bool map_at(const struct bd_scene *scene, const struct bd_hit *hit,
+                   const struct bd_texture_ref *ref, const struct corners *corners, bool srgb,
+                   float out[4])
+{
+    const struct bd_texture *texture = texture_of(scene, hit, ref);
+    if (!texture) return false;
+    float uv[2];
+    map_coordinates(hit, ref, corners, uv);
+    bd_texture_at(scene, texture, srgb, uv[0], uv[1], out);
+    return true;
+}
+
+static const struct bd_material *material_of(const struct bd_scene *scene, const struct bd_hit *hit)
+{
+    return &scene->materials[hit->primitive->material];
+}
+
+float bd_surface_alpha(const struct bd_scene *scene, const struct bd_hit *hit)
+{
+    const struct bd_material *material = material_of(scene, hit);
+    const struct bd_texture_ref *ref = &material->base_color_map;
+    const struct bd_texture *texture = texture_of(scene, hit, ref);
+    struct corners corners = corners_of(hit);
+    float alpha = material->base_color[3];
+    if (texture) {
+        float uv[2];
+        map_coordinates(hit, ref, &corners, uv);
+        alpha *= bd_texture_alpha_at(scene, texture, uv[0], uv[1]);
+    }
+    if (hit->primitive->color) {
+        float color[4];
+        interpolate(hit->primitive->color, 4, &corners, color);
+        alpha *= color[3];
+    }
+    return alpha;
+}
+
+static void base_color_at(const struct bd_scene *scene, const struct bd_hit *hit,
+                          const struct corners *corners, float out[3])
+{
+    const struct bd_material *material = material_of(scene, hit);
+    float map[4], color[4];
+    bd_vec3f_copy(out, material->base_color);
+    if (map_at(scene, hit, &material->base_color_map, corners, true, map))
+        bd_vec3f_filter(out, out, map);
+    if (!hit->primitive->color) return;
+    interpolate(hit->primitive->color, 4, corners, color);
+    bd_vec3f_filter(out, out, color);
+}
+
+static void emission_at(const struct bd_scene *scene, const struct bd_hit *hit,
+                        const struct corners *corners, float out[3])
+{
+    const struct bd_material *material = material_of(scene, hit);
+    float map[4];
+    bd_vec3f_copy(out, material->emissive);
+    if (out[0] == 0 && out[1] == 0 && out[2] == 0) return;
+    if (map_at(scene, hit, &material->emissive_map, corners, true, map))
+        bd_vec3f_filter(out, out, map);
+}
+
+// --- normals ------------------------------------------------------------------------------------
+
+// Bends `n` by the material's normal map, if it has one. The frame is used as interpolated, neither
+// unit nor orthogonal, with the bitangent from the cross product: as MikkTSpace bakes it. A
+// mirrored instance turns the cross product round, which its tangents' signs do not know.
+static void bend(const struct bd_scene *scene, const struct bd_hit *hit,
+                 const struct corners *corners, float n[3])
+{
+    const struct bd_material *material = material_of(scene, hit);
+    float map[4], t[3], b[3], bent[3];
+    const float *tangents = hit->primitive->tangent;
+    if (!tangents || !map_at(scene, hit, &material->normal_map, corners, false, map)) return;
+    interpolate_in_world(tangents, 4, corners, hit->world_from_mesh, t);
+    float handedness = 0;
+    for (int c = 0; c < 3; c++)
+        handedness += corners->weight[c] * tangents[4 * (size_t)corners->vertex[c] + 3];
+    bd_vec3f_cross(b, n, t);
+    float x = (2 * map[0] - 1) * material->normal_scale;
+    float y =
+        (2 * map[1] - 1) * material->normal_scale * (hit->mirrored ? -handedness : handedness);
+    bd_vec3f_scale(bent, n, 2 * map[2] - 1);
+    bd_vec3f_add_scaled(bent, bent, t, x);
+    bd_vec3f_add_scaled(bent, bent, b, y);
+    if (bd_vec3f_dot(bent, bent) > 0) bd_vec3f_copy(n, bent);
+}
+
+static void normals_at(const struct bd_scene *scene, const struct bd_hit *hit,
+                       const struct corners *corners, bool from_behind, struct bd_surface *out)
+{
+    bd_vec3f_scale(out->normal_geometric, hit->normal_geometric, from_behind ? -1 : 1);
+    float n[3];
+    interpolate_in_world(hit->primitive->normal, 3, corners, hit->normal_from_mesh, n);
+    bend(scene, hit, corners, n);
+    if (!bd_vec3f_normalize(n)) {
+        bd_vec3f_copy(out->normal, out->normal_geometric);
+        return;
+    }
+    bool turned = bd_vec3f_dot(n, out->normal_geometric) < 0;
+    bd_vec3f_scale(out->normal, n, turned ? -1 : 1);
+}
+
+// --- the whole ----------------------------------------------------------------------------------
+
+static void metal_and_glass_at(const struct bd_scene *scene, const struct bd_hit *hit,
+                               const struct corners *corners, bool transmission,
+                               struct bd_surface *out)
+{
+    const struct bd_material *material = material_of(scene, hit);
+    float map[4];
+    out->metallic = material->metallic;
+    out->roughness = material->roughness;
+    if (map_at(scene, hit, &material->metallic_roughness_map, corners, false, map)) {
+        out->metallic *= map[2];
+        out->roughness *= map[1];
+    }
+    if (!transmission || material->transmission == 0) return;
+    out->transmission = material->transmission;
+    if (map_at(scene, hit, &material->transmission_map, corners, false, map))
+        out->transmission *= map[0];
+}
+
+// Nothing comes back: the rear of a one-sided surface, met by a ray that is not the camera's.
+static void make_black(struct bd_surface *out)
+{
+    out->lambert = true;
+    out->transmission = 0;
+    bd_vec3f_set(out->base_color, 0, 0, 0);
+}
+
+void bd_surface_at(const struct bd_scene *scene, const struct bd_hit *hit, const float wo[3],
+                   bool lambert, bool transmission, struct bd_surface *out)
+{
+    const struct bd_material *material = material_of(scene, hit);
+    struct corners corners = corners_of(hit);
+    bool from_behind = bd_vec3f_dot(hit->normal_geometric, wo) < 0;
+    *out = (struct bd_surface){
+        .ior = material->ior,
+        .thin = !(material->thickness_m > 0),
+        .entering = !from_behind,
+        .lambert = lambert,
+        .unlit = material->unlit,
+    };
+    normals_at(scene, hit, &corners, from_behind, out);
+    if (!lambert) metal_and_glass_at(scene, hit, &corners, transmission, out);
+    bool is_rear = from_behind && !material->double_sided;
+    // Light leaves a solid through the rear of its surface, whatever glTF's culling flag says.
+    if (is_rear && out->transmission == 0) {
+        make_black(out);
+        return;
+    }
+    base_color_at(scene, hit, &corners, out->base_color);
+    if (material->unlit) {
+        bd_vec3f_copy(out->emission, out->base_color);
+        make_black(out);
+    } else if (!is_rear) {
+        emission_at(scene, hit, &corners, out->emission);
+    }
+}
