@@ -3,6 +3,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "base/assert.h"
+
 // One letter a channel, in the order of the image's interleaving.
 static const char *channel_letters(const char *layer, uint32_t channel_count)
 {
@@ -17,6 +19,16 @@ static void channel_name(char name[BD_EXR_CHANNEL_NAME_MAX], const char *layer, 
         snprintf(name, BD_EXR_CHANNEL_NAME_MAX, "%c", letter);
     else
         snprintf(name, BD_EXR_CHANNEL_NAME_MAX, "%.48s.%c", layer, letter);
+}
+
+void bd_layer_half_name(enum bd_half half, const char *layer, char name[BD_EXR_CHANNEL_NAME_MAX])
+{
+    BD_ASSERT_CMP(half, <, BD_HALF_COUNT);
+    const char *prefix = half == BD_HALF_A ? "half_a" : "half_b";
+    if (strcmp(layer, "beauty") == 0)
+        snprintf(name, BD_EXR_CHANNEL_NAME_MAX, "%s", prefix);
+    else
+        snprintf(name, BD_EXR_CHANNEL_NAME_MAX, "%s.%.40s", prefix, layer);
 }
 
 enum bd_err bd_layers_to_planes(const struct bd_named_layer *layers, size_t layer_count,
