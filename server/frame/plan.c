@@ -127,6 +127,8 @@ static void flag_what_is_not_honoured(const struct bd_plan *plan, const struct b
                  total > 0 ? 100 * f->emissive_flux_lm / total : 0.0);
         flag(report, text);
     }
+    if (f->has_environment && !(plan->technique->model.lights & BD_LIGHTS_ENVIRONMENT))
+        flag(report, "environment_not_lighting");
 }
 
 static void describe_request(const struct bd_plan *plan, const struct bd_scene *scene,

@@ -211,6 +211,9 @@ static void render(struct bd_command *command)
         return;
     }
     const struct bd_store_entry *entry = NULL;
+    if (!command->err && request->environment)
+        command->err = bd_fault_set(&command->fault, BD_ERR_USAGE, "environment",
+                                    "an environment comes with a file; a held scene has its own");
     if (!command->err)
         command->err =
             bd_store_get(command->net->options.store, request->scene, &entry, &command->fault);

@@ -39,8 +39,19 @@ void bd_import_cache_destroy(struct bd_import_cache **cache)
     *cache = NULL;
 }
 
+// Neither no environment nor any two of them read alike.
+static void add_environment(struct bd_sha256 *sha, const struct bd_environment *environment)
+{
+    if (!environment) return;
+    const struct bd_sky_map *map = environment->map;
+    uint64_t size[2] = {map ? map->width_px : 0, map ? map->height_px : 0};
+    bd_sha256_update(sha, environment->radiance, sizeof environment->radiance);
+    bd_sha256_update(sha, size, sizeof size);
+    if (map) bd_sha256_update(sha, map->rgb, (size_t)(size[0] * size[1]) * 3 * sizeof *map->rgb);
+}
+
 void bd_import_cache_key(const struct bd_import_file *files, uint32_t file_count,
-                         uint8_t key[BD_SHA256_BYTES])
+                         const struct bd_environment *environment, uint8_t key[BD_SHA256_BYTES])
 {
     struct bd_sha256 *sha = bd_sha256_create();
     for (uint32_t i = 0; i < file_count; i++) {
@@ -52,6 +63,7 @@ void bd_import_cache_key(const struct bd_import_file *files, uint32_t file_count
         bd_sha256_update(sha, files[i].uri, lengths[0]);
         bd_sha256_update(sha, files[i].bytes, files[i].size_bytes);
     }
+    add_environment(sha, environment);
     bd_sha256_finish(&sha, key);
 }
 

@@ -20,9 +20,9 @@ struct bd_import_cache;
 struct bd_import_cache *bd_import_cache_create(void);
 void bd_import_cache_destroy(struct bd_import_cache **cache);
 
-// Names the files by their uris and bytes.
+// Names the files by their uris and bytes, and the environment (or NULL) that they are put under.
 void bd_import_cache_key(const struct bd_import_file *files, uint32_t file_count,
-                         uint8_t key[BD_SHA256_BYTES]);
+                         const struct bd_environment *environment, uint8_t key[BD_SHA256_BYTES]);
 
 // A new reference, or NULL.
 struct bd_scene *bd_import_cache_get(struct bd_import_cache *cache,

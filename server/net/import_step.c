@@ -6,6 +6,7 @@
 #include "base/assert.h"
 #include "base/clock.h"
 #include "net/command_internal.h"
+#include "net/environment.h"
 #include "net/import_cache.h"
 #include "net/multipart.h"
 #include "scene/import.h"
@@ -125,17 +126,29 @@ static struct bd_import_limits import_limits(const struct bd_limits *limits)
     return out;
 }
 
-static void import_files(struct bd_command *command, const struct import *import)
+static const Bounced__Environment *environment_of(const Bounced__Envelope *envelope)
+{
+    return envelope->body_case == BOUNCED__ENVELOPE__BODY_SCENE_ADD
+               ? envelope->scene_add->environment
+               : envelope->render->environment;
+}
+
+static void import_files(struct bd_command *command, const struct import *import,
+                         const struct bd_net_environment *sky)
 {
     struct bd_net *net = command->net;
     struct bd_import_limits limits = import_limits(&net->options.limits);
     uint8_t key[BD_SHA256_BYTES];
-    bd_import_cache_key(import->files, import->file_count, key);
+    const struct bd_environment *environment = sky ? &sky->environment : NULL;
+    bd_import_cache_key(import->files, import->file_count, environment, key);
     command->scene = bd_import_cache_get(net->import_cache, key);
     if (command->scene) return;
-    command->err = bd_import(net->options.import_program, import->files, import->file_count,
-                             &limits, &command->scene, &command->fault);
+    command->err = bd_import_under(net->options.import_program, import->files, import->file_count,
+                                   &limits, environment, &command->scene, &command->fault);
     if (command->err) return;
+    if (sky && sky->negative_count)
+        bd_scene_flag(command->scene, "environment_negative: %llu texels raised to 0",
+                      (unsigned long long)sky->negative_count);
     uint64_t file_bytes = 0;
     for (uint32_t i = 0; i < import->file_count; i++) file_bytes += import->files[i].size_bytes;
     bd_import_cache_put(net->import_cache, key, file_bytes, command->scene);
@@ -146,8 +159,14 @@ static void import_on_pool(uv_work_t *work)
     struct bd_command *command = work->data;
     uint64_t start_ns = bd_clock_ns();
     struct import import = {0};
+    struct bd_net_environment sky = {0};
+    const Bounced__Environment *environment = environment_of(command->envelope);
     command->err = map_files(command, &import);
-    if (!command->err) import_files(command, &import);
+    if (!command->err && environment)
+        command->err = bd_net_environment_read(environment, command->net->options.blobs, &sky,
+                                               &command->fault);
+    if (!command->err) import_files(command, &import, environment ? &sky : NULL);
+    bd_net_environment_finish(&sky);
     finish_import(&import);
     bd_blob_upload_abort(&command->body.upload);
     command->load_ms = bd_ms_since(start_ns);

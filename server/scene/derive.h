@@ -27,6 +27,9 @@ bool bd_derive_placements(struct bd_scene *scene);
 void bd_derive_bounds(struct bd_scene *scene);
 void bd_derive_features(struct bd_scene *scene);
 
+// Whether any light comes from it. Reads a map up to its first texel that shines.
+bool bd_environment_shines(const struct bd_environment *environment);
+
 // The default camera and the default light rig (default_rig.c), only where the scene places none.
 BD_MUST_CHECK
 bool bd_derive_default_camera(struct bd_scene *scene);

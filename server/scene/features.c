@@ -158,6 +158,17 @@ static double flux_lm(const struct bd_features *features, const struct bd_light 
     return 0;
 }
 
+bool bd_environment_shines(const struct bd_environment *environment)
+{
+    const float *factor = environment->radiance;
+    const struct bd_sky_map *map = environment->map;
+    bool shines[3] = {factor[0] > 0, factor[1] > 0, factor[2] > 0};
+    if (!map) return shines[0] || shines[1] || shines[2];
+    for (size_t i = 0; i < 3 * (size_t)map->width_px * map->height_px; i++)
+        if (shines[i % 3] && map->rgb[i] > 0) return true;
+    return false;
+}
+
 void bd_derive_features(struct bd_scene *scene)
 {
     struct bd_features *features = &scene->features;
@@ -172,4 +183,5 @@ void bd_derive_features(struct bd_scene *scene)
         features->light_count[light->kind]++;
         features->punctual_flux_lm += flux_lm(features, light, &scene->placed_lights[i]);
     }
+    features->has_environment = bd_environment_shines(&scene->environment);
 }

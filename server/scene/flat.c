@@ -24,7 +24,7 @@ struct io {
     size_t size, offset;
 };
 
-static const char magic[8] = {'B', 'D', 'F', 'L', 'A', 'T', '0', '1'};
+static const char magic[8] = {'B', 'D', 'F', 'L', 'A', 'T', '0', '2'};
 
 // The part that fails first is the part that is named.
 static void enter(struct io *io, const char *part)
@@ -346,6 +346,49 @@ static void visit_picture(struct io *io, struct bd_picture **slot)
     bd_picture_seal(picture);
 }
 
+static void visit_sky_map(struct io *io, struct bd_sky_map **slot)
+{
+    if (io->reading) *slot = calloc(1, sizeof **slot);
+    if (!*slot) {
+        io->no_memory = true;
+        fail(io);
+        return;
+    }
+    struct bd_sky_map *map = *slot;
+    map->reference_count = io->reading ? 1 : map->reference_count;
+    visit_u32(io, &map->width_px);
+    visit_u32(io, &map->height_px);
+    uint64_t texels = (uint64_t)map->width_px * map->height_px;
+    size_t texel_bytes = 3 * sizeof *map->rgb;
+    if (!io->reading) {
+        write_bytes(io, map->rgb, texels * texel_bytes);
+        return;
+    }
+    if (io->failed || texels == 0 || texels > left(io) / texel_bytes) {
+        fail(io);
+        return;
+    }
+    map->rgb = malloc(texels * texel_bytes);
+    if (!map->rgb) {
+        io->no_memory = true;
+        fail(io);
+        return;
+    }
+    read_bytes(io, map->rgb, texels * texel_bytes);
+    for (uint64_t i = 0; i < 3 * texels; i++)
+        if (!(map->rgb[i] >= 0 && map->rgb[i] <= FLT_MAX)) fail(io);
+    if (!io->failed) bd_sky_map_seal(map);
+}
+
+static void visit_environment(struct io *io, struct bd_environment *environment)
+{
+    bool has_map = environment->map != NULL;
+    enter(io, "environment");
+    visit_f32s(io, environment->radiance, 3, 0, FLT_MAX);
+    visit_bool(io, &has_map);
+    if (has_map && !io->failed) visit_sky_map(io, &environment->map);
+}
+
 static void visit_flags(struct io *io, struct bd_scene_flags *flags)
 {
     enter(io, "flags");
@@ -396,6 +439,7 @@ static void visit_scene(struct io *io, struct bd_scene *scene)
                     210))
         for (uint32_t i = 0; i < scene->node_count && !io->failed; i++)
             visit_node(io, &scene->nodes[i], scene);
+    visit_environment(io, &scene->environment);
     visit_flags(io, &scene->flags);
 }
 

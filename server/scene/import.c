@@ -190,14 +190,36 @@ static enum bd_err fault_from_child(const struct answer *answer, enum bd_err err
     return bd_fault_set(fault, err, told.field, "%s", told.message);
 }
 
+static bool hash_piece(void *user, const void *bytes, size_t size)
+{
+    bd_sha256_update(user, bytes, size);
+    return true;
+}
+
+// The hash names the flat form with the environment in it, which the child did not write.
+static bool set_environment(struct bd_scene *scene, const struct bd_environment *environment)
+{
+    scene->environment = *environment;
+    if (environment->map) bd_sky_map_retain(environment->map);
+    struct bd_sha256 *sha = bd_sha256_create();
+    bool hashed = bd_flat_write(scene, hash_piece, sha);
+    bd_sha256_finish(&sha, scene->content_sha256);
+    return hashed;
+}
+
 static enum bd_err scene_from_answer(const struct answer *answer,
-                                     const struct bd_import_limits *limits, struct bd_scene **out,
-                                     struct bd_fault *fault)
+                                     const struct bd_import_limits *limits,
+                                     const struct bd_environment *environment,
+                                     struct bd_scene **out, struct bd_fault *fault)
 {
     const uint8_t *flat = answer->bytes + sizeof(struct bd_import_answer);
     size_t flat_bytes = answer->size - sizeof(struct bd_import_answer);
     struct bd_scene *scene = NULL;
     enum bd_err err = bd_flat_read(flat, flat_bytes, &scene, fault);
+    if (err == BD_ERR_OK && !environment)
+        bd_sha256_of(flat, flat_bytes, scene->content_sha256);
+    else if (err == BD_ERR_OK && !set_environment(scene, environment))
+        err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "environment", "no memory for the scene");
     if (err == BD_ERR_OK) err = bd_scene_finish(scene, fault);
     if (err == BD_ERR_OK && scene->features.triangle_count > limits->triangle_count)
         err = bd_fault_set(fault, BD_ERR_LIMIT, "scene", "%llu triangles, limit %llu",
@@ -207,7 +229,6 @@ static enum bd_err scene_from_answer(const struct answer *answer,
         bd_scene_release(&scene);
         return err;
     }
-    bd_sha256_of(flat, flat_bytes, scene->content_sha256);
     *out = scene;
     return BD_ERR_OK;
 }
@@ -235,7 +256,8 @@ static enum bd_err fault_from_death(int status, const char *file, const struct a
 }
 
 static enum bd_err judge(int status, const char *file, const struct answer *answer,
-                         const struct bd_import_limits *limits, struct bd_scene **out,
+                         const struct bd_import_limits *limits,
+                         const struct bd_environment *environment, struct bd_scene **out,
                          struct bd_fault *fault)
 {
     struct bd_import_answer head;
@@ -247,7 +269,7 @@ static enum bd_err judge(int status, const char *file, const struct answer *answ
         return fault_from_death(status, file, answer, limits, fault);
     if (head.err != BD_ERR_OK)
         return fault_from_child(answer, (enum bd_err)head.err, limits, fault);
-    return scene_from_answer(answer, limits, out, fault);
+    return scene_from_answer(answer, limits, environment, out, fault);
 }
 
 // The child's status. Its answer has ended, but that need not mean that it has: one that closed
@@ -272,6 +294,14 @@ enum bd_err bd_import(const char *program, const struct bd_import_file *files, u
                       const struct bd_import_limits *limits, struct bd_scene **out,
                       struct bd_fault *fault)
 {
+    return bd_import_under(program, files, file_count, limits, NULL, out, fault);
+}
+
+enum bd_err bd_import_under(const char *program, const struct bd_import_file *files,
+                            uint32_t file_count, const struct bd_import_limits *limits,
+                            const struct bd_environment *environment, struct bd_scene **out,
+                            struct bd_fault *fault)
+{
     *out = NULL;
     int question, ends[2];
     pid_t child;
@@ -292,7 +322,7 @@ enum bd_err bd_import(const char *program, const struct bd_import_file *files, u
     struct answer answer = {0};
     read_answer(ends[0], start_ns, limits, &answer);
     int status = reap(child, start_ns, limits->wall_seconds, &answer);
-    err = judge(status, files[0].uri, &answer, limits, out, fault);
+    err = judge(status, files[0].uri, &answer, limits, environment, out, fault);
     free(answer.bytes);
 pipe:
     close(ends[0]);

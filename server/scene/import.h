@@ -43,6 +43,14 @@ enum bd_err bd_import(const char *program, const struct bd_import_file *files, u
                       const struct bd_import_limits *limits, struct bd_scene **out,
                       struct bd_fault *fault);
 
+// The same under an environment (or NULL for none), which belongs to the snapshot and its hash; its
+// map gets a reference of the scene's own.
+BD_MUST_CHECK
+enum bd_err bd_import_under(const char *program, const struct bd_import_file *files,
+                            uint32_t file_count, const struct bd_import_limits *limits,
+                            const struct bd_environment *environment, struct bd_scene **out,
+                            struct bd_fault *fault);
+
 // The child's whole life: `bounced --import` ends with this. Returns the exit status.
 int bd_import_child_main(int argc, char **argv);
 

@@ -63,6 +63,21 @@ void bd_picture_release(struct bd_picture **picture)
     free(dropped);
 }
 
+struct bd_sky_map *bd_sky_map_retain(struct bd_sky_map *map)
+{
+    retain(&map->reference_count);
+    return map;
+}
+
+void bd_sky_map_release(struct bd_sky_map **map)
+{
+    struct bd_sky_map *dropped = *map;
+    *map = NULL;
+    if (!dropped || !drop(&dropped->reference_count)) return;
+    free(dropped->rgb);
+    free(dropped);
+}
+
 struct bd_scene *bd_scene_create(void)
 {
     struct bd_scene *scene = calloc(1, sizeof *scene);
@@ -87,6 +102,7 @@ void bd_scene_release(struct bd_scene **scene)
         bd_mesh_release(&dropped->meshes[i]);
     for (uint32_t i = 0; dropped->pictures && i < dropped->picture_count; i++)
         bd_picture_release(&dropped->pictures[i]);
+    bd_sky_map_release(&dropped->environment.map);
     free(dropped->nodes);
     free(dropped->meshes);
     free(dropped->materials);

@@ -220,8 +220,8 @@ struct bd_scene {
 struct bd_scene *bd_scene_create(void);
 
 // Computes everything derived: world matrices, instances, placements, features, aspects, and
-// where the file has none the default camera and the default light rig, flagged
-// `default_camera` and `default_lights`. Call once, before publishing.
+// where the file has none the default camera and (unless an environment shines) the default light
+// rig, flagged `default_camera` and `default_lights`. Call once, before publishing.
 BD_MUST_CHECK
 enum bd_err bd_scene_finish(struct bd_scene *scene, struct bd_fault *fault);
 
@@ -233,11 +233,14 @@ struct bd_mesh *bd_mesh_retain(struct bd_mesh *mesh);
 void bd_mesh_release(struct bd_mesh **mesh);
 struct bd_picture *bd_picture_retain(struct bd_picture *picture);
 void bd_picture_release(struct bd_picture **picture);
+struct bd_sky_map *bd_sky_map_retain(struct bd_sky_map *map);
+void bd_sky_map_release(struct bd_sky_map **map);
 
 // Computes bounds and content hash from the streams, or the hash from the texels. For whoever
-// fills a mesh or a picture, once, before it is shared.
+// fills a mesh, a picture or a sky, once, before it is shared.
 void bd_mesh_seal(struct bd_mesh *mesh);
 void bd_picture_seal(struct bd_picture *picture);
+void bd_sky_map_seal(struct bd_sky_map *map);
 
 // False if some node is its own ancestor (named in `looping_node`, which may be NULL). Takes
 // memory for a mark a node; without it, false.

@@ -54,3 +54,10 @@ void bd_picture_seal(struct bd_picture *picture)
     size_t bytes = (size_t)picture->width_px * picture->height_px * 4;
     picture->content_hash = bd_hash64(picture->rgba, bytes, bd_hash64(size, sizeof size, 0));
 }
+
+void bd_sky_map_seal(struct bd_sky_map *map)
+{
+    uint32_t size[2] = {map->width_px, map->height_px};
+    size_t bytes = (size_t)map->width_px * map->height_px * 3 * sizeof *map->rgb;
+    map->content_hash = bd_hash64(map->rgb, bytes, bd_hash64(size, sizeof size, 0));
+}

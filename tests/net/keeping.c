@@ -158,7 +158,7 @@ static void keep_import(struct bd_import_cache *cache, const char *bytes, uint64
 {
     struct bd_import_file file = {.uri = "f", .bytes = bytes, .size_bytes = strlen(bytes)};
     uint8_t key[BD_SHA256_BYTES];
-    bd_import_cache_key(&file, 1, key);
+    bd_import_cache_key(&file, 1, NULL, key);
     bd_import_cache_put(cache, key, file_bytes, scene);
 }
 
@@ -166,7 +166,7 @@ static bool holds_import(struct bd_import_cache *cache, const char *bytes)
 {
     struct bd_import_file file = {.uri = "g", .bytes = bytes, .size_bytes = strlen(bytes)};
     uint8_t key[BD_SHA256_BYTES];
-    bd_import_cache_key(&file, 1, key);
+    bd_import_cache_key(&file, 1, NULL, key);
     struct bd_scene *scene = bd_import_cache_get(cache, key);
     bool held = scene != NULL;
     bd_scene_release(&scene);
@@ -205,8 +205,8 @@ static void tables_of_files_do_not_read_alike(void **state)
         {{"m", "xy", 2}, {"b", "z", 1}},
     };
     uint8_t keys[5][BD_SHA256_BYTES];
-    for (int i = 0; i < 4; i++) bd_import_cache_key(tables[i], 2, keys[i]);
-    bd_import_cache_key(tables[0], 1, keys[4]);
+    for (int i = 0; i < 4; i++) bd_import_cache_key(tables[i], 2, NULL, keys[i]);
+    bd_import_cache_key(tables[0], 1, NULL, keys[4]);
     for (int i = 0; i < 5; i++)
         for (int j = 0; j < i; j++) assert_memory_not_equal(keys[i], keys[j], BD_SHA256_BYTES);
 }

@@ -128,7 +128,7 @@ static void counts_are_not_believed(void **state)
     (void)state;
     static const uint32_t counts[] = {0xffffffff, 0x7fffffff, 0x10000000, 1000};
     for (size_t i = 0; i < sizeof counts / sizeof counts[0]; i++) {
-        uint8_t flat[128] = "BDFLAT01"; // then the number of pictures
+        uint8_t flat[128] = "BDFLAT02"; // then the number of pictures
         struct bd_scene *scene;
         struct bd_fault fault = {0};
         memcpy(flat + 8, &counts[i], sizeof counts[i]);

@@ -1,0 +1,57 @@
+#include "net/environment.h"
+
+#include <float.h>
+#include <string.h>
+
+#include "scene/sky_map.h"
+
+static enum bd_err read_radiance(const Bounced__Environment *message, float out[3],
+                                 struct bd_fault *fault)
+{
+    static const char field[] = "environment.radiance";
+    if (message->n_radiance == 0 && !message->map)
+        return bd_fault_set(fault, BD_ERR_USAGE, field,
+                            "an environment has a radiance of three numbers, a map, or both");
+    if (message->n_radiance != 0 && message->n_radiance != 3)
+        return bd_fault_set(fault, BD_ERR_USAGE, field, "%s is three numbers, not %zu", field,
+                            message->n_radiance);
+    for (size_t c = 0; c < 3; c++) {
+        double value = message->n_radiance ? message->radiance[c] : 1;
+        if (!(value >= 0 && value <= (double)FLT_MAX))
+            return bd_fault_set(fault, BD_ERR_USAGE, field,
+                                "%s[%zu] is %g; it must be from 0 to %g cd/m^2", field, c, value,
+                                (double)FLT_MAX);
+        out[c] = (float)value;
+    }
+    return BD_ERR_OK;
+}
+
+static enum bd_err read_map(const char *blob, struct bd_blobs *blobs,
+                            struct bd_net_environment *out, struct bd_fault *fault)
+{
+    static const char field[] = "environment.map";
+    if (strncmp(blob, "sha256:", 7) != 0 || !bd_blob_name_is_valid(blob + 7))
+        return bd_fault_set(fault, BD_ERR_USAGE, field,
+                            "a blob's name is sha256: and 64 lower-case hexadecimal digits");
+    struct bd_blob_map map;
+    enum bd_err err = bd_blobs_map(blobs, blob + 7, &map, fault);
+    if (err) return err;
+    err = bd_sky_map_read(map.bytes, map.size_bytes, field, &out->environment.map,
+                          &out->negative_count, fault);
+    bd_blob_unmap(&map);
+    return err;
+}
+
+enum bd_err bd_net_environment_read(const Bounced__Environment *message, struct bd_blobs *blobs,
+                                    struct bd_net_environment *out, struct bd_fault *fault)
+{
+    *out = (struct bd_net_environment){0};
+    enum bd_err err = read_radiance(message, out->environment.radiance, fault);
+    if (!err && message->map) err = read_map(message->map, blobs, out, fault);
+    return err;
+}
+
+void bd_net_environment_finish(struct bd_net_environment *environment)
+{
+    bd_sky_map_release(&environment->environment.map);
+}
