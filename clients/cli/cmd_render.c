@@ -58,6 +58,7 @@ static enum bd_err fill_frame(struct frame *frame, const struct bd_cli_render *o
     request->camera = (char *)options->camera;
     request->exposure = (char *)options->exposure;
     request->tonemap = (char *)options->tonemap;
+    request->fresh = (char *)options->fresh;
     request->encoding = (char *)bd_cli_format_name(options->format);
     if (options->width_px) {
         frame->size[0] = options->width_px;

@@ -58,7 +58,10 @@ int bd_help_render(void)
         "  --seed N             same seed, same bytes (default 0)\n"
         "  --deadline-ms N      give up after this long\n"
         "  --plan               print what would run and what is left out; render nothing\n"
-        "  --report FILE.json   write the frame's report\n" START_HELP COMMON_HELP END_HELP,
+        "  --report FILE.json   write the frame's report\n"
+        "  --fresh none|camera|all\n"
+        "                       to time a frame: take nothing over from earlier ones of the camera's\n"
+        "                       side, or nothing at all but the uploaded scene (default none)\n" START_HELP COMMON_HELP END_HELP,
         stdout);
     return 0;
 }

@@ -32,6 +32,7 @@ enum {
     OPT_TARGET_ERROR,
     OPT_PLAN,
     OPT_REPORT,
+    OPT_FRESH,
 };
 
 #define COMMON_OPTIONS                                                                             \
@@ -60,6 +61,7 @@ static const struct bd_cli_option render_table[] = {
     {"target-error", 0, true, OPT_TARGET_ERROR},
     {"plan", 0, false, OPT_PLAN},
     {"report", 0, true, OPT_REPORT},
+    {"fresh", 0, true, OPT_FRESH},
     {0},
 };
 
@@ -230,6 +232,9 @@ static enum bd_err parse_render_option(int id, const char *value, struct bd_cli_
         return BD_ERR_OK;
     case OPT_REPORT:
         out->report = value;
+        return BD_ERR_OK;
+    case OPT_FRESH:
+        out->fresh = value;
         return BD_ERR_OK;
     default:
         break;

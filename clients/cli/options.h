@@ -33,9 +33,9 @@ struct bd_cli_render {
     enum bd_cli_format format;
     const char *report; // path, NULL for none
     bool plan;
-    uint32_t width_px, height_px;                        // 0 = the server's default
-    const char *camera, *technique, *exposure, *tonemap; // NULL = the server's default
-    const char *sets[BD_CLI_SET_MAX];                    // "KEY=VALUE"
+    uint32_t width_px, height_px; // 0 = the server's default
+    const char *camera, *technique, *exposure, *tonemap, *fresh; // NULL = the server's default
+    const char *sets[BD_CLI_SET_MAX];                            // "KEY=VALUE"
     uint32_t set_count;
     char layer_text[512]; // a copy of LIST, cut into `layers`
     const char *layers[BD_CLI_LAYER_MAX];

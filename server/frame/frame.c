@@ -39,6 +39,7 @@ static void set_up_lights(struct bd_frame *frame)
 
 static enum bd_err run_light_side(struct bd_frame *frame)
 {
+    frame->anew = frame->request->fresh == BD_FRESH_ALL;
     for (uint32_t i = 0; i < frame->light_count; i++) {
         struct bd_frame_light *light = &frame->lights[i];
         enum bd_err err = bd_stage_shadow_map(frame, light);
@@ -109,6 +110,7 @@ static enum bd_err run_sub_frame(struct bd_frame *frame, uint32_t index,
 
 static enum bd_err run_camera_side(struct bd_frame *frame, struct bd_tex *layers[BD_LAYER_COUNT])
 {
+    frame->anew = frame->request->fresh != BD_FRESH_NONE;
     frame->viewpoint =
         bd_viewpoint_of_camera(frame->snapshot, (uint32_t)frame->plan->camera,
                                frame->request->width_px, frame->request->height_px);

@@ -10,7 +10,7 @@ struct entry {
     uint64_t key;
     void *output;
     uint64_t bytes;
-    uint64_t used_in_frame;
+    uint64_t made_in_frame, used_in_frame;
     bd_memo_destroy_fn destroy;
 };
 
@@ -94,7 +94,14 @@ void bd_memo_store(struct bd_memo *memo, uint64_t key, void *output, uint64_t by
         memo->entries = realloc(memo->entries, memo->capacity * sizeof *memo->entries);
         BD_ASSERT(memo->entries);
     }
-    memo->entries[memo->count++] = (struct entry){key, output, bytes, memo->frame, destroy};
+    memo->entries[memo->count++] = (struct entry){
+        .key = key,
+        .output = output,
+        .bytes = bytes,
+        .made_in_frame = memo->frame,
+        .used_in_frame = memo->frame,
+        .destroy = destroy,
+    };
     memo->used_bytes += bytes;
     evict_to_budget(memo);
 }
@@ -106,6 +113,13 @@ void bd_memo_forget(struct bd_memo *memo, uint64_t key)
         remove_at(memo, i);
         return;
     }
+}
+
+void bd_memo_forget_older(struct bd_memo *memo, uint64_t key)
+{
+    for (size_t i = 0; i < memo->count; i++)
+        if (memo->entries[i].key == key && memo->entries[i].made_in_frame != memo->frame)
+            remove_at(memo, i--);
 }
 
 uint64_t bd_memo_evict_unused(struct bd_memo *memo)

@@ -30,6 +30,8 @@ void bd_memo_store(struct bd_memo *memo, uint64_t key, void *output, uint64_t by
                    bd_memo_destroy_fn destroy);
 // Destroys one output at once, if it is there: for what will not be asked for again.
 void bd_memo_forget(struct bd_memo *memo, uint64_t key);
+// The same, unless the current frame made it.
+void bd_memo_forget_older(struct bd_memo *memo, uint64_t key);
 // Destroys everything that the current frame did not use; returns the bytes set free.
 uint64_t bd_memo_evict_unused(struct bd_memo *memo);
 

@@ -38,6 +38,16 @@ const char *bd_layer_name(enum bd_layer layer)
     return NULL;
 }
 
+const char *bd_fresh_name(enum bd_fresh fresh)
+{
+    switch (fresh) {
+    case BD_FRESH_NONE: return "none";
+    case BD_FRESH_CAMERA: return "camera";
+    case BD_FRESH_ALL: return "all";
+    }
+    return NULL;
+}
+
 static enum bd_err check_size(const struct bd_frame_request *request,
                               const struct bd_frame_limits *limits, struct bd_fault *fault)
 {

@@ -22,8 +22,14 @@ enum bd_layer {
     BD_LAYER_COUNT,
 };
 
+// What is made anew although an earlier frame's output would do: for measuring what a frame costs
+// after the camera moved, or after everything did. Uploaded meshes and textures always stay.
+enum bd_fresh { BD_FRESH_NONE, BD_FRESH_CAMERA, BD_FRESH_ALL };
+
 // "beauty", ... ; NULL for an index out of range.
 const char *bd_layer_name(enum bd_layer layer);
+// "none", "camera", "all"; NULL for an index out of range.
+const char *bd_fresh_name(enum bd_fresh fresh);
 
 struct bd_frame_request {
     char technique[32];          // "" = "rsm"
@@ -34,6 +40,7 @@ struct bd_frame_request {
     uint32_t aa;      // sub-frames averaged, 1 to 64
     uint64_t seed;
     uint32_t deadline_ms; // 0 = none; counted from submission
+    enum bd_fresh fresh;
     bool plan_only;       // report what would run and what is left out; render nothing
 };
 

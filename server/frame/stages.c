@@ -83,6 +83,7 @@ static enum bd_err end_pass(struct bd_frame *frame, enum bd_err err)
 
 static bool reuse(struct bd_frame *frame, const char *name, uint64_t key, void **output)
 {
+    if (frame->anew) bd_memo_forget_older(frame->renderer->memo, key);
     *output = bd_memo_find(frame->renderer->memo, key);
     if (*output) bd_report_mark(frame->report, name, BD_PASS_REUSED);
     return *output != NULL;

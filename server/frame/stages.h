@@ -33,6 +33,7 @@ struct bd_frame {
     struct bd_report *report;
     struct bd_fault *fault;
 
+    bool anew; // what earlier frames made is not taken over; set side by side
     struct bd_gpu_scene *scene;
     uint32_t light_count;
     struct bd_frame_light *lights;

@@ -116,6 +116,19 @@ static enum bd_err read_encoding(const Bounced__FrameRequest *request, struct bd
     return read_exposure(request->exposure, &out->encode, fault);
 }
 
+static enum bd_err read_fresh(const Bounced__FrameRequest *request, struct bd_frame_request *frame,
+                              struct bd_fault *fault)
+{
+    if (!request->fresh) return BD_ERR_OK;
+    for (int fresh = 0; bd_fresh_name((enum bd_fresh)fresh); fresh++) {
+        if (strcmp(bd_fresh_name((enum bd_fresh)fresh), request->fresh) != 0) continue;
+        frame->fresh = (enum bd_fresh)fresh;
+        return BD_ERR_OK;
+    }
+    return bd_fault_set(fault, BD_ERR_USAGE, "fresh", "fresh is none, camera or all, not \"%s\"",
+                        request->fresh);
+}
+
 enum bd_err bd_frame_options_read(const Bounced__FrameRequest *request,
                                   struct bd_frame_options *out, struct bd_fault *fault)
 {
@@ -132,6 +145,7 @@ enum bd_err bd_frame_options_read(const Bounced__FrameRequest *request,
     if (!err) err = read_size(request, frame, fault);
     if (!err) err = read_parameters(request, frame, fault);
     if (!err) err = read_layers(request, out, fault);
+    if (!err) err = read_fresh(request, frame, fault);
     if (!err) err = read_encoding(request, out, fault);
     if (request->has_aa) frame->aa = request->aa;
     if (request->has_seed) frame->seed = request->seed;

@@ -180,6 +180,12 @@ static bool set_plan(char *value, Bounced__FrameRequest *request)
     return request->has_plan_only;
 }
 
+static bool set_fresh(char *value, Bounced__FrameRequest *request)
+{
+    replace_text(&request->fresh, value);
+    return true;
+}
+
 static const struct option {
     const char *name;
     bool (*set)(char *value, Bounced__FrameRequest *request);
@@ -198,6 +204,7 @@ static const struct option {
     {"quality", set_quality, "a whole number"},
     {"deadline_ms", set_deadline, "a whole number"},
     {"plan", set_plan, "0 or 1"},
+    {"fresh", set_fresh, ""},
     {"encoding", set_encoding, ""}, // last: where the path says it, the query may not
 };
 #define OPTION_COUNT (sizeof options / sizeof options[0])

@@ -131,6 +131,31 @@ static void another_camera_reuses_the_light_side(void **state)
     assert_true(w->report.time_ms.compile == 0 && w->report.time_ms.load == 0);
 }
 
+// What is asked to be made anew is, with the same pixels; the rest is still taken over.
+static void fresh_frames_take_nothing_over(void **state)
+{
+    static const char *const light_side[] = {"shadow_map", "rsm", "vpl_grid"};
+    static const char *const camera_side[] = {"gbuffer", "direct", "gather"};
+    struct world *w = *state;
+    make_room(w, 1, origin, 1);
+    struct bd_image *first[BD_LAYER_COUNT], *again[BD_LAYER_COUNT];
+    world_render(w, "rsm", 0, WIDTH, HEIGHT, all_layers, few_vpls, first);
+    for (int fresh = BD_FRESH_NONE; fresh <= BD_FRESH_ALL; fresh++) {
+        w->fresh = (enum bd_fresh)fresh;
+        world_render(w, "rsm", 0, WIDTH, HEIGHT, all_layers, few_vpls, again);
+        for (size_t i = 0; i < 3; i++) {
+            assert_int_equal(state_of(&w->report, light_side[i]),
+                             fresh == BD_FRESH_ALL ? BD_PASS_RAN : BD_PASS_REUSED);
+            assert_int_equal(state_of(&w->report, camera_side[i]),
+                             fresh == BD_FRESH_NONE ? BD_PASS_REUSED : BD_PASS_RAN);
+        }
+        for (int l = 0; l < BD_LAYER_COUNT; l++) assert_true(same_pixels(first[l], again[l]));
+        world_free_layers(again);
+    }
+    w->fresh = BD_FRESH_NONE;
+    world_free_layers(first);
+}
+
 // A snapshot after an edit of one light's power: new lights, the same everything else.
 static void a_brighter_light_keeps_its_maps(void **state)
 {
@@ -328,6 +353,7 @@ int main(void)
         cmocka_unit_test(same_bytes_on_a_fresh_device),
         cmocka_unit_test(layers_add_up_to_beauty),
         cmocka_unit_test(another_camera_reuses_the_light_side),
+        cmocka_unit_test(fresh_frames_take_nothing_over),
         cmocka_unit_test(a_brighter_light_keeps_its_maps),
         cmocka_unit_test(scale_and_power_change_no_digit),
         cmocka_unit_test(offset_changes_next_to_nothing),

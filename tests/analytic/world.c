@@ -373,6 +373,7 @@ void world_render(struct world *world, const char *technique, uint32_t camera, u
     request.width_px = width_px;
     request.height_px = height_px;
     request.layers = layers;
+    request.fresh = world->fresh;
     for (; settings && *settings; settings++)
         if (bd_param_list_add(&request.params, *settings, &fault)) fail_msg("%s", fault.message);
     memset(out, 0, BD_LAYER_COUNT * sizeof *out);

@@ -14,7 +14,8 @@ struct world {
     struct bd_renderer renderer;
     struct bd_scene *scene;
     bool finished;
-    struct bd_report report; // of the last render
+    enum bd_fresh fresh;     // of the next render
+    struct bd_report report; // of the last one
 };
 
 struct world *world_create(void);

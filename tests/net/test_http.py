@@ -134,7 +134,7 @@ def test_protobuf_both_ways(shared):
 
 @pytest.mark.parametrize("query,field", [
     ("size=0x4", "size"), ("size=12", "size"), ("size=4x4x4", "size"), ("size=-4x4", "size"),
-    ("aa=x", "aa"), ("aa=", "aa"), ("seed=18446744073709551616", "seed"), ("plan=yes", "plan"),
+    ("aa=x", "aa"), ("aa=", "aa"), ("seed=18446744073709551616", "seed"), ("plan=yes", "plan"), ("fresh=yes", "fresh"),
     ("exposure=bright", "exposure"), ("tonemap=vivid", "tonemap"), ("layers=beautiful", "layers"), ("layers=direct,normal", "layers"),
     ("set=vpls", "set"), ("sise=4x4", "sise"), ("encoding=exr", "encoding"), ("quality=101", "jpeg_quality"),
     ("camera=%zz", "query"), ("camera=a%00b", "query"), ("camera", "query"),

@@ -49,7 +49,7 @@ static void every_option_arrives(void **state)
         parsed(WORDS("--size=640x480", "--camera", "Cam 2", "--technique", "direct", "--set",
                      "vpls=256", "--set=brdf=lambert", "--aa", "4", "--layers", "direct,normal",
                      "--exposure=-1.5", "--tonemap", "agx", "--seed", "18446744073709551615",
-                     "--deadline-ms", "1500", "--report", "r.json", "--json", "--quiet", "--server",
+                     "--deadline-ms", "1500", "--report", "r.json", "--fresh", "camera", "--json", "--quiet", "--server",
                      "tcp:h:1", "--token-file", "t", "-o", "x.exr", "--", "-odd.glb"));
     assert_string_equal(o->scene, "-odd.glb");
     assert_int_equal(o->width_px, 640);
@@ -66,6 +66,7 @@ static void every_option_arrives(void **state)
     assert_string_equal(o->tonemap, "agx");
     assert_true(o->seed == UINT64_MAX);
     assert_int_equal(o->deadline_ms, 1500);
+    assert_string_equal(o->fresh, "camera");
     assert_string_equal(o->report, "r.json");
     assert_true(o->common.json && o->common.quiet);
     assert_string_equal(o->common.server, "tcp:h:1");
