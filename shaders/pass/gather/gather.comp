@@ -35,16 +35,6 @@ bool is_above(float height, float r2)
     return height > COPLANAR_HEIGHT && height * height > COPLANAR_SQUARED * r2;
 }
 
-// Some of a patch may be above a surface that its centre is not above.
-bool patch_is_above(uint index, vec3 to_vpl, vec3 normal_geometric, float r2)
-{
-    vec3 u = BD_LOAD(vpl_quads, index * BD_VPL_QUAD_VEC4S).xyz;
-    vec3 v = BD_LOAD(vpl_quads, index * BD_VPL_QUAD_VEC4S + 1u).xyz;
-    float highest = dot(to_vpl, normal_geometric) + abs(dot(u, normal_geometric)) +
-                    abs(dot(v, normal_geometric));
-    return is_above(highest, r2);
-}
-
 float patch_kernel(uint index, vec3 to_vpl, vec3 n)
 {
     vec4 u = BD_LOAD(vpl_quads, index * BD_VPL_QUAD_VEC4S);
@@ -109,7 +99,9 @@ void gather_block(inout sums s, receiver r, vec3 viewer, uint begin, uint end)
         near &= near - 1u;
         vec3 to_vpl = BD_LOAD(vpls, index * BD_VPL_VEC4S).xyz - r.position;
         float r2 = dot(to_vpl, to_vpl);
-        if (!patch_is_above(index, to_vpl, r.normal_geometric, r2)) continue;
+        // A patch reaches over the edge of what it stands for: only one whose centre is above the
+        // receiver's surface counts, or the outside of a thin wall is lit from within.
+        if (!is_above(dot(to_vpl, r.normal_geometric), r2)) continue;
         vec3 flux = BD_LOAD(vpls, index * BD_VPL_VEC4S + 2u).rgb;
         add(s, r, viewer, to_vpl, r2, flux * patch_kernel(index, to_vpl, r.normal));
     }
