@@ -59,7 +59,7 @@ static bool wants(const struct bd_frame *frame, uint32_t layer)
 
 static enum bd_err create_layers(struct bd_frame *frame, struct bd_tex *layers[BD_LAYER_COUNT])
 {
-    for (uint32_t l = 0; l < BD_LAYER_COUNT; l++) {
+    for (uint32_t l = 0; l < BD_LAYER_RENDERED_COUNT; l++) {
         if (!wants(frame, l)) continue;
         const struct bd_tex_desc desc = {
             .name = bd_layer_name((enum bd_layer)l),
@@ -126,8 +126,6 @@ static enum bd_err run_camera_side(struct bd_frame *frame, struct bd_tex *layers
 
 // --- readback -------------------------------------------------------------------------------
 
-static const uint32_t layer_channel_count[BD_LAYER_COUNT] = {4, 3, 3, 3, 3, 3, 1};
-
 static struct bd_image *image_from_rgba(const float *rgba, uint32_t width_px, uint32_t height_px,
                                         uint32_t channel_count)
 {
@@ -144,7 +142,7 @@ static enum bd_err finish_readback(struct bd_frame *frame, struct bd_readback **
     enum bd_err err = bd_gpu_readback_finish(frame->context.gpu, pending, rgba,
                                              (size_t)width * height * 4 * sizeof *rgba);
     if (err) return err;
-    *out = image_from_rgba(rgba, width, height, layer_channel_count[layer]);
+    *out = image_from_rgba(rgba, width, height, bd_layer_channel_count((enum bd_layer)layer));
     return *out ? BD_ERR_OK
                 : bd_fault_set(frame->fault, BD_ERR_NO_MEMORY, "size", "no memory for a layer");
 }
@@ -199,24 +197,6 @@ static void report_pass_times(struct bd_report *report, struct bd_gpu *gpu)
     }
 }
 
-static void add_flag(struct bd_report *report, const char *text)
-{
-    if (report->flag_count == BD_REPORT_FLAG_MAX) return;
-    strcpy(report->flags[report->flag_count++], text);
-}
-
-static void inspect_beauty(struct bd_report *report, const struct bd_image *beauty)
-{
-    bool blank = true;
-    for (size_t i = 0; i < (size_t)beauty->width_px * beauty->height_px; i++) {
-        const float *p = beauty->pixels + 4 * i;
-        if (!isfinite(p[0]) || !isfinite(p[1]) || !isfinite(p[2])) report->nonfinite_pixels++;
-        if (p[0] != 0 || p[1] != 0 || p[2] != 0) blank = false;
-    }
-    if (blank) add_flag(report, "blank_frame");
-    if (report->nonfinite_pixels > 0) add_flag(report, "nonfinite_pixels");
-}
-
 static void report_memory(struct bd_report *report, const struct bd_gpu *gpu)
 {
     struct bd_gpu_memory memory;
@@ -261,6 +241,7 @@ enum bd_err bd_frame_render(struct bd_renderer *renderer, struct bd_scene *scene
     enum bd_err err = bd_plan_make(scene, request, &plan, report, fault);
     report_device(report, gpu);
     if (err || request->plan_only) return err;
+    BD_ASSERT(!plan.technique->is_reference); // sched/ takes those elsewhere
 
     double compile_ms = bd_gpu_compile_ms(gpu), upload_ms = renderer->uploader.upload_ms;
     bd_slicer_init(&renderer->slicer, gpu, should_stop, user);
@@ -283,7 +264,7 @@ enum bd_err bd_frame_render(struct bd_renderer *renderer, struct bd_scene *scene
         *report = planned;
         err = run_frame(&frame, layers);
     }
-    if (!err) inspect_beauty(report, layers[BD_LAYER_BEAUTY]);
+    if (!err) bd_report_inspect(report, layers[BD_LAYER_BEAUTY]);
     if (err) destroy_images(layers);
     report_pass_times(report, gpu);
     report_memory(report, gpu);

@@ -68,14 +68,13 @@ static void omit(struct bd_report *report, bool omitted, const char *pass, const
     snprintf(report->omitted[at].reason, sizeof report->omitted[at].reason, "%s", reason);
 }
 
-static void flag(struct bd_report *report, const char *text)
-{
-    if (report->flag_count == BD_REPORT_FLAG_MAX) return;
-    snprintf(report->flags[report->flag_count++], sizeof report->flags[0], "%s", text);
-}
-
 static void list_passes(const struct bd_plan *plan, struct bd_report *report)
 {
+    if (plan->technique->is_reference) {
+        add_pass(report, true, "bvh");
+        add_pass(report, true, "trace");
+        return;
+    }
     add_pass(report, true, "gbuffer");
     add_pass(report, plan->lights, "shadow_map");
     add_pass(report, plan->lights, "direct");
@@ -90,6 +89,7 @@ static void list_omitted(const struct bd_plan *plan, const struct bd_scene *scen
                          struct bd_report *report)
 {
     const struct bd_features *f = &scene->features;
+    if (plan->technique->is_reference) return;
     bool maps = f->has_base_color_map || f->has_metallic_roughness_map || f->has_normal_map ||
                 f->has_emissive_map;
     omit(report, !maps, "gbuffer", "texture code: no material has a map");
@@ -108,27 +108,46 @@ static void list_omitted(const struct bd_plan *plan, const struct bd_scene *scen
                               : "glossy lobe: every surface is rough and no metal");
 }
 
+// What this frame carries of light transport: the technique's model, or what was asked of the
+// reference.
+static struct bd_model model_of(const struct bd_plan *plan)
+{
+    struct bd_model model = plan->technique->model;
+    if (plan->technique->is_reference) {
+        model.lights = plan->params.lights;
+        model.transmission = plan->params.transmission;
+        model.coverage = plan->params.alpha_coverage;
+    }
+    return model;
+}
+
 static void flag_what_is_not_honoured(const struct bd_plan *plan, const struct bd_scene *scene,
                                       struct bd_report *report)
 {
     const struct bd_features *f = &scene->features;
-    char text[96];
-    for (uint32_t i = 0; i < scene->flags.count; i++) flag(report, scene->flags.text[i]);
-    if (f->has_blend) flag(report, "blend_as_mask");
-    if (f->has_transmissive) flag(report, "transmission_as_opaque");
-    if (plan->vpl_grid && some_map_is_reduced(plan, scene)) {
-        snprintf(text, sizeof text, "rsm_size_reduced: %d texels a side of each VPL",
-                 BD_PLAN_BLOCK_TEXELS_MAX);
-        flag(report, text);
-    }
-    if (f->has_emissive && !(plan->technique->model.lights & BD_LIGHTS_EMISSIVE)) {
+    const struct bd_model model = model_of(plan);
+    for (uint32_t i = 0; i < scene->flags.count; i++)
+        bd_report_flag(report, "%s", scene->flags.text[i]);
+    if (f->has_blend && !model.coverage) bd_report_flag(report, "blend_as_mask");
+    if (f->has_transmissive && !model.transmission)
+        bd_report_flag(report, "transmission_as_opaque");
+    if (plan->vpl_grid && some_map_is_reduced(plan, scene))
+        bd_report_flag(report, "rsm_size_reduced: %d texels a side of each VPL",
+                       BD_PLAN_BLOCK_TEXELS_MAX);
+    if (f->has_emissive && !(model.lights & BD_LIGHTS_EMISSIVE)) {
         double total = f->emissive_flux_lm + f->punctual_flux_lm;
-        snprintf(text, sizeof text, "emissive_not_lighting: %.3g %% of the flux",
-                 total > 0 ? 100 * f->emissive_flux_lm / total : 0.0);
-        flag(report, text);
+        bd_report_flag(report, "emissive_not_lighting: %.3g %% of the flux",
+                       total > 0 ? 100 * f->emissive_flux_lm / total : 0.0);
     }
-    if (f->has_environment && !(plan->technique->model.lights & BD_LIGHTS_ENVIRONMENT))
-        flag(report, "environment_not_lighting");
+    if (f->has_environment && !(model.lights & BD_LIGHTS_ENVIRONMENT))
+        bd_report_flag(report, "environment_not_lighting");
+}
+
+// A sample through the pixel's centre, or several over its area.
+static const char *filter_name(const struct bd_plan *plan, uint32_t aa)
+{
+    bool box = plan->technique->is_reference ? plan->params.filter == 1 : aa > 1;
+    return box ? "box" : "point";
 }
 
 static void describe_request(const struct bd_plan *plan, const struct bd_scene *scene,
@@ -147,6 +166,8 @@ static void describe_request(const struct bd_plan *plan, const struct bd_scene *
     bd_params_write(&plan->params, plan->technique->params_read, &report->params);
     report->seed = request->seed;
     report->aa = request->aa;
+    snprintf(report->filter, sizeof report->filter, "%s", filter_name(plan, request->aa));
+    memcpy(report->region, request->region, sizeof report->region);
     report->counts.lights = scene->placed_light_count;
     report->counts.triangles = scene->features.triangle_count;
 }

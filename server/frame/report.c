@@ -1,5 +1,9 @@
 #include "frame/report.h"
 
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+
 const char *bd_pass_state_name(enum bd_pass_state state)
 {
     switch (state) {
@@ -20,4 +24,25 @@ const char *bd_stopped_name(enum bd_stopped stopped)
     case BD_STOPPED_FLOOR: return "floor";
     }
     return "complete";
+}
+
+void bd_report_flag(struct bd_report *report, const char *format, ...)
+{
+    if (report->flag_count == BD_REPORT_FLAG_MAX) return;
+    va_list args;
+    va_start(args, format);
+    vsnprintf(report->flags[report->flag_count++], sizeof report->flags[0], format, args);
+    va_end(args);
+}
+
+void bd_report_inspect(struct bd_report *report, const struct bd_image *beauty)
+{
+    bool blank = true;
+    for (size_t i = 0; i < (size_t)beauty->width_px * beauty->height_px; i++) {
+        const float *p = beauty->pixels + 4 * i;
+        if (!isfinite(p[0]) || !isfinite(p[1]) || !isfinite(p[2])) report->nonfinite_pixels++;
+        if (p[0] != 0 || p[1] != 0 || p[2] != 0) blank = false;
+    }
+    if (blank) bd_report_flag(report, "blank_frame");
+    if (report->nonfinite_pixels > 0) bd_report_flag(report, "nonfinite_pixels");
 }

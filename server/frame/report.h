@@ -7,6 +7,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "image/image.h"
 #include "technique/params.h"
 
 #define BD_REPORT_PASS_MAX    64
@@ -35,6 +36,8 @@ struct bd_report {
     struct bd_param_list params; // every parameter that the technique reads, as used
     uint64_t seed;
     uint32_t aa;
+    char filter[8];     // "point", "box"
+    uint32_t region[4]; // x, y, width, height of what was traced; all 0: the whole picture
     struct {
         char name[128];
         char device_class[64]; // same class, same bytes: driver family and version
@@ -58,6 +61,7 @@ struct bd_report {
         uint64_t lights, vpls, fragments, triangles;
     } counts;
     double memory_gpu_mib, memory_gpu_peak_mib;
+    double memory_reference_mib; // prepared for tracing, of all scenes together
     uint32_t flag_count;
     char flags[BD_REPORT_FLAG_MAX][96];
     uint64_t nonfinite_pixels;
@@ -70,5 +74,11 @@ struct bd_report {
     } errors[BD_REPORT_ERROR_MAX];
     enum bd_stopped stopped;
 };
+
+// Appends a flag; drops it silently once the list is full.
+void bd_report_flag(struct bd_report *report, const char *format, ...) BD_PRINTF(2, 3);
+
+// Counts pixels that are not finite, and flags those and a blank picture.
+void bd_report_inspect(struct bd_report *report, const struct bd_image *beauty);
 
 #endif

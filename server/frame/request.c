@@ -1,6 +1,7 @@
 #include "frame/request.h"
 
 #include <stddef.h>
+#include <string.h>
 
 #include "shared/composite.h"
 #include "technique/technique.h"
@@ -23,19 +24,48 @@ const struct bd_frame_request bd_frame_request_default = {
     .aa = 1,
 };
 
+static const struct {
+    const char *name;
+    uint32_t channel_count;
+} layers[BD_LAYER_COUNT] = {
+    [BD_LAYER_BEAUTY] = {"beauty", 4},
+    [BD_LAYER_DIRECT] = {"direct", 3},
+    [BD_LAYER_INDIRECT] = {"indirect", 3},
+    [BD_LAYER_EMISSION] = {"emission", 3},
+    [BD_LAYER_ALBEDO] = {"albedo", 3},
+    [BD_LAYER_NORMAL] = {"normal", 3},
+    [BD_LAYER_DEPTH] = {"depth", 1},
+    [BD_LAYER_HALF_A] = {"half_a", 3}, // names of halves: image/layers.h
+    [BD_LAYER_HALF_A + 1] = {"half_a.direct", 3},
+    [BD_LAYER_HALF_A + 2] = {"half_a.indirect", 3},
+    [BD_LAYER_HALF_A + 3] = {"half_a.emission", 3},
+    [BD_LAYER_HALF_B] = {"half_b", 3},
+    [BD_LAYER_HALF_B + 1] = {"half_b.direct", 3},
+    [BD_LAYER_HALF_B + 2] = {"half_b.indirect", 3},
+    [BD_LAYER_HALF_B + 3] = {"half_b.emission", 3},
+    [BD_LAYER_VARIANCE] = {"variance", 3},
+    [BD_LAYER_DIRECT_VARIANCE] = {"direct_variance", 3},
+    [BD_LAYER_INDIRECT_VARIANCE] = {"indirect_variance", 3},
+    [BD_LAYER_NORMAL_LENGTH] = {"normal_length", 1},
+};
+
 const char *bd_layer_name(enum bd_layer layer)
 {
-    switch (layer) {
-    case BD_LAYER_BEAUTY: return "beauty";
-    case BD_LAYER_DIRECT: return "direct";
-    case BD_LAYER_INDIRECT: return "indirect";
-    case BD_LAYER_EMISSION: return "emission";
-    case BD_LAYER_ALBEDO: return "albedo";
-    case BD_LAYER_NORMAL: return "normal";
-    case BD_LAYER_DEPTH: return "depth";
-    case BD_LAYER_COUNT: break;
-    }
-    return NULL;
+    return layer < BD_LAYER_COUNT ? layers[layer].name : NULL;
+}
+
+uint32_t bd_layer_channel_count(enum bd_layer layer)
+{
+    return layers[layer].channel_count;
+}
+
+uint32_t bd_layers_named(const char *name)
+{
+    if (strcmp(name, "halves") == 0) return 0xffu << BD_LAYER_HALF_A;
+    if (strcmp(name, "variance") == 0) return 7u << BD_LAYER_VARIANCE;
+    for (uint32_t l = 0; l < BD_LAYER_COUNT; l++)
+        if (strcmp(layers[l].name, name) == 0) return 1u << l;
+    return 0;
 }
 
 const char *bd_fresh_name(enum bd_fresh fresh)
@@ -63,6 +93,48 @@ static enum bd_err check_size(const struct bd_frame_request *request,
     return BD_ERR_OK;
 }
 
+// Without a fault to fill: an unknown name is not traced.
+bool bd_frame_request_is_traced(const struct bd_frame_request *request)
+{
+    const struct bd_technique *technique = bd_technique_find(request->technique, NULL);
+    return technique && technique->is_reference;
+}
+
+static enum bd_err check_rendered(const struct bd_frame_request *request, const char *name,
+                                  struct bd_fault *fault)
+{
+    uint32_t traced = request->layers >> BD_LAYER_RENDERED_COUNT;
+    if (traced) {
+        uint32_t layer = BD_LAYER_RENDERED_COUNT + (uint32_t)__builtin_ctz(traced);
+        return bd_fault_set(fault, BD_ERR_USAGE, "layers",
+                            "layer %s: technique %s has none; reference does", layers[layer].name,
+                            name);
+    }
+    const uint32_t *r = request->region;
+    if (r[0] || r[1] || r[2] || r[3])
+        return bd_fault_set(fault, BD_ERR_USAGE, "region",
+                            "technique %s renders whole frames; reference traces a region", name);
+    return BD_ERR_OK;
+}
+
+static enum bd_err check_traced(const struct bd_frame_request *request, struct bd_fault *fault)
+{
+    if (request->aa != 1)
+        return bd_fault_set(fault, BD_ERR_USAGE, "aa",
+                            "aa=%u: technique reference has no sub-frames; spp and filter=box "
+                            "sample a pixel",
+                            request->aa);
+    const uint32_t *r = request->region;
+    bool whole = !r[0] && !r[1] && !r[2] && !r[3];
+    bool inside = r[2] && r[3] && r[2] <= request->width_px && r[3] <= request->height_px &&
+                  r[0] <= request->width_px - r[2] && r[1] <= request->height_px - r[3];
+    if (!whole && !inside)
+        return bd_fault_set(fault, BD_ERR_USAGE, "region",
+                            "region %u,%u,%u,%u: must be pixels of the %ux%u picture", r[0], r[1],
+                            r[2], r[3], request->width_px, request->height_px);
+    return BD_ERR_OK;
+}
+
 enum bd_err bd_frame_request_check(const struct bd_frame_request *request,
                                    const struct bd_frame_limits *limits, struct bd_fault *fault)
 {
@@ -76,6 +148,9 @@ enum bd_err bd_frame_request_check(const struct bd_frame_request *request,
     const char *name = request->technique[0] ? request->technique : "rsm";
     const struct bd_technique *technique = bd_technique_find(name, fault);
     if (!technique) return BD_ERR_USAGE;
+    err = technique->is_reference ? check_traced(request, fault)
+                                  : check_rendered(request, name, fault);
+    if (err) return err;
     struct bd_params params;
     return bd_params_read(&request->params, technique->params_read, name, &params, fault);
 }

@@ -19,6 +19,18 @@ enum bd_layer {
     BD_LAYER_ALBEDO,   // RGB
     BD_LAYER_NORMAL,   // XYZ, world space, unit where covered; 0 where nothing is
     BD_LAYER_DEPTH,    // Z, metres along the view axis; 1e10 where nothing is
+    BD_LAYER_RENDERED_COUNT,
+
+    // Of technique reference alone: the layers of light as means over each half of the samples, in
+    // the order beauty, direct, indirect, emission; the layer itself is the mean of its halves.
+    BD_LAYER_HALF_A = BD_LAYER_RENDERED_COUNT, // RGB each
+    BD_LAYER_HALF_B = BD_LAYER_HALF_A + 4,
+    // Variance of the mean over both halves, (cd/m^2)^2, channel by channel.
+    BD_LAYER_VARIANCE = BD_LAYER_HALF_B + 4, // RGB, of beauty
+    BD_LAYER_DIRECT_VARIANCE,                // RGB
+    BD_LAYER_INDIRECT_VARIANCE,              // RGB
+    // Length of the mean of the normals met, 1 where they agree: `normal` times this is their mean.
+    BD_LAYER_NORMAL_LENGTH,
     BD_LAYER_COUNT,
 };
 
@@ -26,10 +38,15 @@ enum bd_layer {
 // after the camera moved, or after everything did. Uploaded meshes and textures always stay.
 enum bd_fresh { BD_FRESH_NONE, BD_FRESH_CAMERA, BD_FRESH_ALL };
 
-// "beauty", ... ; NULL for an index out of range.
-const char *bd_layer_name(enum bd_layer layer);
 // "none", "camera", "all"; NULL for an index out of range.
 const char *bd_fresh_name(enum bd_fresh fresh);
+// "beauty", "half_a.direct", "variance", ...; NULL for an index out of range.
+const char *bd_layer_name(enum bd_layer layer);
+// 4, 3 or 1.
+uint32_t bd_layer_channel_count(enum bd_layer layer);
+// The layers that a name in a list of layers stands for, as bits; 0 if there are none. "halves" is
+// all eight, "variance" all three; every other name is one.
+uint32_t bd_layers_named(const char *name);
 
 struct bd_frame_request {
     char technique[32];          // "" = "rsm"
@@ -37,6 +54,7 @@ struct bd_frame_request {
     uint32_t width_px, height_px;
     char camera[64];  // node name, camera name or index; "" = the scene's first
     uint32_t layers;  // bit (1 << enum bd_layer); beauty is always rendered
+    uint32_t region[4]; // x, y, width, height of what technique reference traces; all 0 = all
     uint32_t aa;      // sub-frames averaged, 1 to 64
     uint64_t seed;
     uint32_t deadline_ms; // 0 = none; counted from submission
@@ -51,6 +69,9 @@ struct bd_frame_limits {
     uint32_t side_px_max;     // width or height
     uint64_t pixel_count_max; // width x height
 };
+
+// Whether the processor traces it instead of the device rendering it.
+bool bd_frame_request_is_traced(const struct bd_frame_request *request);
 
 // The checks that need no scene. Names the field and the limit.
 BD_MUST_CHECK

@@ -121,6 +121,7 @@ static enum bd_err encode_exr(const struct bd_encode_request *request,
         .height_px = layers[0].image->height_px,
         .planes = planes,
         .manifest = manifest,
+        .raw = request->exr_raw,
     };
     enum bd_err err = bd_layers_to_planes(layers, layer_count, planes, &picture.plane_count, fault);
     if (err) return err;

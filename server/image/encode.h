@@ -41,6 +41,7 @@ struct bd_encode_request {
     float exposure_stops; // unless auto; within +-BD_EXPOSURE_STOPS_MAX
     enum bd_tonemap tonemap;
     bool exr_half;    // 16-bit floats, but for planes that they cannot hold
+    bool exr_raw;     // not compressed
     int jpeg_quality; // 1 to 100
 };
 

@@ -31,9 +31,10 @@ struct bd_exr_picture {
     const struct bd_exr_plane *planes; // names are unique, in any order
     size_t plane_count;                // 1 to BD_EXR_CHANNEL_MAX
     struct bd_manifest manifest;
+    bool raw; // not compressed: for who reads it at once
 };
 
-// One part, scan lines from top to bottom, ZIP (lossless). The same picture gives the same bytes.
+// One part, scan lines from top to bottom, ZIP (lossless) unless `raw`. The same picture gives the same bytes.
 // `*out` must be empty; free it with bd_bytes_finish.
 BD_MUST_CHECK
 enum bd_err bd_exr_write(const struct bd_exr_picture *picture, struct bd_bytes *out,

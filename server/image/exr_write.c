@@ -30,9 +30,10 @@ static exr_result_t write_header(exr_context_t context, const struct bd_exr_pict
     exr_result_t rv = exr_add_part(context, NULL, EXR_STORAGE_SCANLINE, &part);
     if (rv) return rv;
     rv = exr_initialize_required_attr_simple(context, part, (int32_t)picture->width_px,
-                                             (int32_t)picture->height_px, EXR_COMPRESSION_ZIP);
-    if (rv) return rv;
-    rv = exr_set_zip_compression_level(context, part, ZIP_LEVEL);
+                                             (int32_t)picture->height_px,
+                                             picture->raw ? EXR_COMPRESSION_NONE
+                                                          : EXR_COMPRESSION_ZIP);
+    if (!rv && !picture->raw) rv = exr_set_zip_compression_level(context, part, ZIP_LEVEL);
     if (rv) return rv;
     for (size_t i = 0; i < picture->plane_count; i++) {
         rv = exr_add_channel(context, part, picture->planes[i].name,

@@ -50,27 +50,29 @@ static enum bd_err read_parameters(const Bounced__FrameRequest *request,
     return BD_ERR_OK;
 }
 
-static enum bd_err read_layer(const char *name, enum bd_layer *out, struct bd_fault *fault)
-{
-    for (int layer = 0; layer < BD_LAYER_COUNT; layer++) {
-        if (strcmp(bd_layer_name((enum bd_layer)layer), name) != 0) continue;
-        *out = (enum bd_layer)layer;
-        return BD_ERR_OK;
-    }
-    return bd_fault_set(fault, BD_ERR_USAGE, "layers", "there is no layer \"%s\"", name);
-}
-
 static enum bd_err read_layers(const Bounced__FrameRequest *request, struct bd_frame_options *out,
                                struct bd_fault *fault)
 {
     out->frame.layers = 1u << BD_LAYER_BEAUTY;
     for (size_t i = 0; i < request->n_layers; i++) {
-        enum bd_layer layer = BD_LAYER_BEAUTY;
-        enum bd_err err = read_layer(request->layers[i], &layer, fault);
-        if (err) return err;
-        out->frame.layers |= 1u << layer;
-        if (i == 0) out->shown = layer;
+        uint32_t named = bd_layers_named(request->layers[i]);
+        if (!named)
+            return bd_fault_set(fault, BD_ERR_USAGE, "layers", "there is no layer \"%s\"",
+                                request->layers[i]);
+        out->frame.layers |= named;
+        if (i == 0) out->shown = (enum bd_layer)__builtin_ctz(named);
     }
+    return BD_ERR_OK;
+}
+
+static enum bd_err read_region(const Bounced__FrameRequest *request, struct bd_frame_request *frame,
+                               struct bd_fault *fault)
+{
+    if (request->n_region == 0) return BD_ERR_OK;
+    if (request->n_region != 4 || !request->region[2] || !request->region[3])
+        return bd_fault_set(fault, BD_ERR_USAGE, "region",
+                            "region is x, y, width and height, the last two at least 1");
+    memcpy(frame->region, request->region, sizeof frame->region);
     return BD_ERR_OK;
 }
 
@@ -109,6 +111,7 @@ static enum bd_err read_encoding(const Bounced__FrameRequest *request, struct bd
         out->encode.jpeg_quality = (int)request->jpeg_quality;
     }
     out->encode.exr_half = request->exr_half;
+    out->encode.exr_raw = request->exr_raw;
     if (out->wants_image && out->encode.format != BD_ENCODE_EXR && request->n_layers > 1)
         return bd_fault_set(fault, BD_ERR_USAGE, "layers",
                             "a %s holds one layer, an exr all of them",
@@ -146,6 +149,7 @@ enum bd_err bd_frame_options_read(const Bounced__FrameRequest *request,
     if (!err) err = read_parameters(request, frame, fault);
     if (!err) err = read_layers(request, out, fault);
     if (!err) err = read_fresh(request, frame, fault);
+    if (!err) err = read_region(request, frame, fault);
     if (!err) err = read_encoding(request, out, fault);
     if (request->has_aa) frame->aa = request->aa;
     if (request->has_seed) frame->seed = request->seed;

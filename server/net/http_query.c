@@ -138,6 +138,23 @@ static bool set_tonemap(char *value, Bounced__FrameRequest *request)
     return true;
 }
 
+static bool set_region(char *value, Bounced__FrameRequest *request)
+{
+    uint32_t region[4];
+    for (int i = 0; i < 4; i++) {
+        char *comma = strchr(value, ',');
+        if ((i < 3) != (comma != NULL)) return false;
+        if (comma) *comma = 0;
+        if (!read_u32(value, &region[i])) return false;
+        value = comma ? comma + 1 : value;
+    }
+    if (!request->region) request->region = malloc(sizeof region);
+    BD_ASSERT(request->region);
+    memcpy(request->region, region, sizeof region);
+    request->n_region = 4;
+    return true;
+}
+
 static bool set_encoding(char *value, Bounced__FrameRequest *request)
 {
     replace_text(&request->encoding, strcmp(value, "json") == 0 ? "none" : value);
@@ -202,6 +219,7 @@ static const struct option {
     {"tonemap", set_tonemap, ""},
     {"half", set_half, "0 or 1"},
     {"quality", set_quality, "a whole number"},
+    {"region", set_region, "X,Y,WIDTH,HEIGHT"},
     {"deadline_ms", set_deadline, "a whole number"},
     {"plan", set_plan, "0 or 1"},
     {"fresh", set_fresh, ""},

@@ -32,7 +32,7 @@ static void on_job_done(void *user, struct bd_job *job)
 struct manifest {
     struct bd_manifest_entry entries[MANIFEST_ENTRY_MAX];
     size_t count;
-    char revision[24], seed[24], aa[16];
+    char revision[24], seed[24], aa[16], region[48];
     char parameters[BD_PARAM_MAX * (BD_PARAM_KEY_MAX + BD_PARAM_VALUE_MAX)];
 };
 
@@ -61,6 +61,9 @@ static void fill_manifest(struct manifest *manifest, const struct bd_report *rep
     snprintf(manifest->revision, sizeof manifest->revision, "%llu", (unsigned long long)revision);
     snprintf(manifest->seed, sizeof manifest->seed, "%llu", (unsigned long long)report->seed);
     snprintf(manifest->aa, sizeof manifest->aa, "%u", report->aa);
+    if (report->region[2])
+        snprintf(manifest->region, sizeof manifest->region, "%u,%u,%u,%u", report->region[0],
+                 report->region[1], report->region[2], report->region[3]);
     join_parameters(&report->params, manifest->parameters, sizeof manifest->parameters);
     add_entry(manifest, "scene", report->scene);
     add_entry(manifest, "revision", manifest->revision);
@@ -69,8 +72,8 @@ static void fill_manifest(struct manifest *manifest, const struct bd_report *rep
     add_entry(manifest, "parameters", manifest->parameters);
     add_entry(manifest, "seed", manifest->seed);
     add_entry(manifest, "aa", manifest->aa);
-    // One sample through the pixel's centre, or several over its area.
-    add_entry(manifest, "filter", report->aa == 1 ? "point" : "box");
+    add_entry(manifest, "filter", report->filter);
+    add_entry(manifest, "region", manifest->region);
     add_entry(manifest, "device_class", report->device.device_class);
     add_entry(manifest, "build", BD_VERSION);
 }

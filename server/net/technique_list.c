@@ -86,7 +86,7 @@ static Bounced__Technique *technique_message(const struct bd_technique *techniqu
     BD_SET(out, tolerance_direct, technique->tolerance.direct);
     BD_SET(out, tolerance_indirect, technique->tolerance.indirect);
     out->hazard_codes = bd_answer_text(technique->hazard_codes);
-    BD_SET(out, is_reference, false);
+    BD_SET(out, is_reference, technique->is_reference);
     return out;
 }
 

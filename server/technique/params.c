@@ -6,7 +6,16 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum param_type { PARAM_COUNT, PARAM_REAL, PARAM_CHOICE };
+#include "base/assert.h"
+#include "technique/technique.h"
+
+enum param_type {
+    PARAM_COUNT,
+    PARAM_REAL,
+    PARAM_CHOICE,    // one of the row's words, stored as its index
+    PARAM_LIGHTS,    // several of them joined by +, stored as bits; the last word is all of them
+    PARAM_TECHNIQUE, // one of the registry's names, or none
+};
 
 struct param_row {
     const char *key;
@@ -14,7 +23,15 @@ struct param_row {
     size_t offset; // in struct bd_params
     double minimum, maximum, standard;
     const char *choices[4];
+    uint32_t step;     // of a count, 0 = 1
+    bool unlimited_ok; // of a number: "inf" too
 };
+
+#define UNLIMITED     "inf"
+#define OFF_ON        {"off", "on"}
+#define NO_TECHNIQUE  "none"
+#define ALL_LIGHTS    7
+#define SPP_MAX       (1u << 24)
 
 #define FIELD(name) offsetof(struct bd_params, name)
 
@@ -28,7 +45,29 @@ static const struct param_row table[BD_PARAM_COUNT] = {
                              {"patch", "disk", "point"}},
     [BD_PARAM_NEAR_FIELD] = {"near_field", PARAM_REAL, FIELD(near_field), 0, 1000, 5, {0}},
     [BD_PARAM_PAPER_MODE] = {"paper_mode", PARAM_COUNT, FIELD(paper_mode), 0, 1, 0, {0}},
+    [BD_PARAM_MODEL_OF] = {"model_of", PARAM_TECHNIQUE, FIELD(model_of), 0, 0, 0, {0}},
+    [BD_PARAM_SPP] = {"spp", PARAM_COUNT, FIELD(spp), 2, SPP_MAX, 64, {0}, .step = 2},
+    [BD_PARAM_FIRST_SAMPLE] = {"first_sample", PARAM_COUNT, FIELD(first_sample), 0, SPP_MAX, 0, {0},
+                               .step = 2},
+    [BD_PARAM_BOUNCES] = {"bounces", PARAM_COUNT, FIELD(bounces), 0, 64, INFINITY, {0},
+                          .unlimited_ok = true},
+    [BD_PARAM_INDIRECT_VISIBILITY] = {"indirect_visibility", PARAM_CHOICE,
+                                      FIELD(indirect_visibility), 0, 0, 1, OFF_ON},
+    [BD_PARAM_LIGHTS] = {"lights", PARAM_LIGHTS, FIELD(lights), 0, 0, ALL_LIGHTS,
+                         {"punctual", "emissive", "environment", "all"}},
+    [BD_PARAM_FILTER] = {"filter", PARAM_CHOICE, FIELD(filter), 0, 0, 0, {"point", "box"}},
+    [BD_PARAM_ALPHA] = {"alpha", PARAM_CHOICE, FIELD(alpha_coverage), 0, 0, 1,
+                        {"mask", "coverage"}},
+    [BD_PARAM_CLAMP] = {"clamp", PARAM_REAL, FIELD(clamp_per_m2), 0, 1e30, INFINITY, {0},
+                        .unlimited_ok = true},
+    [BD_PARAM_SENDERS] = {"senders", PARAM_CHOICE, FIELD(senders_lambert), 0, 0, 0,
+                          {"full", "lambert"}},
+    [BD_PARAM_TRANSMISSION] = {"transmission", PARAM_CHOICE, FIELD(transmission), 0, 0, 1, OFF_ON},
+    [BD_PARAM_LIGHT_VERTICES] = {"light_vertices", PARAM_CHOICE, FIELD(light_vertices), 0, 0, 1,
+                                 OFF_ON},
 };
+
+_Static_assert(BD_MODEL_BOUNCES_UNLIMITED == UINT32_MAX, "what an unlimited count is");
 
 static uint32_t *count_at(struct bd_params *params, size_t offset)
 {
@@ -40,16 +79,18 @@ static double *real_at(struct bd_params *params, size_t offset)
     return (double *)((char *)params + offset);
 }
 
+static void store(const struct param_row *row, double number, struct bd_params *out)
+{
+    if (row->type == PARAM_REAL)
+        *real_at(out, row->offset) = number;
+    else
+        *count_at(out, row->offset) = isinf(number) ? UINT32_MAX : (uint32_t)number;
+}
+
 static void set_defaults(struct bd_params *params)
 {
     memset(params, 0, sizeof *params);
-    for (int i = 0; i < BD_PARAM_COUNT; i++) {
-        const struct param_row *row = &table[i];
-        if (row->type == PARAM_REAL)
-            *real_at(params, row->offset) = row->standard;
-        else
-            *count_at(params, row->offset) = (uint32_t)row->standard;
-    }
+    for (int i = 0; i < BD_PARAM_COUNT; i++) store(&table[i], table[i].standard, params);
 }
 
 static enum bd_err read_choice(const struct param_row *row, const char *value,
@@ -74,16 +115,74 @@ static enum bd_err read_number(const struct param_row *row, const char *value,
 {
     char *end;
     double number = strtod(value, &end);
-    bool whole = row->type == PARAM_REAL || floor(number) == number;
-    if (end == value || *end || !(number >= row->minimum && number <= row->maximum) || !whole)
-        return bd_fault_set(fault, BD_ERR_USAGE, row->key, "%s=%s: must be a %snumber from %g to %.9g",
-                            row->key, value, row->type == PARAM_REAL ? "" : "whole ", row->minimum,
-                            row->maximum);
-    if (row->type == PARAM_REAL)
-        *real_at(out, row->offset) = number;
-    else
-        *count_at(out, row->offset) = (uint32_t)number;
+    double step = row->step ? row->step : 1;
+    bool whole = row->type == PARAM_REAL || fmod(number, step) == 0;
+    bool unlimited = row->unlimited_ok && strcmp(value, UNLIMITED) == 0;
+    bool in_range = number >= row->minimum && number <= row->maximum && whole;
+    const char *kind = row->type == PARAM_REAL ? "" : row->step == 2 ? "even " : "whole ";
+    if (end == value || *end || (!in_range && !unlimited))
+        return bd_fault_set(fault, BD_ERR_USAGE, row->key,
+                            "%s=%s: must be a %snumber from %g to %.9g%s", row->key, value, kind,
+                            row->minimum, row->maximum, row->unlimited_ok ? ", or " UNLIMITED : "");
+    store(row, number, out);
     return BD_ERR_OK;
+}
+
+// One word of "punctual+emissive"; 0 if there is no such kind.
+static uint32_t light_bits(const struct param_row *row, const char *word, size_t length)
+{
+    for (uint32_t i = 0; i < 4; i++)
+        if (strlen(row->choices[i]) == length && strncmp(row->choices[i], word, length) == 0)
+            return i == 3 ? ALL_LIGHTS : 1u << i;
+    return 0;
+}
+
+static enum bd_err read_lights(const struct param_row *row, const char *value,
+                               struct bd_params *out, struct bd_fault *fault)
+{
+    uint32_t bits = 0;
+    for (const char *word = value; word;) {
+        size_t length = strcspn(word, "+");
+        uint32_t found = light_bits(row, word, length);
+        if (!found)
+            return bd_fault_set(fault, BD_ERR_USAGE, row->key,
+                                "%s=%s: must be punctual, emissive or environment, several joined "
+                                "by +, or all",
+                                row->key, value);
+        bits |= found;
+        word = word[length] ? word + length + 1 : NULL;
+    }
+    *count_at(out, row->offset) = bits;
+    return BD_ERR_OK;
+}
+
+static enum bd_err read_technique(const struct param_row *row, const char *value,
+                                  struct bd_params *out, struct bd_fault *fault)
+{
+    uint32_t *index = count_at(out, row->offset);
+    *index = 0;
+    if (strcmp(value, NO_TECHNIQUE) == 0) return BD_ERR_OK;
+    if (!bd_technique_find(value, fault)) {
+        if (fault) snprintf(fault->field, sizeof fault->field, "%s", row->key);
+        return BD_ERR_USAGE;
+    }
+    while (strcmp(bd_technique_at(*index)->name, value) != 0) ++*index;
+    ++*index;
+    return BD_ERR_OK;
+}
+
+static enum bd_err read_value(const struct param_row *row, const char *value, struct bd_params *out,
+                              struct bd_fault *fault)
+{
+    switch (row->type) {
+    case PARAM_COUNT:
+    case PARAM_REAL: return read_number(row, value, out, fault);
+    case PARAM_CHOICE: return read_choice(row, value, out, fault);
+    case PARAM_LIGHTS: return read_lights(row, value, out, fault);
+    case PARAM_TECHNIQUE: return read_technique(row, value, out, fault);
+    }
+    BD_ASSERT(!"no such type of parameter");
+    return BD_ERR_INTERNAL;
 }
 
 static enum bd_err read_pair(const char *key, const char *value, uint64_t readable,
@@ -94,16 +193,42 @@ static enum bd_err read_pair(const char *key, const char *value, uint64_t readab
         if (!(readable >> i & 1))
             return bd_fault_set(fault, BD_ERR_USAGE, key, "%s: technique %s does not read it", key,
                                 owner);
-        return table[i].type == PARAM_CHOICE ? read_choice(&table[i], value, out, fault)
-                                             : read_number(&table[i], value, out, fault);
+        return read_value(&table[i], value, out, fault);
     }
     return bd_fault_set(fault, BD_ERR_USAGE, key, "%s: no such parameter", key);
+}
+
+static void preset(const struct bd_model *model, struct bd_params *out)
+{
+    out->bounces = model->indirect_bounces;
+    out->indirect_visibility = model->indirect_visibility;
+    out->lights = model->lights;
+    out->senders_lambert = !model->glossy_senders;
+    out->transmission = model->transmission;
+    out->alpha_coverage = model->coverage;
+}
+
+// `model_of` first, wherever it stands: what is given beside it is meant to differ from it.
+static enum bd_err read_model_of(const struct bd_param_list *list, uint64_t readable,
+                                 struct bd_params *out, struct bd_fault *fault)
+{
+    const struct param_row *row = &table[BD_PARAM_MODEL_OF];
+    if (!(readable >> BD_PARAM_MODEL_OF & 1)) return BD_ERR_OK;
+    for (uint32_t i = 0; i < list->count; i++) {
+        if (strcmp(list->pairs[i].key, row->key) != 0) continue;
+        enum bd_err err = read_technique(row, list->pairs[i].value, out, fault);
+        if (err) return err;
+    }
+    if (out->model_of) preset(&bd_technique_at(out->model_of - 1)->model, out);
+    return BD_ERR_OK;
 }
 
 enum bd_err bd_params_read(const struct bd_param_list *list, uint64_t readable, const char *owner,
                            struct bd_params *out, struct bd_fault *fault)
 {
     set_defaults(out);
+    enum bd_err unknown = read_model_of(list, readable, out, fault);
+    if (unknown) return unknown;
     for (uint32_t i = 0; i < list->count; i++) {
         enum bd_err err =
             read_pair(list->pairs[i].key, list->pairs[i].value, readable, owner, out, fault);
@@ -112,14 +237,36 @@ enum bd_err bd_params_read(const struct bd_param_list *list, uint64_t readable, 
     return BD_ERR_OK;
 }
 
+static void write_lights(const struct param_row *row, uint32_t bits, char *text, size_t size)
+{
+    text[0] = 0;
+    if (bits == ALL_LIGHTS) snprintf(text, size, "%s", row->choices[3]);
+    for (uint32_t i = 0; i < 3 && bits != ALL_LIGHTS; i++) {
+        size_t used = strlen(text);
+        if (bits >> i & 1)
+            snprintf(text + used, size - used, "%s%s", used ? "+" : "", row->choices[i]);
+    }
+}
+
+static void write_count(const struct param_row *row, uint32_t count, char *text, size_t size)
+{
+    if (row->unlimited_ok && count == UINT32_MAX)
+        snprintf(text, size, UNLIMITED);
+    else
+        snprintf(text, size, "%u", count);
+}
+
 static void write_value(const struct param_row *row, struct bd_params *params, char *text,
                         size_t size)
 {
+    uint32_t count = row->type == PARAM_REAL ? 0 : *count_at(params, row->offset);
     switch (row->type) {
-    case PARAM_COUNT: snprintf(text, size, "%u", *count_at(params, row->offset)); break;
-    case PARAM_REAL: snprintf(text, size, "%g", *real_at(params, row->offset)); break;
-    case PARAM_CHOICE:
-        snprintf(text, size, "%s", row->choices[*count_at(params, row->offset)]);
+    case PARAM_COUNT: write_count(row, count, text, size); break;
+    case PARAM_REAL: snprintf(text, size, "%.9g", *real_at(params, row->offset)); break;
+    case PARAM_CHOICE: snprintf(text, size, "%s", row->choices[count]); break;
+    case PARAM_LIGHTS: write_lights(row, count, text, size); break;
+    case PARAM_TECHNIQUE:
+        snprintf(text, size, "%s", count ? bd_technique_at(count - 1)->name : NO_TECHNIQUE);
         break;
     }
 }
@@ -135,6 +282,7 @@ void bd_param_describe(enum bd_param param, struct bd_param_info *out)
                                   .whole = row->type == PARAM_COUNT,
                                   .choices = row->choices};
     while (out->choice_count < 4 && row->choices[out->choice_count]) out->choice_count++;
+    if (row->type == PARAM_TECHNIQUE) out->choices = bd_technique_names(&out->choice_count);
     write_value(row, &defaults, out->standard, sizeof out->standard);
 }
 

@@ -39,6 +39,21 @@ enum bd_param {
     BD_PARAM_VPL_KERNEL,  // patch | disk | point (pass/vpl_grid.h)
     BD_PARAM_NEAR_FIELD,  // radii (or half lengths) of a VPL's patch below which `patch` is exact
     BD_PARAM_PAPER_MODE,  // 1: the papers' printed formulas
+    // Of the reference: which part of the rendering equation (reference/reference.h), how often.
+    BD_PARAM_MODEL_OF,            // a technique: presets bounces, indirect_visibility, lights,
+                                  // senders, transmission and alpha to what its model says; what is
+                                  // given beside it holds
+    BD_PARAM_SPP,                 // samples a pixel, both halves together: even
+    BD_PARAM_FIRST_SAMPLE,        // of those, the index of the first: even
+    BD_PARAM_BOUNCES,             // of indirect light, or inf
+    BD_PARAM_INDIRECT_VISIBILITY, // on | off
+    BD_PARAM_LIGHTS,              // punctual, emissive, environment, joined by +; or all
+    BD_PARAM_FILTER,              // point | box
+    BD_PARAM_ALPHA,               // mask | coverage
+    BD_PARAM_CLAMP,               // bound on cos cos / r^2 between surfaces, 1/m^2, or inf
+    BD_PARAM_SENDERS,             // full | lambert
+    BD_PARAM_TRANSMISSION,        // on | off
+    BD_PARAM_LIGHT_VERTICES,      // on | off
     BD_PARAM_COUNT,
 };
 
@@ -52,6 +67,17 @@ struct bd_params {
     uint32_t vpl_kernel; // enum bd_vpl_kernel
     double near_field;
     uint32_t paper_mode;
+    uint32_t model_of; // 0 = none, else 1 + the index of a technique
+    uint32_t spp, first_sample;
+    uint32_t bounces; // UINT32_MAX = unlimited
+    uint32_t indirect_visibility;
+    uint32_t lights;         // enum bd_lights
+    uint32_t filter;         // 0 = point, 1 = box
+    uint32_t alpha_coverage; // 0 = mask
+    double clamp_per_m2;     // INFINITY = none
+    uint32_t senders_lambert;
+    uint32_t transmission;
+    uint32_t light_vertices;
 };
 
 // What clients are told about a parameter.

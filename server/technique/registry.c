@@ -1,5 +1,6 @@
 #include <stdio.h>
 #include <string.h>
+#include <threads.h>
 
 #include "technique/technique.h"
 
@@ -13,6 +14,21 @@ static const struct bd_technique *const techniques[] = {
 const struct bd_technique *bd_technique_at(uint32_t index)
 {
     return index < TECHNIQUE_COUNT ? techniques[index] : NULL;
+}
+
+static const char *names[TECHNIQUE_COUNT];
+
+static void collect_names(void)
+{
+    for (size_t i = 0; i < TECHNIQUE_COUNT; i++) names[i] = techniques[i]->name;
+}
+
+const char *const *bd_technique_names(uint32_t *count)
+{
+    static once_flag collected = ONCE_FLAG_INIT;
+    call_once(&collected, collect_names);
+    *count = TECHNIQUE_COUNT;
+    return names;
 }
 
 const struct bd_technique *bd_technique_find(const char *name, struct bd_fault *fault)

@@ -73,6 +73,7 @@ struct bd_technique {
     // Settings from the cheapest to the best, "KEY=VALUE KEY=VALUE" each, ended by NULL: the rungs
     // of error against run time, and what `--target-error` climbs.
     const char *const *ladder;
+    bool is_reference; // path-traced by reference/, not rendered on the device
     // Indirect light of one frame; NULL if the technique has none. Not called without lights.
     enum bd_err (*indirect)(const struct bd_pass_context *context,
                             const struct bd_technique_inputs *inputs, struct bd_indirect **out,
@@ -80,11 +81,14 @@ struct bd_technique {
 };
 
 extern const struct bd_technique bd_technique_direct;
+extern const struct bd_technique bd_technique_reference;
 extern const struct bd_technique bd_technique_rsm;
 
 // By name; NULL and a fault that lists the names if there is none.
 const struct bd_technique *bd_technique_find(const char *name, struct bd_fault *fault);
 // All of them, in order; NULL past the last.
 const struct bd_technique *bd_technique_at(uint32_t index);
+// Their names, in order; static.
+const char *const *bd_technique_names(uint32_t *count);
 
 #endif

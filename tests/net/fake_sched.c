@@ -61,14 +61,9 @@ static enum bd_err wait_for_frame(struct bd_job *job)
     return strcmp(job->request.frame.technique, "fail") == 0 ? BD_ERR_DEVICE : BD_ERR_OK;
 }
 
-static uint32_t channels_of(enum bd_layer layer)
-{
-    return layer == BD_LAYER_BEAUTY ? 4 : layer == BD_LAYER_DEPTH ? 1 : 3;
-}
-
 static struct bd_image *gradient(const struct bd_frame_request *frame, enum bd_layer layer)
 {
-    struct bd_image *image = bd_image_create(frame->width_px, frame->height_px, channels_of(layer));
+    struct bd_image *image = bd_image_create(frame->width_px, frame->height_px, bd_layer_channel_count(layer));
     BD_ASSERT(image);
     for (uint32_t y = 0; y < image->height_px; y++)
         for (uint32_t x = 0; x < image->width_px; x++)
@@ -90,6 +85,7 @@ static void fill_report(struct bd_report *report, const struct bd_job *job)
     report->params = frame->params;
     report->seed = frame->seed;
     report->aa = frame->aa;
+    snprintf(report->filter, sizeof report->filter, "%s", frame->aa == 1 ? "point" : "box");
     snprintf(report->device.name, sizeof report->device.name, "gradient");
     snprintf(report->device.device_class, sizeof report->device.device_class, "gradient-1");
     report->device.software = true;

@@ -23,7 +23,8 @@ static struct bd_bytes map_file(const char *names, int plane, size_t at, float v
         planes[p].stride = 1;
     }
     samples[plane][at] = value;
-    const struct bd_exr_picture picture = {SIDE, SIDE, planes, 3, {NULL, 0}};
+    const struct bd_exr_picture picture = {
+        .width_px = SIDE, .height_px = SIDE, .planes = planes, .plane_count = 3};
     struct bd_bytes bytes = {0};
     struct bd_fault fault = {0};
     if (bd_exr_write(&picture, &bytes, &fault)) fail_msg("%s", fault.message);
@@ -103,7 +104,8 @@ static void a_map_of_9000_texels_a_side_is_too_large(void **state)
         planes[p].samples = row;
         planes[p].stride = 1;
     }
-    const struct bd_exr_picture picture = {WIDE, 1, planes, 3, {NULL, 0}};
+    const struct bd_exr_picture picture = {
+        .width_px = WIDE, .height_px = 1, .planes = planes, .plane_count = 3};
     struct bd_bytes file = {0};
     assert_int_equal(bd_exr_write(&picture, &file, NULL), BD_ERR_OK);
     free(row);

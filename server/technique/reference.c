@@ -1,0 +1,32 @@
+// The witness as a technique: the whole rendering equation, path-traced on the processor by
+// reference/. No part of it runs on the device: sched/ hands such jobs to the reference's own
+// threads.
+//
+// Exact when: `spp` grows. Its error is noise alone, and its files say how much.
+
+#include "technique/technique.h"
+
+static const char *const ladder[] = {"spp=4",   "spp=8",   "spp=16",  "spp=32",   "spp=64",
+                                      "spp=128", "spp=256", "spp=512", "spp=1024", NULL};
+
+const struct bd_technique bd_technique_reference = {
+    .name = "reference",
+    .summary = "the whole rendering equation, path-traced on the processor",
+    .model = {.indirect_bounces = BD_MODEL_BOUNCES_UNLIMITED,
+              .indirect_visibility = true,
+              .lights = BD_LIGHTS_PUNCTUAL | BD_LIGHTS_EMISSIVE | BD_LIGHTS_ENVIRONMENT,
+              .glossy_receivers = true,
+              .glossy_senders = true,
+              .transmission = true,
+              .coverage = true},
+    .params_read = 1u << BD_PARAM_BRDF | 1u << BD_PARAM_MODEL_OF | 1u << BD_PARAM_SPP |
+                   1u << BD_PARAM_FIRST_SAMPLE | 1u << BD_PARAM_BOUNCES |
+                   1u << BD_PARAM_INDIRECT_VISIBILITY | 1u << BD_PARAM_LIGHTS |
+                   1u << BD_PARAM_FILTER | 1u << BD_PARAM_ALPHA | 1u << BD_PARAM_CLAMP |
+                   1u << BD_PARAM_SENDERS | 1u << BD_PARAM_TRANSMISSION |
+                   1u << BD_PARAM_LIGHT_VERTICES,
+    .tolerance = {.direct = 1e-3, .indirect = 1e-2},
+    .hazard_codes = "",
+    .ladder = ladder,
+    .is_reference = true,
+};

@@ -1,0 +1,138 @@
+// Parameters as text: read, refused by name, written back, and preset from a technique's model.
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "technique/technique.h"
+#include "tests/unit/cmocka_all.h"
+
+static const struct bd_technique *const witness = &bd_technique_reference;
+
+// `settings` with spaces between.
+static enum bd_err read(const char *settings, struct bd_params *out, struct bd_fault *fault)
+{
+    struct bd_param_list list = {0};
+    char copy[400];
+    snprintf(copy, sizeof copy, "%s", settings);
+    char *rest = NULL;
+    for (char *pair = strtok_r(copy, " ", &rest); pair; pair = strtok_r(NULL, " ", &rest))
+        assert_int_equal(bd_param_list_add(&list, pair, fault), BD_ERR_OK);
+    *fault = (struct bd_fault){0};
+    return bd_params_read(&list, witness->params_read, witness->name, out, fault);
+}
+
+static struct bd_params good(const char *settings)
+{
+    struct bd_params params;
+    struct bd_fault fault;
+    if (read(settings, &params, &fault)) fail_msg("%s: %s", settings, fault.message);
+    return params;
+}
+
+static void assert_written(const char *settings, const char *key, const char *expected)
+{
+    struct bd_params params = good(settings);
+    struct bd_param_list list;
+    bd_params_write(&params, witness->params_read, &list);
+    for (uint32_t i = 0; i < list.count; i++)
+        if (strcmp(list.pairs[i].key, key) == 0) {
+            assert_string_equal(list.pairs[i].value, expected);
+            return;
+        }
+    fail_msg("%s is not written", key);
+}
+
+static void the_defaults_are_the_whole_equation(void **state)
+{
+    (void)state;
+    struct bd_params params = good("");
+    assert_int_equal(params.spp, 64);
+    assert_int_equal(params.first_sample, 0);
+    assert_int_equal(params.bounces, UINT32_MAX);
+    assert_int_equal(params.lights, 7);
+    assert_true(params.indirect_visibility && params.alpha_coverage && params.transmission);
+    assert_true(params.light_vertices && !params.senders_lambert && !params.lambert);
+    assert_true(isinf(params.clamp_per_m2) && params.filter == 0 && params.model_of == 0);
+}
+
+static void what_is_read_is_written_and_read_again(void **state)
+{
+    (void)state;
+    static const char *const pairs[][2] = {
+        {"bounces", "inf"}, {"bounces", "0"}, {"bounces", "64"}, {"clamp", "inf"},
+        {"clamp", "0.125"}, {"lights", "all"}, {"lights", "emissive"}, {"filter", "box"},
+        {"lights", "punctual+environment"}, {"alpha", "mask"}, {"senders", "lambert"},
+        {"transmission", "off"}, {"light_vertices", "off"}, {"indirect_visibility", "off"},
+        {"spp", "16777216"}, {"first_sample", "2"}, {"model_of", "rsm"}, {"model_of", "none"},
+        {"brdf", "lambert"},
+    };
+    for (size_t i = 0; i < sizeof pairs / sizeof pairs[0]; i++) {
+        char setting[80];
+        snprintf(setting, sizeof setting, "%s=%s", pairs[i][0], pairs[i][1]);
+        assert_written(setting, pairs[i][0], pairs[i][1]);
+    }
+    assert_written("lights=environment+punctual+emissive", "lights", "all");
+}
+
+static void what_makes_no_sense_is_refused_by_name(void **state)
+{
+    (void)state;
+    static const char *const bad[] = {
+        "spp=0", "spp=3", "spp=-2", "spp=2.5", "spp=33554432", "spp=inf", "first_sample=1",
+        "bounces=65", "bounces=-1", "bounces=1.5", "bounces=infinity", "bounces=-inf",
+        "bounces=nan", "clamp=-1", "clamp=nan", "clamp=", "lights=sun", "lights=",
+        "lights=punctual+", "lights=punctual,emissive", "filter=gauss", "alpha=blend",
+        "indirect_visibility=1", "model_of=radiosity", "model_of=", "vpls=4", "samples=4",
+    };
+    for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
+        struct bd_params params;
+        struct bd_fault fault;
+        if (read(bad[i], &params, &fault) != BD_ERR_USAGE) fail_msg("%s was read", bad[i]);
+        assert_memory_equal(fault.field, bad[i], strlen(fault.field));
+        assert_int_equal(bad[i][strlen(fault.field)], '=');
+    }
+}
+
+static void a_models_limit_is_preset_and_can_be_moved(void **state)
+{
+    (void)state;
+    struct bd_params params = good("model_of=rsm");
+    assert_int_equal(params.bounces, 1);
+    assert_int_equal(params.lights, BD_LIGHTS_PUNCTUAL);
+    assert_true(params.senders_lambert && !params.indirect_visibility);
+    assert_true(!params.transmission && !params.alpha_coverage);
+    assert_int_equal(good("model_of=direct").bounces, 0);
+    // In either order: what stands beside it is what differs.
+    params = good("bounces=3 model_of=rsm lights=all");
+    assert_int_equal(params.bounces, 3);
+    assert_int_equal(params.lights, 7);
+    assert_false(params.indirect_visibility);
+}
+
+static void clients_are_told_choices_and_defaults(void **state)
+{
+    (void)state;
+    struct bd_param_info info;
+    bd_param_describe(BD_PARAM_MODEL_OF, &info);
+    assert_string_equal(info.standard, "none");
+    assert_true(info.choice_count >= 2);
+    assert_string_equal(info.choices[0], "direct");
+    bd_param_describe(BD_PARAM_BOUNCES, &info);
+    assert_string_equal(info.standard, "inf");
+    bd_param_describe(BD_PARAM_LIGHTS, &info);
+    assert_int_equal(info.choice_count, 4);
+    assert_string_equal(info.standard, "all");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(the_defaults_are_the_whole_equation),
+        cmocka_unit_test(what_is_read_is_written_and_read_again),
+        cmocka_unit_test(what_makes_no_sense_is_refused_by_name),
+        cmocka_unit_test(a_models_limit_is_preset_and_can_be_moved),
+        cmocka_unit_test(clients_are_told_choices_and_defaults),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
