@@ -2,6 +2,7 @@
 
 #include <math.h>
 
+#include "reference/bsdf_albedo.h"
 #include "reference/bsdf_microfacet.h"
 #include "reference/vec3f.h"
 
@@ -25,6 +26,7 @@ struct view {
     float f0;
     // Shares of the three materials that glTF mixes. They add up to 1.
     float opaque, transmissive, metal;
+    float diffuse_factor[3]; // bsdf_albedo.h, of the eye's direction
     float micro_probability; // of choosing the microfacet lobe, else the diffuse one
     bool delta_reflection, delta_transmission;
 };
@@ -57,7 +59,8 @@ static float micro_probability_of(const struct view *view)
     const float *base = view->surface->base_color;
     float grazing = bd_schlick_grazing(view->cos_o);
     float fresnel = view->f0 + (1 - view->f0) * grazing;
-    float diffuse = view->opaque * (1 - fresnel) * bd_vec3f_mean(base);
+    float left = bd_vec3f_dot(base, view->diffuse_factor) / 3;
+    float diffuse = view->opaque * (1 - fresnel) * left;
     float micro =
         view->opaque * fresnel + view->metal * mean_of_metal(base, grazing) + view->transmissive;
     if (diffuse <= 0) return 1;
@@ -85,6 +88,8 @@ static void view_begin(const struct bd_surface *s, const float wo[3], struct vie
     bd_vec3f_set(view->o, bd_vec3f_dot(wo, view->x), bd_vec3f_dot(wo, view->y),
                  bd_vec3f_dot(wo, view->z));
     view->cos_o = fmaxf(fabsf(view->o[2]), BD_GGX_COSINE_MIN);
+    if (view->opaque > 0)
+        bd_albedo_diffuse_factor(s->base_color, s->roughness, view->cos_o, view->diffuse_factor);
     view->micro_probability = micro_probability_of(view);
 }
 
@@ -127,15 +132,23 @@ struct value {
     float f_cos[3], density;
 };
 
+static void diffuse_reflection(const struct view *view, float fresnel, float cos_i, float out[3])
+{
+    const struct bd_surface *s = view->surface;
+    float factor[3], scale = view->opaque * (1 - fresnel) / BD_PI_F;
+    bd_albedo_diffuse_factor(s->base_color, s->roughness, cos_i, factor);
+    for (int k = 0; k < 3; k++)
+        out[k] = s->base_color[k] * scale * fminf(factor[k], view->diffuse_factor[k]);
+}
+
 static void add_reflection(const struct view *view, const float i[3], struct value *to)
 {
     float h[3] = {view->o[0] + i[0], view->o[1] + i[1], view->o[2] + i[2]};
     if (!bd_vec3f_normalize(h)) return;
     float o_h = bd_vec3f_dot(view->o, h);
     struct facet facet = facet_at(view, o_h);
-    const float *base = view->surface->base_color;
-    float diffuse = view->opaque * (1 - facet.opaque_fresnel) / BD_PI_F;
-    float specular = 0;
+    float diffuse[3] = {0, 0, 0}, specular = 0;
+    if (view->opaque > 0) diffuse_reflection(view, facet.opaque_fresnel, i[2], diffuse);
     // The half vector lies below the surface only if the normal map turned the eye behind it.
     if (!view->delta_reflection && h[2] > 0 && o_h > 0) {
         float d = bd_ggx_distribution(h, view->alpha);
@@ -143,8 +156,7 @@ static void add_reflection(const struct view *view, const float i[3], struct val
         to->density += view->micro_probability * facet.q *
                        bd_ggx_visible_density(view->o, view->cos_o, h, d, view->alpha) / (4 * o_h);
     }
-    for (int k = 0; k < 3; k++)
-        to->f_cos[k] += (base[k] * diffuse + facet.reflected[k] * specular) * i[2];
+    for (int k = 0; k < 3; k++) to->f_cos[k] += (diffuse[k] + facet.reflected[k] * specular) * i[2];
 }
 
 // A rough thin wall: the reflected lobe mirrored through the surface, as KHR_materials_transmission

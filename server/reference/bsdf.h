@@ -3,7 +3,16 @@
 //
 // glTF 2.0 Appendix B (diffuse and GGX mixed by Schlick's Fresnel), KHR_materials_ior,
 // KHR_materials_transmission, KHR_materials_volume; sampling of visible normals after Heitz 2018;
-// rough dielectrics after Walter et al. 2007.
+// rough dielectrics after Walter et al. 2007. What departs from Appendix B:
+//
+// - the diffuse lobe is lowered where the sum of both would reflect more than arrives
+//   (bsdf_albedo.h);
+// - roughness 0 is a mirror, a delta lobe: a punctual light has no highlight on it. Any other
+//   roughness counts as at least .032 (alpha 1e-3), as in the raster techniques (hazard 16);
+// - what a solid transmits follows Snell and the exact Fresnel terms, base colour at each passage.
+//
+// Values are for radiance: what passes into a solid grows by its index squared and shrinks again as
+// it leaves. Only a camera or a lamp inside of a solid sees the difference.
 //
 // Directions are unit, in world space, and point away from the surface: `wo` to the eye, `wi` to
 // where the light comes from. Any thread; no state.

@@ -1,0 +1,37 @@
+#include "reference/bsdf_albedo.h"
+
+#include <math.h>
+#include <stdint.h>
+
+#include "reference/bsdf_albedo_table.h"
+
+// Between two nodes of an axis.
+struct node {
+    uint32_t below;
+    float share;
+};
+
+static struct node node_of(float position)
+{
+    float x = fminf(fmaxf(position, 0), 1) * (BD_ALBEDO_NODES - 1);
+    uint32_t below = (uint32_t)fminf(x, BD_ALBEDO_NODES - 2);
+    return (struct node){below, x - (float)below};
+}
+
+static float along(const float *row, struct node at)
+{
+    return row[at.below] + (row[at.below + 1] - row[at.below]) * at.share;
+}
+
+void bd_albedo_diffuse_factor(const float base_color[3], float roughness, float cosine,
+                              float out[3])
+{
+    struct node row = node_of(roughness), column = node_of(sqrtf(fmaxf(cosine, 0)));
+    float smoother = along(bd_albedo_specular[row.below], column);
+    float rougher = along(bd_albedo_specular[row.below + 1], column);
+    float specular = smoother + (rougher - smoother) * row.share;
+    // Both divided by 1 - f0.
+    float left = 1 - specular, white = 1 - along(bd_albedo_diffuse, column);
+    for (int k = 0; k < 3; k++)
+        out[k] = base_color[k] * white > left ? left / (base_color[k] * white) : 1;
+}
