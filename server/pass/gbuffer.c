@@ -15,7 +15,7 @@ struct gbuffer_texture {
 // In the order of the fragment shader's outputs.
 static const struct gbuffer_texture layout[] = {
     {offsetof(struct bd_gbuffer, depth), "gbuffer depth", BD_FORMAT_R32F},
-    {offsetof(struct bd_gbuffer, normals), "gbuffer normals", BD_FORMAT_RG32UI},
+    {offsetof(struct bd_gbuffer, normals), "gbuffer normals", BD_FORMAT_RGBA32UI},
     {offsetof(struct bd_gbuffer, albedo), "gbuffer albedo", BD_FORMAT_RGBA16},
     {offsetof(struct bd_gbuffer, material), "gbuffer material", BD_FORMAT_RGBA16},
     {offsetof(struct bd_gbuffer, triangle), "gbuffer triangle", BD_FORMAT_R32UI},

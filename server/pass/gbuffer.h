@@ -20,7 +20,7 @@ struct bd_gbuffer_inputs {
 
 struct bd_gbuffer {
     struct bd_tex *depth;    // R32F, along the view axis, render units
-    struct bd_tex *normals;  // RG32UI, octahedral: shading, geometric; on the viewer's side
+    struct bd_tex *normals;  // RGBA32UI, octahedral: shading, geometric; on the viewer's side
     struct bd_tex *albedo;   // RGBA16: base colour, metallic
     struct bd_tex *material; // RGBA16: roughness, F0 of a dielectric, unlit, covered
     struct bd_tex *triangle; // R32UI: id + 1

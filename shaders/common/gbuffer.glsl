@@ -20,13 +20,13 @@ receiver gbuffer_receiver(ivec2 pixel)
 {
     receiver r;
     float depth = texelFetch(gbuffer_depth, pixel, 0).x;
-    uvec2 normals = texelFetch(gbuffer_normals, pixel, 0).xy;
+    uvec4 normals = texelFetch(gbuffer_normals, pixel, 0);
     vec4 albedo = texelFetch(gbuffer_albedo, pixel, 0);
     vec4 material = texelFetch(gbuffer_material, pixel, 0);
     r.relative_position = view_relative_position(pixel, depth);
     r.position = view.position.xyz + r.relative_position;
-    r.normal = unpack_normal(normals.x);
-    r.normal_geometric = unpack_normal(normals.y);
+    r.normal = unpack_precise_normal(normals.xy);
+    r.normal_geometric = unpack_precise_normal(normals.zw);
     r.base_color = albedo.rgb;
     r.metallic = albedo.a;
     r.roughness = material.x;

@@ -1,4 +1,6 @@
-// Unit vectors in 32 bits by the octahedral map: about 3e-5 rad, which a G-buffer can afford.
+// Unit vectors by the octahedral map: in 32 bits, to about 3e-5 rad, where a virtual light's normal
+// needs no more; in 64 bits where light is reflected by them, or a highlight changes with the way
+// that the axes happen to lie.
 
 vec2 octahedral_from_unit(vec3 n)
 {
@@ -25,4 +27,15 @@ uvec2 pack_normals(vec3 shading, vec3 geometric)
 vec3 unpack_normal(uint packed_normal)
 {
     return unit_from_octahedral(unpackSnorm2x16(packed_normal));
+}
+
+// xy = shading normal, zw = geometric normal.
+uvec4 pack_normals_precisely(vec3 shading, vec3 geometric)
+{
+    return floatBitsToUint(vec4(octahedral_from_unit(shading), octahedral_from_unit(geometric)));
+}
+
+vec3 unpack_precise_normal(uvec2 packed_normal)
+{
+    return unit_from_octahedral(uintBitsToFloat(packed_normal));
 }

@@ -3,7 +3,7 @@
 #include "common/surface.glsl"
 
 layout(location = 0) out float out_depth;
-layout(location = 1) out uvec2 out_normals;
+layout(location = 1) out uvec4 out_normals;
 layout(location = 2) out vec4 out_albedo;   // base colour, metallic
 layout(location = 3) out vec4 out_material; // roughness, F0 of a dielectric, unlit, covered
 layout(location = 4) out uint out_triangle; // id + 1
@@ -19,7 +19,7 @@ void main()
     bool unlit = (material.flags.x & BD_MATERIAL_UNLIT) != 0u;
     vec2 metallic_roughness = surface_metallic_roughness();
     out_depth = -position_vs.z;
-    out_normals = pack_normals(shading_normal(ng), ng);
+    out_normals = pack_normals_precisely(shading_normal(ng), ng);
     out_albedo = vec4(base_color.rgb, metallic_roughness.x);
     out_material = vec4(metallic_roughness.y, material.surface.w, unlit ? 1.0 : 0.0, 1.0);
     out_triangle = triangle_id() + 1u;
