@@ -1,0 +1,40 @@
+// Which pixels a spot check traces. Private to reference/: check.h tells the method.
+
+#ifndef BD_REFERENCE_CHECK_PLAN_H
+#define BD_REFERENCE_CHECK_PLAN_H
+
+#include "reference/check.h"
+
+struct bd_check_stratum {
+    uint32_t pixel_count;  // that it has; equal to sample_count: all are traced
+    uint32_t sample_count; // that were chosen
+    uint32_t first;        // index of its first sample
+    double score;          // sum over its pixels
+};
+
+struct bd_check_sample {
+    uint32_t index; // y * width + x
+    float score;
+};
+
+struct bd_check_plan {
+    uint32_t width_px, height_px;
+    uint64_t pixel_count; // whose image is finite: the ones that are measured
+    double mean_image;    // over those and their channels
+    uint32_t stratum_count, sample_count;
+    struct bd_check_stratum *strata;
+    struct bd_check_sample *samples; // in the order of their strata
+};
+
+// Chooses `sample_count` pixels, or all that are finite if they are fewer. The same frame, count
+// and seed make the same plan. `bd_check_plan_finish` also after a failure.
+BD_MUST_CHECK
+enum bd_err bd_check_plan_make(const struct bd_check_frame *frame, uint32_t sample_count,
+                               uint64_t seed, struct bd_check_plan *out, struct bd_fault *fault);
+void bd_check_plan_finish(struct bd_check_plan *plan);
+
+// The score of every pixel, rows from the top, adding up to about 1; 0 where beauty is not finite.
+// NULL without memory. The caller frees it.
+float *bd_check_scores(const struct bd_check_frame *frame);
+
+#endif
