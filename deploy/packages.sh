@@ -2,7 +2,7 @@
 
 build_packages=(
   gcc g++ meson ninja-build pkg-config python3
-  libepoxy-dev libhttp-parser-dev libjansson-dev libopenexr-dev libprotobuf-c-dev libseccomp-dev
+  libembree-dev libepoxy-dev libhttp-parser-dev libjansson-dev libopenexr-dev libprotobuf-c-dev libseccomp-dev
   libspng-dev libssl-dev libtinygltf-dev libturbojpeg0-dev libuv1-dev libxxhash-dev
   protobuf-c-compiler
 )

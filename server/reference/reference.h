@@ -103,12 +103,13 @@ void bd_reference_trace(const struct bd_reference *reference, const struct bd_in
                         uint32_t y_px, uint32_t first, uint32_t count,
                         struct bd_reference_pixel *pixel);
 
-// Irradiance (lx) at a point with a unit normal, by the same estimator: for oracles. The point is
-// in world space and need not lie on a surface; `sum` and `square_sum` get `count` samples.
+// Irradiance at a point with a unit normal, by the same estimator: for oracles. The point is in
+// world space and need not lie on a surface. Adds to `sums` what the samples of a pixel would, in
+// lx: direct and indirect, no emission, and nothing about first surfaces.
 void bd_reference_irradiance(const struct bd_reference *reference,
                              const struct bd_integrand *integrand, const double point[3],
-                             const double normal[3], uint64_t seed, uint32_t count,
-                             double direct_sum[3], double indirect_sum[3], double square_sum[3]);
+                             const double normal[3], uint64_t seed, uint32_t first,
+                             uint32_t count, struct bd_reference_pixel *sums);
 
 // Rays traced so far by the calling thread: for reports and for speed against Embree alone.
 uint64_t bd_reference_ray_count(void);

@@ -1,0 +1,61 @@
+#include "reference/camera.h"
+
+#include <math.h>
+
+#include "reference/vec3f.h"
+
+struct bd_lens bd_lens_of(const struct bd_geometry *geometry, const struct bd_reference_view *view)
+{
+    const struct bd_placement *placed = &geometry->scene->placed_cameras[view->camera];
+    const struct bd_camera *camera = &geometry->scene->cameras[placed->object];
+    double units_per_m = geometry->units_per_m;
+    double half_height =
+        camera->orthographic ? camera->ymag * units_per_m : tan(0.5 * camera->yfov);
+    return (struct bd_lens){
+        .position = bd_geometry_place(geometry, placed->position),
+        .axis_x = placed->axis_x,
+        .axis_y = placed->axis_y,
+        .axis_z = placed->axis_z,
+        .orthographic = camera->orthographic,
+        .half_width = half_height * view->width_px / view->height_px,
+        .half_height = half_height,
+        .near = camera->near_m * units_per_m,
+        .far = camera->orthographic ? camera->far_m * units_per_m : INFINITY,
+        .width_px = view->width_px,
+        .height_px = view->height_px,
+    };
+}
+
+static bd_dvec3 across(const struct bd_lens *lens, double x_px, double y_px)
+{
+    double x = (2 * x_px / lens->width_px - 1) * lens->half_width;
+    double y = (1 - 2 * y_px / lens->height_px) * lens->half_height;
+    return bd_dvec3_add(bd_dvec3_scale(lens->axis_x, x), bd_dvec3_scale(lens->axis_y, y));
+}
+
+static void set_vector(float to[3], bd_dvec3 v)
+{
+    bd_vec3f_set(to, (float)v.x, (float)v.y, (float)v.z);
+}
+
+void bd_lens_ray(const struct bd_lens *lens, const struct bd_geometry *geometry, double x_px,
+                 double y_px, struct bd_ray *ray, double *start, double *depth_per_distance)
+{
+    bd_dvec3 aside = across(lens, x_px, y_px), origin = lens->position;
+    bd_dvec3 forward = bd_dvec3_scale(lens->axis_z, -1), direction = forward;
+    if (lens->orthographic)
+        origin = bd_dvec3_add(origin, aside);
+    else
+        direction = bd_dvec3_add(forward, aside);
+    direction = bd_dvec3_scale(direction, 1 / bd_dvec3_length(direction));
+    *depth_per_distance = bd_dvec3_dot(direction, forward);
+    double near = lens->near / *depth_per_distance, far = lens->far / *depth_per_distance;
+    // From where the ray may first meet anything: 32 bits need not tell a distant camera's place.
+    double entry = -bd_dvec3_dot(origin, direction) - 1.01 * geometry->radius;
+    double skipped = fmax(entry, near);
+    set_vector(ray->origin, bd_dvec3_add(origin, bd_dvec3_scale(direction, skipped)));
+    set_vector(ray->direction, direction);
+    *start = skipped * *depth_per_distance;
+    ray->near = 0;
+    ray->far = (float)(far - skipped);
+}

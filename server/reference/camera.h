@@ -1,0 +1,27 @@
+// Rays of the camera, as the raster techniques frame the picture: the vertical angle holds whatever
+// the picture's aspect; surfaces nearer than the near plane are absent; the far plane cuts
+// orthographic views only.
+
+#ifndef BD_REFERENCE_CAMERA_H
+#define BD_REFERENCE_CAMERA_H
+
+#include "reference/geometry.h"
+
+struct bd_lens {
+    bd_dvec3 position, axis_x, axis_y, axis_z; // reference space; looks along -z
+    bool orthographic;
+    double half_width, half_height; // orthographic: in reference units; else tangents
+    double near, far;               // depths along -z in reference units
+    double width_px, height_px;
+};
+
+struct bd_lens bd_lens_of(const struct bd_geometry *geometry,
+                          const struct bd_reference_view *view);
+
+// The ray through a point of the picture, from the top left corner, in pixels. Its direction is
+// unit. `depth_per_distance`: depth along the view axis of a unit of the ray's length; `start` is
+// the depth at which the ray begins.
+void bd_lens_ray(const struct bd_lens *lens, const struct bd_geometry *geometry, double x_px,
+                 double y_px, struct bd_ray *ray, double *start, double *depth_per_distance);
+
+#endif

@@ -1,0 +1,353 @@
+#include "reference/geometry.h"
+
+#include <embree3/rtcore.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "base/assert.h"
+#include "reference/sampler.h"
+#include "reference/vec3f.h"
+
+static _Thread_local uint64_t ray_count;
+
+uint64_t bd_geometry_ray_count(void)
+{
+    return ray_count;
+}
+
+// --- reference space ----------------------------------------------------------------------------
+
+static void set_space(struct bd_geometry *g)
+{
+    const struct bd_features *f = &g->scene->features;
+    int exponent;
+    frexp(f->diagonal_m, &exponent);
+    g->units_per_m = ldexp(1.0, 1 - exponent);
+    g->origin_m = bd_dvec3_scale(bd_dvec3_add(f->bounds_min, f->bounds_max), 0.5);
+    // A margin for the rounding of positions to 32 bits.
+    g->radius = 0.5 * f->diagonal_m * g->units_per_m * 1.001;
+}
+
+bd_dvec3 bd_geometry_place(const struct bd_geometry *geometry, bd_dvec3 world)
+{
+    return bd_dvec3_scale(bd_dvec3_sub(world, geometry->origin_m), geometry->units_per_m);
+}
+
+// Linear part and its cofactors (the inverse transpose up to a factor), scaled by a power of two
+// so that neither leaves the range of 32 bits.
+static void set_matrices(struct bd_part *part, const bd_dmat4 *m)
+{
+    double largest = 0, a[9];
+    for (int r = 0; r < 3; r++)
+        for (int c = 0; c < 3; c++) largest = fmax(largest, fabs(m->m[4 * c + r]));
+    int exponent = 0;
+    frexp(largest, &exponent);
+    for (int r = 0; r < 3; r++)
+        for (int c = 0; c < 3; c++) a[3 * r + c] = ldexp(m->m[4 * c + r], -exponent);
+    part->mirrored = bd_dmat4_determinant3(m) < 0;
+    for (int r = 0; r < 3; r++) {
+        const double *p = a + 3 * ((r + 1) % 3), *q = a + 3 * ((r + 2) % 3);
+        for (int c = 0; c < 3; c++) {
+            int d = (c + 1) % 3, e = (c + 2) % 3;
+            double cofactor = p[d] * q[e] - p[e] * q[d];
+            part->normal_from_mesh[3 * r + c] = (float)(part->mirrored ? -cofactor : cofactor);
+            part->world_from_mesh[3 * r + c] = (float)a[3 * r + c];
+        }
+    }
+}
+
+// --- building -----------------------------------------------------------------------------------
+
+static bool is_drawn(const struct bd_primitive *primitive)
+{
+    return primitive->index_count > 0;
+}
+
+static size_t count_parts(const struct bd_scene *scene, size_t *vertex_count)
+{
+    size_t parts = 0;
+    *vertex_count = 0;
+    for (uint32_t i = 0; i < scene->instance_count; i++) {
+        const struct bd_mesh *mesh = scene->meshes[scene->instances[i].mesh];
+        for (uint32_t p = 0; p < mesh->primitive_count; p++) {
+            if (!is_drawn(&mesh->primitives[p])) continue;
+            parts++;
+            *vertex_count += mesh->primitives[p].vertex_count;
+        }
+    }
+    return parts;
+}
+
+static float *place_vertices(const struct bd_geometry *g, const struct bd_part *part, float *to)
+{
+    const struct bd_primitive *primitive = part->primitive;
+    for (uint32_t v = 0; v < primitive->vertex_count; v++, to += 3) {
+        const float *p = primitive->position + 3 * (size_t)v;
+        bd_dvec3 world =
+            bd_dmat4_point(&part->instance->world_from_mesh, (bd_dvec3){p[0], p[1], p[2]});
+        bd_dvec3 at = bd_geometry_place(g, world);
+        bd_vec3f_set(to, (float)at.x, (float)at.y, (float)at.z);
+    }
+    return to;
+}
+
+static void fill_parts(struct bd_geometry *g)
+{
+    float *next = g->positions;
+    for (uint32_t i = 0; i < g->scene->instance_count; i++) {
+        const struct bd_instance *instance = &g->scene->instances[i];
+        const struct bd_mesh *mesh = g->scene->meshes[instance->mesh];
+        for (uint32_t p = 0; p < mesh->primitive_count; p++) {
+            const struct bd_primitive *primitive = &mesh->primitives[p];
+            if (!is_drawn(primitive)) continue;
+            struct bd_part *part = &g->parts[g->part_count++];
+            *part = (struct bd_part){
+                .instance = instance,
+                .primitive = primitive,
+                .material = &g->scene->materials[primitive->material],
+                .position = next,
+                .first_emitter = UINT32_MAX,
+            };
+            set_matrices(part, &instance->world_from_mesh);
+            next = place_vertices(g, part, next);
+        }
+    }
+}
+
+static void set_hit(const struct bd_part *part, uint32_t triangle, float u, float v,
+                    struct bd_hit *hit)
+{
+    *hit = (struct bd_hit){
+        .instance = part->instance,
+        .primitive = part->primitive,
+        .triangle = triangle,
+        .u = u,
+        .v = v,
+        .normal_from_mesh = part->normal_from_mesh,
+        .world_from_mesh = part->world_from_mesh,
+        .mirrored = part->mirrored,
+    };
+}
+
+// What the filters need to know of the ray, behind what Embree needs.
+struct context {
+    struct RTCIntersectContext embree;
+    const struct bd_geometry *geometry;
+    const struct bd_ray *ray;
+};
+
+static const struct context *context_of(const struct RTCFilterFunctionNArguments *args)
+{
+    return (const struct context *)(const void *)args->context;
+}
+
+static bool is_there(const struct context *context, const struct bd_part *part,
+                     const struct RTCHit *at)
+{
+    struct bd_hit hit;
+    set_hit(part, at->primID, at->u, at->v, &hit);
+    const struct bd_material *material = part->material;
+    float alpha = bd_surface_alpha(context->geometry->scene, &hit);
+    if (material->alpha_mode == BD_ALPHA_MASK) return alpha >= material->alpha_cutoff;
+    if (context->ray->alpha == BD_ALPHA_AS_MASK) return alpha >= 0.5f;
+    // By ray and triangle: the order in which Embree asks plays no part.
+    uint64_t triangle = (uint64_t)at->geomID << 32 | at->primID;
+    uint64_t draw = bd_mix64(bd_mix64(triangle) + context->ray->coverage_seed);
+    return (float)(draw >> 40) * 0x1p-24f < alpha;
+}
+
+static void filter_by_alpha(const struct RTCFilterFunctionNArguments *args)
+{
+    const struct context *context = context_of(args);
+    BD_ASSERT_CMP(args->N, ==, 1);
+    const struct RTCHit *hit = (const struct RTCHit *)(const void *)args->hit;
+    if (*args->valid && !is_there(context, &context->geometry->parts[hit->geomID], hit))
+        *args->valid = 0;
+}
+
+// Embree's normal follows the winding, as seen in reference space.
+static bool is_seen_from_behind(const struct bd_part *part, const struct RTCHit *hit,
+                                const struct bd_ray *ray)
+{
+    if (part->material->double_sided) return false;
+    const float normal[3] = {hit->Ng_x, hit->Ng_y, hit->Ng_z};
+    return (bd_vec3f_dot(normal, ray->direction) > 0) != part->mirrored;
+}
+
+static void filter_backs(const struct RTCFilterFunctionNArguments *args)
+{
+    const struct context *context = context_of(args);
+    const struct RTCHit *hit = (const struct RTCHit *)(const void *)args->hit;
+    if (is_seen_from_behind(&context->geometry->parts[hit->geomID], hit, context->ray))
+        *args->valid = 0;
+}
+
+static void attach(struct bd_geometry *g, uint32_t index)
+{
+    const struct bd_part *part = &g->parts[index];
+    RTCGeometry triangles = rtcNewGeometry(g->device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    rtcSetSharedGeometryBuffer(triangles, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                               part->position, 0, 3 * sizeof(float), part->primitive->vertex_count);
+    rtcSetSharedGeometryBuffer(triangles, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                               part->primitive->index, 0, 3 * sizeof(uint32_t),
+                               part->primitive->index_count / 3);
+    if (part->material->alpha_mode != BD_ALPHA_OPAQUE) {
+        rtcSetGeometryIntersectFilterFunction(triangles, filter_by_alpha);
+        rtcSetGeometryOccludedFilterFunction(triangles, filter_by_alpha);
+    }
+    rtcSetGeometryBuildQuality(triangles, RTC_BUILD_QUALITY_HIGH);
+    rtcCommitGeometry(triangles);
+    rtcAttachGeometryByID(g->embree, triangles, index);
+    rtcReleaseGeometry(triangles);
+}
+
+static enum bd_err build(struct bd_geometry *g, uint32_t thread_count, struct bd_fault *fault)
+{
+    char config[32];
+    snprintf(config, sizeof config, "threads=%u", thread_count);
+    g->device = rtcNewDevice(config);
+    if (!g->device)
+        return bd_fault_set(fault, BD_ERR_UNSUPPORTED, "reference", "Embree does not start: %d",
+                            (int)rtcGetDeviceError(NULL));
+    g->embree = rtcNewScene(g->device);
+    // Robust: no ray slips between two triangles that share an edge.
+    rtcSetSceneFlags(g->embree,
+                     RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
+    rtcSetSceneBuildQuality(g->embree, RTC_BUILD_QUALITY_HIGH);
+    for (uint32_t p = 0; p < g->part_count; p++) attach(g, p);
+    rtcCommitScene(g->embree);
+    enum RTCError error = rtcGetDeviceError(g->device);
+    if (error == RTC_ERROR_NONE) return BD_ERR_OK;
+    return bd_fault_set(fault, error == RTC_ERROR_OUT_OF_MEMORY ? BD_ERR_NO_MEMORY : BD_ERR_INTERNAL,
+                        "reference", "the acceleration structure of %llu triangles: Embree error %d",
+                        (unsigned long long)g->scene->features.triangle_count, (int)error);
+}
+
+enum bd_err bd_geometry_init(struct bd_geometry *geometry, const struct bd_scene *scene,
+                             uint32_t thread_count, struct bd_fault *fault)
+{
+    size_t vertex_count;
+    *geometry = (struct bd_geometry){.scene = scene};
+    set_space(geometry);
+    size_t part_count = count_parts(scene, &vertex_count);
+    geometry->parts = calloc(part_count + 1, sizeof *geometry->parts);
+    // Embree reads 16 bytes at the last vertex.
+    geometry->positions = malloc((3 * vertex_count + 1) * sizeof *geometry->positions);
+    if (!geometry->parts || !geometry->positions)
+        return bd_fault_set(fault, BD_ERR_NO_MEMORY, "reference", "no memory for %zu vertices",
+                            vertex_count);
+    geometry->positions[3 * vertex_count] = 0;
+    fill_parts(geometry);
+    return build(geometry, thread_count, fault);
+}
+
+void bd_geometry_finish(struct bd_geometry *geometry)
+{
+    if (geometry->embree) rtcReleaseScene(geometry->embree);
+    if (geometry->device) rtcReleaseDevice(geometry->device);
+    free(geometry->parts);
+    free(geometry->positions);
+    *geometry = (struct bd_geometry){0};
+}
+
+// --- points of triangles ------------------------------------------------------------------------
+
+static bd_dvec3 corner(const struct bd_part *part, uint32_t triangle, uint32_t c)
+{
+    uint32_t vertex = part->primitive->index[3 * (size_t)triangle + c];
+    const float *p = part->position + 3 * (size_t)vertex;
+    return (bd_dvec3){p[0], p[1], p[2]};
+}
+
+static void set_normal(struct bd_meeting *m, bd_dvec3 across, double twice_area)
+{
+    double scale = twice_area > 0 ? (m->part->mirrored ? -1 : 1) / twice_area : 0;
+    bd_vec3f_set(m->hit.normal_geometric, (float)(across.x * scale), (float)(across.y * scale),
+                 (float)(across.z * scale));
+}
+
+// How far off the triangle a ray must start that is not to meet it, or its neighbours in the same
+// plane, again: the rounding of the position and of what Embree computes from it. The normal of a
+// needle is less certain than that of a fat triangle, by the ratio of its longest edge's square to
+// its area.
+static float clearance_at(const float position[3], double longest_squared, double twice_area)
+{
+    double largest = fmax(fabs(position[0]), fmax(fabs(position[1]), fabs(position[2])));
+    double needle = longest_squared * sqrt(longest_squared) / fmax(twice_area, 1e-30);
+    return (float)fmin(0x1p-21 * (largest + 0.5) + 0x1p-22 * needle, 1e-4);
+}
+
+// The position comes from the corners, not from the ray's length, which is less exact. It is drawn
+// towards the middle by as much as 32 bits can tell apart, so that a point on the edge between
+// floor and wall is not behind the wall.
+void bd_geometry_point(const struct bd_part *part, uint32_t triangle, float u, float v,
+                       struct bd_meeting *out)
+{
+    out->part = part;
+    set_hit(part, triangle, u, v, &out->hit);
+    bd_dvec3 a = corner(part, triangle, 0);
+    bd_dvec3 ab = bd_dvec3_sub(corner(part, triangle, 1), a);
+    bd_dvec3 ac = bd_dvec3_sub(corner(part, triangle, 2), a);
+    bd_dvec3 bc = bd_dvec3_sub(ac, ab);
+    double longest_squared =
+        fmax(bd_dvec3_dot(ab, ab), fmax(bd_dvec3_dot(ac, ac), bd_dvec3_dot(bc, bc)));
+    const double drawn_in = fmin(0.25, 0x1p-22 / sqrt(fmax(longest_squared, 1e-30)));
+    double s = u + (1.0 / 3 - u) * drawn_in, t = v + (1.0 / 3 - v) * drawn_in;
+    bd_vec3f_set(out->position, (float)(a.x + s * ab.x + t * ac.x),
+                 (float)(a.y + s * ab.y + t * ac.y), (float)(a.z + s * ab.z + t * ac.z));
+    bd_dvec3 across = bd_dvec3_cross(ab, ac);
+    double twice_area = bd_dvec3_length(across);
+    set_normal(out, across, twice_area);
+    out->clearance = clearance_at(out->position, longest_squared, twice_area);
+}
+
+bool bd_meeting_is_behind(const struct bd_meeting *meeting, const float direction[3])
+{
+    if (meeting->part->material->double_sided) return false;
+    return bd_vec3f_dot(meeting->hit.normal_geometric, direction) > 0;
+}
+
+// --- rays ---------------------------------------------------------------------------------------
+
+static struct RTCRay embree_ray(const struct bd_ray *ray)
+{
+    return (struct RTCRay){
+        .org_x = ray->origin[0],
+        .org_y = ray->origin[1],
+        .org_z = ray->origin[2],
+        .tnear = ray->near,
+        .dir_x = ray->direction[0],
+        .dir_y = ray->direction[1],
+        .dir_z = ray->direction[2],
+        .tfar = ray->far,
+        .mask = UINT32_MAX,
+    };
+}
+
+bool bd_geometry_meet(const struct bd_geometry *geometry, const struct bd_ray *ray,
+                      enum bd_sight sight, struct bd_meeting *out)
+{
+    struct context context = {.geometry = geometry, .ray = ray};
+    rtcInitIntersectContext(&context.embree);
+    if (sight == BD_SIGHT_FRONTS_ONLY) context.embree.filter = filter_backs;
+    struct RTCRayHit query = {.ray = embree_ray(ray)};
+    query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    rtcIntersect1(geometry->embree, &context.embree, &query);
+    ray_count++;
+    if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
+    bd_geometry_point(&geometry->parts[query.hit.geomID], query.hit.primID, query.hit.u,
+                      query.hit.v, out);
+    out->distance = query.ray.tfar;
+    return true;
+}
+
+bool bd_geometry_is_blocked(const struct bd_geometry *geometry, const struct bd_ray *ray)
+{
+    struct context context = {.geometry = geometry, .ray = ray};
+    rtcInitIntersectContext(&context.embree);
+    struct RTCRay query = embree_ray(ray);
+    rtcOccluded1(geometry->embree, &context.embree, &query);
+    ray_count++;
+    return query.tfar < 0;
+}

@@ -1,0 +1,89 @@
+// The scene's triangles as the reference traces them: flattened into one Embree scene in reference
+// space, which is the world less the scene's own origin, scaled by a power of two so that the
+// scene's diagonal lies in [1, 2). Origin and scale are applied in double precision: neither the
+// size of a scene nor its place costs digits.
+//
+// Thread: built on one, then read by all. Rays count for the thread that traces them.
+
+#ifndef BD_REFERENCE_GEOMETRY_H
+#define BD_REFERENCE_GEOMETRY_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "base/err.h"
+#include "base/vec.h"
+#include "reference/reference.h"
+#include "reference/surface.h"
+
+struct RTCDeviceTy;
+struct RTCSceneTy;
+
+// One primitive of one instance; its index is Embree's geometry id.
+struct bd_part {
+    const struct bd_instance *instance;
+    const struct bd_primitive *primitive;
+    const struct bd_material *material;
+    const float *position; // 3 a vertex, reference space
+    float normal_from_mesh[9], world_from_mesh[9]; // up to scale
+    bool mirrored;
+    uint32_t first_emitter; // of its triangles, in struct bd_emitters; UINT32_MAX: none
+};
+
+struct bd_geometry {
+    const struct bd_scene *scene;
+    bd_dvec3 origin_m;
+    double units_per_m; // a power of two
+    double radius;      // everything is within this of reference space's origin
+    struct RTCDeviceTy *device;
+    struct RTCSceneTy *embree;
+    struct bd_part *parts;
+    uint32_t part_count;
+    float *positions; // of all parts
+};
+
+BD_MUST_CHECK
+enum bd_err bd_geometry_init(struct bd_geometry *geometry, const struct bd_scene *scene,
+                             uint32_t thread_count, struct bd_fault *fault);
+void bd_geometry_finish(struct bd_geometry *geometry);
+
+// Reference space from the world.
+bd_dvec3 bd_geometry_place(const struct bd_geometry *geometry, bd_dvec3 world);
+
+// What a ray meets. All in reference space.
+enum bd_sight {
+    BD_SIGHT_ALL,         // triangles have two sides
+    BD_SIGHT_FRONTS_ONLY, // single-sided ones are absent from behind
+};
+
+struct bd_ray {
+    float origin[3], direction[3]; // the direction need not be unit
+    float near, far;               // in lengths of the direction
+    enum bd_alpha_reading alpha;
+    uint32_t coverage_seed; // for surfaces that are there with a probability
+};
+
+struct bd_meeting {
+    const struct bd_part *part;
+    struct bd_hit hit;
+    float distance; // in lengths of the direction
+    float position[3];
+    float clearance; // rays that leave start this far off the triangle
+};
+
+// The first surface along the ray. False: none.
+bool bd_geometry_meet(const struct bd_geometry *geometry, const struct bd_ray *ray,
+                      enum bd_sight sight, struct bd_meeting *out);
+// Whether anything lies between the ray's near and far.
+bool bd_geometry_is_blocked(const struct bd_geometry *geometry, const struct bd_ray *ray);
+
+// The point of a triangle at Embree's barycentrics, without a ray.
+void bd_geometry_point(const struct bd_part *part, uint32_t triangle, float u, float v,
+                       struct bd_meeting *out);
+// True if the material has one side and `direction` points away from behind it.
+bool bd_meeting_is_behind(const struct bd_meeting *meeting, const float direction[3]);
+
+// Rays traced by the calling thread.
+uint64_t bd_geometry_ray_count(void);
+
+#endif

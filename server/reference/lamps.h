@@ -1,0 +1,62 @@
+// Punctual lights (KHR_lights_punctual) in reference space: what they give to a point, and rays
+// from them for light vertices.
+//
+// Built on one thread, then read by all.
+
+#ifndef BD_REFERENCE_LAMPS_H
+#define BD_REFERENCE_LAMPS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "base/err.h"
+#include "reference/geometry.h"
+
+struct bd_lamp {
+    enum bd_light_kind kind;
+    bd_dvec3 position;                // of a directional light: none
+    float axis_x[3], axis_y[3];       // across the axis
+    float axis[3];                    // along which it shines
+    float intensity[3];               // per steradian in reference units; directional: illuminance
+    float range_inverse;              // 0: unlimited
+    float cos_outer, cos_ramp_inverse; // of a spot
+    float steradians;                 // of a spot: integral of its falloff
+    float probability, cumulated;     // in proportion to flux
+};
+
+struct bd_lamps {
+    struct bd_lamp *lamps; // those that shine at all
+    uint32_t count;
+    float radius; // of the scene: directional lights start from a disc as large
+};
+
+// `unit_cd_m2`: reference unit of luminance, a power of two.
+BD_MUST_CHECK
+enum bd_err bd_lamps_init(struct bd_lamps *lamps, const struct bd_geometry *geometry,
+                          double unit_cd_m2, struct bd_fault *fault);
+void bd_lamps_finish(struct bd_lamps *lamps);
+
+// The largest illuminance at one reference unit, in cd/m^2 per unit: for choosing the unit.
+double bd_lamps_strongest(const struct bd_geometry *geometry);
+
+// What a lamp gives to a point, were nothing in the way.
+struct bd_illumination {
+    float direction[3]; // unit, towards the lamp
+    float distance;     // INFINITY for a directional light
+    float normal_illuminance[3];
+    float density; // of light rays per area across them: see bd_lamp_density
+};
+
+// False if the point is out of the lamp's cone or range.
+bool bd_lamp_illuminates(const struct bd_lamps *lamps, const struct bd_lamp *lamp,
+                         const float position[3], struct bd_illumination *out);
+
+// One lamp in proportion to flux, by a uniform number in [0, 1).
+const struct bd_lamp *bd_lamps_choose(const struct bd_lamps *lamps, float choice);
+
+// One lamp chosen in proportion to flux, and a ray from it in proportion to its intensity. The
+// density with which such a ray meets a surface is bd_illumination.density x |cos| there.
+const struct bd_lamp *bd_lamps_sample_ray(const struct bd_lamps *lamps, float choice,
+                                          const float u[2], float origin[3], float direction[3]);
+
+#endif

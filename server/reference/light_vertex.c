@@ -1,0 +1,100 @@
+// Eye paths joined with a point that a lamp shines on. Where a small spot is what lights a room,
+// scattered rays find it rarely and shadow rays from everywhere else find the lamp never; a ray
+// from the lamp finds it always.
+//
+// A path that ends lamp - y - x is found in two ways: scattering at x meets y, where the lamp is
+// sought (next_event.c); or a lamp's ray meets y, which x seeks. Both have a density per area at y,
+// and share by the balance heuristic (Veach 1997), which holds the sum of both densities against
+// the 1/r^2 of the junction: near corners it does not blow up. One light vertex serves all vertices
+// of its path.
+
+#include <math.h>
+#include <stddef.h>
+
+#include "reference/path.h"
+#include "reference/vec3f.h"
+
+bool bd_path_has_light_vertices(const struct bd_path *path, uint32_t events)
+{
+    const struct bd_integrand *integrand = path->integrand;
+    return integrand->light_vertices && integrand->lights & BD_REFERENCE_PUNCTUAL &&
+           path->reference->lamps.count > 0 && events >= 2 && events - 1 <= integrand->bounces_max;
+}
+
+static void trace(struct bd_path *path, struct bd_light_vertex *v)
+{
+    const struct bd_lamps *lamps = &path->reference->lamps;
+    float u[2], choice[2];
+    bd_sampler_pair(&path->sampler, BD_PAIR_LIGHT_RAY, u);
+    bd_sampler_pair(&path->sampler, BD_PAIR_LIGHT_CHOICE, choice);
+    struct bd_ray ray = {
+        .far = INFINITY,
+        .alpha = path->integrand->alpha,
+        .coverage_seed = bd_sampler_hash(&path->sampler, path->ray_index++),
+    };
+    v->traced = true;
+    const struct bd_lamp *lamp =
+        bd_lamps_sample_ray(lamps, choice[0], u, ray.origin, ray.direction);
+    if (!bd_path_meet(path, &ray, &v->at)) return;
+    if (!bd_lamp_illuminates(lamps, lamp, v->at.position, &v->light)) return;
+    v->density = v->light.density *
+                 fabsf(bd_vec3f_dot(v->at.hit.normal_geometric, v->light.direction));
+    v->found = v->density > 0;
+}
+
+// What the junction's two ends say about the direction between them.
+struct junction {
+    float wi[3]; // unit, from the eye's vertex to the light vertex
+    float distance;
+    float value[3]; // f cos at the eye's vertex x luminance that comes from the light vertex
+    float scatter_density;
+    float cosine; // at the light vertex, geometric
+};
+
+static bool join(struct bd_path *path, const struct bd_vertex *vertex, struct junction *j)
+{
+    const struct bd_light_vertex *v = &path->light_vertex;
+    bd_vec3f_add_scaled(j->wi, v->at.position, vertex->position, -1);
+    j->distance = sqrtf(bd_vec3f_dot(j->wi, j->wi));
+    if (!bd_vec3f_normalize(j->wi)) return false;
+    bd_bsdf_eval(&vertex->surface, vertex->wo, j->wi, j->value, &j->scatter_density);
+    if (!(j->value[0] > 0 || j->value[1] > 0 || j->value[2] > 0)) return false;
+    struct bd_vertex sender;
+    float wo[3], reflected[3], density;
+    bd_vec3f_scale(wo, j->wi, -1);
+    bd_path_vertex(path, &v->at, wo, &sender);
+    bd_path_make_sender(path, &sender.surface);
+    bd_bsdf_eval(&sender.surface, wo, v->light.direction, reflected, &density);
+    bd_vec3f_filter(reflected, reflected, v->light.normal_illuminance);
+    bd_path_absorb(&sender, v->light.direction, NULL, v->light.distance, reflected);
+    bd_vec3f_filter(j->value, j->value, reflected);
+    bd_path_absorb(vertex, j->wi, &sender, j->distance, j->value);
+    j->cosine = fabsf(bd_vec3f_dot(sender.surface.normal_geometric, wo));
+    return j->value[0] > 0 || j->value[1] > 0 || j->value[2] > 0;
+}
+
+static bool is_open(struct bd_path *path, const struct bd_vertex *vertex, const struct junction *j)
+{
+    if (!path->integrand->indirect_visibility) return true;
+    const struct bd_meeting *at = &path->light_vertex.at;
+    float target[3], side = bd_vec3f_dot(at->hit.normal_geometric, j->wi) > 0 ? -1 : 1;
+    bd_vec3f_add_scaled(target, at->position, at->hit.normal_geometric, side * at->clearance);
+    return bd_path_sees(path, vertex, target);
+}
+
+void bd_path_add_light_vertex(struct bd_path *path, const struct bd_vertex *vertex)
+{
+    struct bd_light_vertex *v = &path->light_vertex;
+    struct junction j;
+    if (!bd_path_has_light_vertices(path, path->events + 2)) return;
+    if (bd_bsdf_is_delta(&vertex->surface)) return;
+    if (!v->traced) trace(path, v);
+    if (!v->found || !join(path, vertex, &j) || !is_open(path, vertex, &j)) return;
+    float per_area = j.cosine / (j.distance * j.distance);
+    float found_density = j.scatter_density * bd_path_survival(path, vertex) * per_area;
+    float receiver_cosine = bd_vec3f_dot(vertex->surface.normal, j.wi);
+    float factor = per_area / (v->density + found_density) *
+                   bd_path_clamp(path, receiver_cosine, j.cosine, j.distance);
+    bd_vec3f_scale(j.value, j.value, factor);
+    bd_path_add(path, path->events + 2, j.value);
+}

@@ -1,0 +1,210 @@
+// Light sought from a vertex: lamps, emissive triangles, the sky.
+
+#include <math.h>
+#include <stddef.h>
+
+#include "reference/path.h"
+#include "reference/vec3f.h"
+
+// So many lamps are weighed against each other at a vertex, exactly if there are no more.
+#define LAMPS_WEIGHED 16
+
+static bool is_lit_by(const struct bd_path *path, enum bd_reference_lights kind)
+{
+    return path->integrand->lights & (uint32_t)kind;
+}
+
+// Power heuristic with exponent 2 (Veach 1997).
+static float power_weight(float density, float other)
+{
+    float a = density * density, b = other * other;
+    return a > 0 ? a / (a + b) : 0;
+}
+
+// --- lamps --------------------------------------------------------------------------------------
+
+struct candidate {
+    const struct bd_lamp *lamp;
+    struct bd_illumination light;
+    float value[3]; // scattered towards the eye
+};
+
+static float luminance(const float rgb[3])
+{
+    return 0.2126f * rgb[0] + 0.7152f * rgb[1] + 0.0722f * rgb[2];
+}
+
+static bool evaluate(const struct bd_path *path, const struct bd_vertex *vertex,
+                     const struct bd_lamp *lamp, struct candidate *out)
+{
+    float density;
+    out->lamp = lamp;
+    if (!bd_lamp_illuminates(&path->reference->lamps, lamp, vertex->position, &out->light))
+        return false;
+    bd_bsdf_eval(&vertex->surface, vertex->wo, out->light.direction, out->value, &density);
+    bd_vec3f_filter(out->value, out->value, out->light.normal_illuminance);
+    return out->value[0] > 0 || out->value[1] > 0 || out->value[2] > 0;
+}
+
+// One lamp in proportion to what it gives here, were nothing in the way: of all, or of so many
+// drawn in proportion to flux (Talbot 2005, resampled importance sampling). `value` is then what
+// the chosen one stands for.
+static bool choose_lamp(struct bd_path *path, const struct bd_vertex *vertex, float u,
+                        struct candidate *chosen)
+{
+    const struct bd_lamps *lamps = &path->reference->lamps;
+    bool all = lamps->count <= LAMPS_WEIGHED;
+    uint32_t count = all ? lamps->count : LAMPS_WEIGHED;
+    float sum = 0, weight_chosen = 1;
+    for (uint32_t i = 0; i < count; i++) {
+        struct candidate candidate;
+        const struct bd_lamp *lamp = &lamps->lamps[i];
+        float share = 1;
+        if (!all) {
+            uint32_t draw = bd_sampler_hash(&path->sampler, path->ray_index++);
+            lamp = bd_lamps_choose(lamps, ((float)i + (float)(draw >> 8) * 0x1p-24f) / (float)count);
+            share = 1 / ((float)count * lamp->probability);
+        }
+        if (!evaluate(path, vertex, lamp, &candidate)) continue;
+        float weight = luminance(candidate.value) * share;
+        if (!(weight > 0)) continue;
+        sum += weight;
+        // One number decides all along: what is left of it stays uniform.
+        float taken = weight / sum;
+        if (u < taken) {
+            u /= taken;
+            *chosen = candidate;
+            weight_chosen = luminance(candidate.value);
+        } else {
+            u = (u - taken) / (1 - taken);
+        }
+    }
+    if (!(sum > 0)) return false;
+    bd_vec3f_scale(chosen->value, chosen->value, sum / weight_chosen);
+    return true;
+}
+
+static bool reaches_lamp(struct bd_path *path, const struct bd_vertex *vertex,
+                         const struct candidate *chosen)
+{
+    const struct bd_reference *reference = path->reference;
+    if (chosen->lamp->kind != BD_LIGHT_DIRECTIONAL) {
+        bd_dvec3 at = chosen->lamp->position;
+        const float target[3] = {(float)at.x, (float)at.y, (float)at.z};
+        return bd_path_sees(path, vertex, target);
+    }
+    float across = 4 * (float)reference->geometry.radius;
+    struct bd_ray ray = bd_path_ray(path, vertex, chosen->light.direction, across);
+    return !bd_geometry_is_blocked(&reference->geometry, &ray);
+}
+
+// What scattering towards the vertex has to itself, when light vertices find it, too.
+static float found_weight(const struct bd_path *path, const struct bd_vertex *vertex,
+                          const struct bd_illumination *light, float found_density)
+{
+    if (found_density <= 0 || !bd_path_has_light_vertices(path, path->events + 1)) return 1;
+    float cosine = fabsf(bd_vec3f_dot(vertex->surface.normal_geometric, light->direction));
+    return found_density / (found_density + light->density * cosine);
+}
+
+void bd_path_add_lamps(struct bd_path *path, const struct bd_vertex *vertex, float found_density)
+{
+    if (!is_lit_by(path, BD_REFERENCE_PUNCTUAL) || path->reference->lamps.count == 0) return;
+    if (bd_bsdf_is_delta(&vertex->surface)) return;
+    float u[2];
+    bd_sampler_pair(&path->sampler, bd_path_pair(path, BD_PAIR_LAMP_AND_EMITTER), u);
+    struct candidate chosen;
+    if (!choose_lamp(path, vertex, u[0], &chosen)) return;
+    if (!reaches_lamp(path, vertex, &chosen)) return;
+    float weight = found_weight(path, vertex, &chosen.light, found_density);
+    bd_vec3f_scale(chosen.value, chosen.value, weight);
+    bd_path_absorb(vertex, chosen.light.direction, NULL, chosen.light.distance, chosen.value);
+    bd_path_add(path, path->events + 1, chosen.value);
+}
+
+// --- emissive triangles -------------------------------------------------------------------------
+
+// Density per steradian of choosing the point as seen from `distance` away along `direction`.
+static float emitter_density(const struct bd_path *path, const struct bd_meeting *at,
+                             const float direction[3], float distance)
+{
+    float per_area =
+        bd_emitters_density(&path->reference->emitters, at->part, at->hit.triangle);
+    float cosine = fabsf(bd_vec3f_dot(at->hit.normal_geometric, direction));
+    return cosine > 0 ? per_area * distance * distance / cosine : 0;
+}
+
+float bd_path_emitter_weight(const struct bd_path *path, const struct bd_meeting *at,
+                             const float direction[3])
+{
+    if (path->is_specular) return 1;
+    float other = emitter_density(path, at, direction, at->distance);
+    return power_weight(path->scatter_density, other);
+}
+
+static void add_emitters(struct bd_path *path, const struct bd_vertex *vertex)
+{
+    const struct bd_reference *reference = path->reference;
+    uint32_t choice[2];
+    float u[2], direction[3], value[3], radiance[3], scatter_density;
+    struct bd_meeting at;
+    bd_sampler_pair_bits(&path->sampler, bd_path_pair(path, BD_PAIR_LAMP_AND_EMITTER), choice);
+    bd_sampler_pair(&path->sampler, bd_path_pair(path, BD_PAIR_EMITTER_POINT), u);
+    bd_emitters_sample(&reference->emitters, &reference->geometry, choice[1], u, &at);
+    bd_vec3f_add_scaled(direction, at.position, vertex->position, -1);
+    at.distance = sqrtf(bd_vec3f_dot(direction, direction));
+    if (!bd_vec3f_normalize(direction)) return;
+    bd_bsdf_eval(&vertex->surface, vertex->wo, direction, value, &scatter_density);
+    if (!(value[0] > 0 || value[1] > 0 || value[2] > 0)) return;
+    const float back[3] = {-direction[0], -direction[1], -direction[2]};
+    bd_emission_at(&reference->geometry, &at, back, radiance);
+    float density = emitter_density(path, &at, direction, at.distance);
+    if (!(density > 0) || (radiance[0] == 0 && radiance[1] == 0 && radiance[2] == 0)) return;
+    float target[3], side = bd_vec3f_dot(at.hit.normal_geometric, back) < 0 ? -1 : 1;
+    bd_vec3f_add_scaled(target, at.position, at.hit.normal_geometric, side * at.clearance);
+    if (!bd_path_sees(path, vertex, target)) return;
+    float survival = bd_path_survival(path, vertex);
+    float weight = power_weight(density, scatter_density * survival) / density;
+    bd_vec3f_filter(value, value, radiance);
+    bd_vec3f_scale(value, value, (float)(weight / reference->unit_cd_m2));
+    bd_path_absorb(vertex, direction, NULL, at.distance, value);
+    bd_path_add(path, path->events + 1, value);
+}
+
+// --- the sky ------------------------------------------------------------------------------------
+
+float bd_path_sky_weight(const struct bd_path *path, const float direction[3])
+{
+    if (path->is_specular) return 1;
+    return power_weight(path->scatter_density, bd_sky_density(&path->reference->sky, direction));
+}
+
+static void add_sky(struct bd_path *path, const struct bd_vertex *vertex)
+{
+    const struct bd_reference *reference = path->reference;
+    uint32_t bits[2];
+    float direction[3], value[3], radiance[3], density, scatter_density;
+    bd_sampler_pair_bits(&path->sampler, bd_path_pair(path, BD_PAIR_SKY), bits);
+    bd_sky_sample(&reference->sky, bits, direction, &density);
+    bd_bsdf_eval(&vertex->surface, vertex->wo, direction, value, &scatter_density);
+    if (!(density > 0) || !(value[0] > 0 || value[1] > 0 || value[2] > 0)) return;
+    float across = 4 * (float)reference->geometry.radius;
+    struct bd_ray ray = bd_path_ray(path, vertex, direction, across);
+    if (bd_geometry_is_blocked(&reference->geometry, &ray)) return;
+    bd_sky_radiance(&reference->sky, direction, radiance);
+    float survival = bd_path_survival(path, vertex);
+    float weight = power_weight(density, scatter_density * survival) / density;
+    bd_vec3f_filter(value, value, radiance);
+    bd_vec3f_scale(value, value, (float)(weight / reference->unit_cd_m2));
+    bd_path_absorb(vertex, direction, NULL, INFINITY, value);
+    bd_path_add(path, path->events + 1, value);
+}
+
+void bd_path_add_areas(struct bd_path *path, const struct bd_vertex *vertex)
+{
+    if (bd_bsdf_is_delta(&vertex->surface)) return;
+    if (is_lit_by(path, BD_REFERENCE_EMISSIVE) && path->reference->emitters.count > 0)
+        add_emitters(path, vertex);
+    if (is_lit_by(path, BD_REFERENCE_ENVIRONMENT) && path->reference->sky.is_sampled)
+        add_sky(path, vertex);
+}

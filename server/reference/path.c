@@ -1,0 +1,336 @@
+#include "reference/path.h"
+
+#include <math.h>
+#include <stddef.h>
+
+#include "reference/vec3f.h"
+
+// Paths may end by chance from this many scattering events on.
+#define EVENTS_WITHOUT_ROULETTE 3
+#define SURVIVAL_MIN 0.05f
+#define SURVIVAL_MAX 0.95f
+
+struct bd_path bd_path_begin(const struct bd_reference *reference,
+                             const struct bd_integrand *integrand, struct bd_sampler sampler)
+{
+    double units_per_m = reference->geometry.units_per_m;
+    return (struct bd_path){
+        .reference = reference,
+        .integrand = integrand,
+        .sampler = sampler,
+        .throughput = {1, 1, 1},
+        .is_specular = true,
+        .clamp_per_unit2 = (float)(integrand->clamp_per_m2 / (units_per_m * units_per_m)),
+    };
+}
+
+void bd_path_add(struct bd_path *path, uint32_t events, const float value[3])
+{
+    enum bd_reference_part part = events == 0   ? BD_PART_EMISSION
+                                  : events == 1 ? BD_PART_DIRECT
+                                                : BD_PART_INDIRECT;
+    for (int k = 0; k < 3; k++) path->sum[part][k] += path->throughput[k] * value[k];
+}
+
+// --- vertices and segments ----------------------------------------------------------------------
+
+// Surfaces behind the first reflect by their diffuse lobe alone.
+void bd_path_make_sender(const struct bd_path *path, struct bd_surface *surface)
+{
+    if (!path->integrand->lambert_senders) return;
+    if (!surface->lambert)
+        bd_vec3f_scale(surface->base_color, surface->base_color, 1 - surface->metallic);
+    surface->lambert = true;
+    surface->transmission = 0;
+}
+
+void bd_path_vertex(const struct bd_path *path, const struct bd_meeting *at, const float wo[3],
+                    struct bd_vertex *out)
+{
+    const struct bd_integrand *integrand = path->integrand;
+    bd_surface_at(path->reference->scene, &at->hit, wo, integrand->lambert,
+                  integrand->transmission, &out->surface);
+    bd_vec3f_copy(out->wo, wo);
+    bd_vec3f_copy(out->position, at->position);
+    out->clearance = at->clearance;
+    const struct bd_medium *medium = &path->reference->media[at->hit.primitive->material];
+    bool bounds_solid = out->surface.transmission > 0 && !out->surface.thin;
+    out->behind = bounds_solid && medium->absorbs ? medium : NULL;
+}
+
+static bool is_inside(const struct bd_vertex *vertex, const float direction[3])
+{
+    bool same_side = bd_vec3f_dot(vertex->surface.normal_geometric, direction) > 0;
+    return same_side != vertex->surface.entering;
+}
+
+void bd_path_absorb(const struct bd_vertex *from, const float wi[3], const struct bd_vertex *to,
+                    float distance, float value[3])
+{
+    const struct bd_medium *medium = NULL;
+    if (to && to->behind && !to->surface.entering)
+        medium = to->behind;
+    else if (from && from->behind && is_inside(from, wi))
+        medium = from->behind;
+    if (!medium) return;
+    for (int k = 0; k < 3; k++)
+        if (medium->per_unit[k] > 0) value[k] *= expf(-medium->per_unit[k] * distance);
+}
+
+static void step_off(const struct bd_vertex *vertex, const float direction[3], float out[3])
+{
+    const float *normal = vertex->surface.normal_geometric;
+    float side = bd_vec3f_dot(normal, direction) < 0 ? -1 : 1;
+    bd_vec3f_add_scaled(out, vertex->position, normal, side * vertex->clearance);
+}
+
+struct bd_ray bd_path_ray(struct bd_path *path, const struct bd_vertex *vertex,
+                          const float direction[3], float far)
+{
+    struct bd_ray ray = {
+        .far = far,
+        .alpha = path->integrand->alpha,
+        .coverage_seed = bd_sampler_hash(&path->sampler, path->ray_index++),
+    };
+    step_off(vertex, direction, ray.origin);
+    bd_vec3f_copy(ray.direction, direction);
+    return ray;
+}
+
+bool bd_path_sees(struct bd_path *path, const struct bd_vertex *vertex, const float target[3])
+{
+    float direction[3];
+    bd_vec3f_add_scaled(direction, target, vertex->position, -1);
+    struct bd_ray ray = bd_path_ray(path, vertex, direction, 1);
+    bd_vec3f_add_scaled(ray.direction, target, ray.origin, -1);
+    return !bd_geometry_is_blocked(&path->reference->geometry, &ray);
+}
+
+float bd_path_clamp(const struct bd_path *path, float cosine_at_receiver, float cosine_at_sender,
+                    float distance)
+{
+    float kernel = fabsf(cosine_at_receiver * cosine_at_sender);
+    float bounded = path->clamp_per_unit2 * distance * distance;
+    return kernel > bounded ? bounded / kernel : 1;
+}
+
+float bd_path_survival(const struct bd_path *path, const struct bd_vertex *vertex)
+{
+    if (path->events < EVENTS_WITHOUT_ROULETTE) return 1;
+    const struct bd_surface *s = &vertex->surface;
+    float albedo = fmaxf(s->base_color[0], fmaxf(s->base_color[1], s->base_color[2]));
+    // A specular coat that is mostly seen at an angle reflects more than its least.
+    if (!s->lambert) albedo = fmaxf(albedo, 0.25f);
+    return fminf(fmaxf(albedo, SURVIVAL_MIN), SURVIVAL_MAX);
+}
+
+// --- what a ray meets ---------------------------------------------------------------------------
+
+// The back of a single-sided surface. Where another lies in the same plane, front to the ray, that
+// one is what the ray meets: modellers double surfaces so, and it is chance which of the two is
+// found first.
+static void prefer_front(const struct bd_reference *reference, const struct bd_ray *ray,
+                         struct bd_meeting *at)
+{
+    if (!bd_meeting_is_behind(at, ray->direction)) return;
+    const float tolerance = 0x1p-20f;
+    struct bd_ray slice = *ray;
+    slice.near = fmaxf(at->distance * (1 - tolerance) - at->clearance, ray->near);
+    slice.far = at->distance * (1 + tolerance) + at->clearance;
+    struct bd_meeting front;
+    if (bd_geometry_meet(&reference->geometry, &slice, BD_SIGHT_FRONTS_ONLY, &front)) *at = front;
+}
+
+bool bd_path_meet(const struct bd_path *path, const struct bd_ray *ray, struct bd_meeting *at)
+{
+    const struct bd_reference *reference = path->reference;
+    if (!bd_geometry_meet(&reference->geometry, ray, BD_SIGHT_ALL, at)) return false;
+    prefer_front(reference, ray, at);
+    return true;
+}
+
+static void add_sky(struct bd_path *path, const float direction[3])
+{
+    const struct bd_reference *reference = path->reference;
+    bool lit = path->integrand->lights & BD_REFERENCE_ENVIRONMENT;
+    if (!reference->sky.shines || (path->events > 0 && !lit)) return;
+    float radiance[3];
+    bd_sky_radiance(&reference->sky, direction, radiance);
+    float weight = (float)(bd_path_sky_weight(path, direction) / reference->unit_cd_m2);
+    bd_vec3f_scale(radiance, radiance, weight);
+    bd_path_add(path, path->events, radiance);
+}
+
+static void add_emission(struct bd_path *path, const struct bd_meeting *at,
+                         const struct bd_vertex *vertex)
+{
+    bool lit = path->integrand->lights & BD_REFERENCE_EMISSIVE;
+    if (path->events > 0 && (!lit || vertex->surface.unlit)) return;
+    const float *emission = vertex->surface.emission;
+    if (emission[0] == 0 && emission[1] == 0 && emission[2] == 0) return;
+    float direction[3], radiance[3];
+    bd_vec3f_scale(direction, vertex->wo, -1);
+    float weight = bd_path_emitter_weight(path, at, direction);
+    bd_vec3f_scale(radiance, emission, (float)(weight / path->reference->unit_cd_m2));
+    bd_path_add(path, path->events, radiance);
+}
+
+// --- scattering ---------------------------------------------------------------------------------
+
+// What is known of the last vertex when the next is met.
+struct step {
+    const struct bd_vertex *from;
+    struct bd_ray ray;
+    float cosine; // to the shading normal
+};
+
+// Chooses a direction and the chance of going on. False: the path ends.
+static bool scatter(struct bd_path *path, const struct bd_vertex *vertex, struct step *step)
+{
+    float u[4];
+    bd_sampler_pair(&path->sampler, bd_path_pair(path, BD_PAIR_DIRECTION), u);
+    bd_sampler_pair(&path->sampler, bd_path_pair(path, BD_PAIR_LOBE_AND_SURVIVAL), u + 2);
+    float survival = bd_path_survival(path, vertex);
+    if (u[3] >= survival) return false;
+    struct bd_bsdf_sample sample;
+    if (!bd_bsdf_sample(&vertex->surface, vertex->wo, u, &sample)) return false;
+    float weight[3];
+    bd_vec3f_scale(weight, sample.weight, 1 / survival);
+    bd_vec3f_filter(path->throughput, path->throughput, weight);
+    path->scatter_density = sample.density * survival;
+    path->is_specular = sample.delta;
+    path->events++;
+    step->from = vertex;
+    step->ray = bd_path_ray(path, vertex, sample.wi, INFINITY);
+    step->cosine = bd_vec3f_dot(vertex->surface.normal, sample.wi);
+    return path->throughput[0] > 0 || path->throughput[1] > 0 || path->throughput[2] > 0;
+}
+
+// The density per area with which scattering found this vertex; 0 if nothing else could have.
+static float found_density(const struct bd_path *path, const struct bd_vertex *vertex,
+                           float distance)
+{
+    if (path->is_specular) return 0;
+    float cosine = fabsf(bd_vec3f_dot(vertex->surface.normal_geometric, vertex->wo));
+    return path->scatter_density * cosine / (distance * distance);
+}
+
+// Arrives at what the ray met: from here on the throughput is that of light scattered here.
+static void arrive(struct bd_path *path, const struct step *step, const struct bd_meeting *at,
+                   bool is_first, struct bd_vertex *vertex)
+{
+    float wo[3];
+    bd_vec3f_scale(wo, step->ray.direction, -1);
+    bd_path_vertex(path, at, wo, vertex);
+    bd_path_absorb(step->from, step->ray.direction, vertex, at->distance, path->throughput);
+    if (is_first) add_emission(path, at, vertex);
+    bd_path_make_sender(path, &vertex->surface);
+    if (path->is_specular) return;
+    float cosine = bd_vec3f_dot(vertex->surface.normal_geometric, wo);
+    float factor = bd_path_clamp(path, step->cosine, cosine, at->distance);
+    bd_vec3f_scale(path->throughput, path->throughput, factor);
+}
+
+static void add_lights(struct bd_path *path, const struct bd_vertex *vertex, float found)
+{
+    bd_path_add_lamps(path, vertex, found);
+    bd_path_add_areas(path, vertex);
+}
+
+// Whether a ray that leaves after the last scattering event can still find light.
+static bool is_ray_of_use(const struct bd_path *path)
+{
+    const struct bd_reference *reference = path->reference;
+    uint32_t lights = path->integrand->lights;
+    if (path->events < path->integrand->bounces_max) return true;
+    return (lights & BD_REFERENCE_EMISSIVE && reference->emitters.count > 0) ||
+           (lights & BD_REFERENCE_ENVIRONMENT && reference->sky.shines);
+}
+
+static bool may_scatter(const struct bd_path *path)
+{
+    return path->events <= path->integrand->bounces_max;
+}
+
+// --- the way on ---------------------------------------------------------------------------------
+
+// The next vertex; its direct light is added. False: there is none.
+static bool walk(struct bd_path *path, const struct step *step, struct bd_vertex *vertex)
+{
+    struct bd_meeting at;
+    if (!bd_path_meet(path, &step->ray, &at)) {
+        add_sky(path, step->ray.direction);
+        return false;
+    }
+    arrive(path, step, &at, true, vertex);
+    if (!may_scatter(path)) return false;
+    add_lights(path, vertex, found_density(path, vertex, at.distance));
+    return true;
+}
+
+// The same where surfaces do not hide each other: every one along the ray sends its light, and
+// the path goes on from one of them, chosen uniformly, that stands for all.
+static bool walk_through(struct bd_path *path, const struct step *step, struct bd_vertex *chosen)
+{
+    struct step here = *step;
+    struct bd_meeting at;
+    float before[3], throughput_chosen[3] = {0, 0, 0};
+    uint32_t count = 0;
+    bd_vec3f_copy(before, path->throughput);
+    bool met = bd_path_meet(path, &here.ray, &at);
+    if (!met) add_sky(path, here.ray.direction);
+    for (; met; met = bd_geometry_meet(&path->reference->geometry, &here.ray,
+                                       BD_SIGHT_FRONTS_ONLY, &at)) {
+        struct bd_vertex vertex;
+        bd_vec3f_copy(path->throughput, before);
+        arrive(path, &here, &at, count == 0, &vertex);
+        here.ray.near = nextafterf(at.distance, INFINITY);
+        if (!may_scatter(path)) return false;
+        add_lights(path, &vertex, found_density(path, &vertex, at.distance));
+        count++;
+        uint32_t draw = bd_sampler_hash(&path->sampler, path->ray_index++);
+        if ((uint64_t)draw * count >> 32 != 0) continue; // one in `count` takes the place
+        *chosen = vertex;
+        bd_vec3f_copy(throughput_chosen, path->throughput);
+    }
+    bd_vec3f_scale(path->throughput, throughput_chosen, (float)count);
+    return count > 0;
+}
+
+void bd_path_from_vertex(struct bd_path *path, const struct bd_vertex *vertex)
+{
+    struct bd_vertex vertices[2];
+    uint32_t next = 0;
+    add_lights(path, vertex, 0);
+    for (;;) {
+        struct step step;
+        bd_path_add_light_vertex(path, vertex);
+        if (!is_ray_of_use(path) || !scatter(path, vertex, &step)) return;
+        struct bd_vertex *to = &vertices[next];
+        next = 1 - next;
+        bool more = path->integrand->indirect_visibility ? walk(path, &step, to)
+                                                         : walk_through(path, &step, to);
+        if (!more) return;
+        vertex = to;
+    }
+}
+
+bool bd_path_from_camera(struct bd_path *path, struct bd_ray *ray, struct bd_vertex *first,
+                         float *distance)
+{
+    struct bd_meeting at;
+    ray->alpha = path->integrand->alpha;
+    ray->coverage_seed = bd_sampler_hash(&path->sampler, path->ray_index++);
+    if (!bd_geometry_meet(&path->reference->geometry, ray, BD_SIGHT_FRONTS_ONLY, &at)) {
+        add_sky(path, ray->direction);
+        return false;
+    }
+    float wo[3];
+    bd_vec3f_scale(wo, ray->direction, -1);
+    bd_path_vertex(path, &at, wo, first);
+    bd_path_absorb(NULL, ray->direction, first, at.distance, path->throughput);
+    add_emission(path, &at, first);
+    *distance = at.distance;
+    bd_path_from_vertex(path, first);
+    return true;
+}

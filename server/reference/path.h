@@ -1,0 +1,142 @@
+// One path from the eye: its vertices, and the light that reaches the eye along it.
+//
+// Private to reference/. Any thread; allocates nothing.
+
+#ifndef BD_REFERENCE_PATH_H
+#define BD_REFERENCE_PATH_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "reference/bsdf.h"
+#include "reference/emitters.h"
+#include "reference/geometry.h"
+#include "reference/lamps.h"
+#include "reference/reference.h"
+#include "reference/sampler.h"
+#include "reference/sky.h"
+
+// What a solid does to light inside it (KHR_materials_volume), by material.
+struct bd_medium {
+    bool absorbs;
+    float per_unit[3]; // extinction per reference unit
+};
+
+struct bd_reference {
+    struct bd_scene *scene;
+    double unit_cd_m2; // a power of two: luminances are traced in multiples of it
+    struct bd_geometry geometry;
+    struct bd_lamps lamps;
+    struct bd_emitters emitters;
+    struct bd_sky sky;
+    struct bd_medium *media;
+};
+
+// A point where light is scattered towards the eye.
+struct bd_vertex {
+    struct bd_surface surface;
+    float wo[3];       // towards the eye
+    float position[3]; // reference space
+    float clearance;   // rays start this far off the surface
+    const struct bd_medium *behind; // what fills the solid that it bounds; NULL: nothing
+};
+
+// A light vertex: where a ray from a lamp met the scene.
+struct bd_light_vertex {
+    bool traced, found;
+    const struct bd_lamp *lamp;
+    struct bd_meeting at;
+    struct bd_illumination light;
+    float density; // of being found, per area
+};
+
+struct bd_path {
+    const struct bd_reference *reference;
+    const struct bd_integrand *integrand;
+    struct bd_sampler sampler;
+    uint32_t events;     // scattering events between the eye and what is looked at now
+    uint32_t ray_index;  // numbers the rays of this path
+    float throughput[3];
+    float scatter_density; // of the last direction, with the chance of its survival; per steradian
+    bool is_specular;      // no other way could have found the last direction
+    struct bd_light_vertex light_vertex;
+    float clamp_per_unit2;
+    float sum[BD_PART_COUNT][3];
+};
+
+struct bd_path bd_path_begin(const struct bd_reference *reference,
+                             const struct bd_integrand *integrand, struct bd_sampler sampler);
+
+// Follows the ray of a camera. False if it met nothing but sky; else `first` is what it met, at
+// `distance` along the ray.
+bool bd_path_from_camera(struct bd_path *path, struct bd_ray *ray, struct bd_vertex *first,
+                         float *distance);
+// Follows what arrives at a vertex.
+void bd_path_from_vertex(struct bd_path *path, const struct bd_vertex *vertex);
+
+// --- for the files of the path only ---------------------------------------------------------------
+
+// Pairs of random numbers: the first is the camera's, each vertex has so many.
+enum bd_path_pair {
+    BD_PAIR_DIRECTION,
+    BD_PAIR_LOBE_AND_SURVIVAL,
+    BD_PAIR_LAMP_AND_EMITTER,
+    BD_PAIR_EMITTER_POINT,
+    BD_PAIR_SKY,
+    BD_PAIR_COUNT,
+};
+// Of the light vertex, which a path has one of; then those of the vertices.
+enum { BD_PAIR_CAMERA, BD_PAIR_LIGHT_RAY, BD_PAIR_LIGHT_CHOICE, BD_PAIR_FIRST_VERTEX };
+
+static inline uint32_t bd_path_pair(const struct bd_path *path, enum bd_path_pair pair)
+{
+    return BD_PAIR_FIRST_VERTEX + path->events * BD_PAIR_COUNT + (uint32_t)pair;
+}
+
+// A ray from the vertex on the side of `direction`. Empty until near and far are set: [0, far].
+struct bd_ray bd_path_ray(struct bd_path *path, const struct bd_vertex *vertex,
+                          const float direction[3], float far);
+// True if nothing lies between the vertex and a point that is `clearance` off its surface.
+bool bd_path_sees(struct bd_path *path, const struct bd_vertex *vertex, const float target[3]);
+
+// The first surface along a ray that is not the camera's. False: none.
+bool bd_path_meet(const struct bd_path *path, const struct bd_ray *ray, struct bd_meeting *at);
+
+// The vertex at a meeting, for light that leaves towards `wo`.
+void bd_path_vertex(const struct bd_path *path, const struct bd_meeting *at, const float wo[3],
+                    struct bd_vertex *out);
+
+// Multiplies by what the solid around the segment from `from` along `wi` lets pass. `to` may be
+// NULL.
+void bd_path_absorb(const struct bd_vertex *from, const float wi[3], const struct bd_vertex *to,
+                    float distance, float value[3]);
+
+// The factor that holds cos cos / r^2 of two surfaces to the integrand's bound.
+float bd_path_clamp(const struct bd_path *path, float cosine_at_receiver, float cosine_at_sender,
+                    float distance);
+
+// The chance that a path goes on after scattering here.
+float bd_path_survival(const struct bd_path *path, const struct bd_vertex *vertex);
+
+// Where the integrand has Lambertian senders: makes one of a surface that is not the first.
+void bd_path_make_sender(const struct bd_path *path, struct bd_surface *surface);
+
+// Adds throughput x value as light that was scattered `events` times.
+void bd_path_add(struct bd_path *path, uint32_t events, const float value[3]);
+
+// Light of lamps, scattered here (next_event.c). `sender_density`: density per area with which the
+// path found this vertex by scattering, 0 if only so could it be found.
+void bd_path_add_lamps(struct bd_path *path, const struct bd_vertex *vertex, float found_density);
+// Light of emissive triangles and the sky, scattered here.
+void bd_path_add_areas(struct bd_path *path, const struct bd_vertex *vertex);
+// The weights of the same light where scattering finds it.
+float bd_path_emitter_weight(const struct bd_path *path, const struct bd_meeting *at,
+                             const float direction[3]);
+float bd_path_sky_weight(const struct bd_path *path, const float direction[3]);
+
+// Light that went lamp -> light vertex -> here (light_vertex.c).
+void bd_path_add_light_vertex(struct bd_path *path, const struct bd_vertex *vertex);
+// Whether light vertices are used for paths that are scattered `events` times.
+bool bd_path_has_light_vertices(const struct bd_path *path, uint32_t events);
+
+#endif

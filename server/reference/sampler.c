@@ -1,0 +1,56 @@
+#include "reference/sampler.h"
+
+static uint32_t reversed(uint32_t x)
+{
+    x = __builtin_bswap32(x);
+    x = (x & 0x0f0f0f0fu) << 4 | (x & 0xf0f0f0f0u) >> 4;
+    x = (x & 0x33333333u) << 2 | (x & 0xccccccccu) >> 2;
+    return (x & 0x55555555u) << 1 | (x & 0xaaaaaaaau) >> 1;
+}
+
+// Owen scrambling of a number whose bits are turned round: each bit is flipped by a hash of the
+// lower ones.
+static uint32_t scrambled(uint32_t x, uint32_t seed)
+{
+    x ^= x * 0x3d20adeau;
+    x += seed;
+    x *= (seed >> 16) | 1;
+    x ^= x * 0x05526c56u;
+    x ^= x * 0x53a22864u;
+    return x;
+}
+
+// Sobol's second dimension, bits turned round. Its k-th direction number is the polynomial
+// (1 + x)^k over the field of two elements, so the whole is a substitution of x + 1 for x, by
+// halves.
+static uint32_t second_dimension(uint32_t i)
+{
+    i ^= i >> 16;
+    i ^= (i & 0xff00ff00u) >> 8;
+    i ^= (i & 0xf0f0f0f0u) >> 4;
+    i ^= (i & 0xccccccccu) >> 2;
+    return i ^ (i & 0xaaaaaaaau) >> 1;
+}
+
+static uint32_t mix32(uint32_t x)
+{
+    x = (x ^ x >> 16) * 0x7feb352du;
+    x = (x ^ x >> 15) * 0x846ca68bu;
+    return x ^ x >> 16;
+}
+
+struct bd_sampler bd_sampler_at(uint64_t seed, uint32_t x, uint32_t y, uint32_t half,
+                                uint32_t index)
+{
+    uint64_t pixel = bd_mix64((uint64_t)y << 32 | x);
+    uint64_t key = bd_mix64(bd_mix64(seed ^ pixel) + half);
+    return (struct bd_sampler){(uint32_t)(key >> 32), reversed(index), index};
+}
+
+void bd_sampler_pair_bits(const struct bd_sampler *sampler, uint32_t pair, uint32_t out[2])
+{
+    uint32_t key = mix32(sampler->key ^ mix32(pair + 0x68bc21ebu));
+    uint32_t index = reversed(scrambled(sampler->reversed_index, key));
+    out[0] = reversed(scrambled(index, mix32(key + 0x2545f491u)));
+    out[1] = reversed(scrambled(second_dimension(index), mix32(key + 0x9e3779b9u)));
+}
