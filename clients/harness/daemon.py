@@ -149,19 +149,42 @@ class Daemon:
         words = ["bounce", "render", str(scene), "-o", str(output), "--technique", technique,
                  "--size", f"{size[0]}x{size[1]}", "--layers", ",".join(layers),
                  "--seed", str(seed), "--aa", str(aa)]
+        if output is None:
+            del words[3:5]
         for key, value in (settings or {}).items():
             words += ["--set", f"{key}={value}"]
         if camera is not None:
             words += ["--camera", str(camera)]
         return [*words, *map(str, extra)]
 
-    def render(self, scene, technique, settings=None, size=(64, 64), camera=None,
-               layers=("beauty", "direct", "indirect", "emission"), seed=0, aa=1, extra=(),
-               timeout_s=None):
-        """One frame. Raises RenderError and its kin; whatever is raised names the command."""
-        if self._process.poll() is not None:  # it died between two frames
+    def hold(self, scene):
+        """Gives the daemon a scene: its answer. "scene:" and the id render it without an import."""
+        self._revive()
+        words = ["scene", "add", str(scene), "--json", "--quiet"]
+        shown = shlex.join(["bounce", *words])
+        return json.loads(self._run([self.bounce, *words, "--server", self.url], shown,
+                                    self.timeout_s))
+
+    def report(self, scene, technique, settings=None, size=(64, 64), camera=None,
+               layers=("beauty",), seed=0, aa=1, extra=(), timeout_s=None):
+        """What a frame cost: it is rendered and read back, but not encoded."""
+        self._revive()
+        words = self.command(scene, technique, settings, size, camera, layers, seed, aa,
+                             (*extra, "--json"), None)
+        asked = [self.bounce, *words[1:], "--quiet", "--server", self.url]
+        return json.loads(self._run(asked, shlex.join(words), timeout_s or self.timeout_s))
+
+    def _revive(self):
+        """A new daemon if the old one died between two frames."""
+        if self._process.poll() is not None:
             self.deaths += 1
             self.restart()
+
+    def render(self, scene, technique, settings=None, size=(64, 64), camera=None,
+               layers=("beauty", "direct", "indirect", "emission"), seed=0, aa=1, extra=(),
+               timeout_s=None, keep=None):
+        """One frame; its file also goes to `keep`. Whatever is raised names the command."""
+        self._revive()
         self._serial += 1
         output = self.folder / f"frame{self._serial}.exr"
         report = output.with_suffix(".json")
@@ -173,12 +196,15 @@ class Daemon:
         try:
             self._run(words, shown, timeout_s or self.timeout_s)
             planes, strings = exr.read(output.read_bytes())
+            if keep:
+                shutil.copyfile(output, keep)
             return Frame(planes, json.loads(report.read_text()), strings, shown)
         finally:
             output.unlink(missing_ok=True)
             report.unlink(missing_ok=True)
 
     def _run(self, words, shown, timeout_s):
+        """Standard output of a bounce that ended well."""
         try:
             result = subprocess.run(words, env=self.env, capture_output=True, timeout=timeout_s,
                                     check=False)
@@ -186,7 +212,7 @@ class Daemon:
             self.restart()
             raise RenderTimeout(f"no picture within {timeout_s} s", shown) from None
         if result.returncode == 0:
-            return
+            return result.stdout
         self._await_death()
         if self._process.poll() is not None:
             self.deaths += 1
