@@ -1,6 +1,6 @@
 """python3 -m harness COMMAND [OPTIONS]
 
-    stability    techniques x hazards
+    stability    techniques x hazards; with --relations or --oracles first, those:
     relations    techniques x metamorphic relations x scenes
     oracles      techniques x closed forms
     bench        error against run time
@@ -23,6 +23,8 @@ def _ended(*_):
 
 
 def main(words):
+    if words[:1] == ["stability"] and words[1:2] in (["--relations"], ["--oracles"]):
+        words = [words[1][2:], *words[2:]]
     if not words or words[0] not in COMMANDS:
         wants_help = words[:1] in (["-h"], ["--help"])
         print(__doc__, file=sys.stdout if wants_help else sys.stderr, end="")
