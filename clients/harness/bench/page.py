@@ -1,4 +1,5 @@
 """bench.html: one page that needs nothing beside it, no network and no script."""
+import re
 from html import escape
 
 from .store import settings_text
@@ -25,14 +26,14 @@ th,td{text-align:right;padding:.3rem .6rem;border-bottom:1px solid #dde;vertical
 th:first-child,td:first-child{text-align:left;position:sticky;left:0;background:#fff}
 thead th{border-bottom:2px solid #99a;font-weight:600;white-space:nowrap}
 td{white-space:nowrap}
-.no{color:#889;font-size:.84rem;white-space:normal;min-width:6rem}
+.no{color:#778;font-size:.84rem;white-space:normal;min-width:5.6rem}
 .best{font-weight:700;color:#00558a}
 .pictures{display:grid;grid-template-columns:repeat(auto-fill,minmax(9.5rem,1fr));gap:.8rem;
 margin:.6rem 0}
 figure{margin:0}
 figure img{width:100%;height:auto;display:block;border-radius:.25rem;background:#eee}
 figcaption{font-size:.82rem;line-height:1.3;margin-top:.25rem}
-.wide{grid-column:span 2}
+.wide{grid-template-columns:repeat(auto-fill,minmax(14rem,1fr))}
 details{margin:.8rem 0}
 summary{cursor:pointer;color:#00558a;font-weight:600}
 code{font-family:ui-monospace,"DejaVu Sans Mono",monospace;font-size:.86em;overflow-wrap:anywhere}
@@ -67,8 +68,14 @@ def _table(head, rows):
             "</table></div>")
 
 
+def _said(text):
+    """Escaped, and no line ends between a number and its unit."""
+    return re.sub(r"(\d) (%|ms|s)\b|(\d) (%)", lambda m: f"{m[1] or m[3]}&nbsp;{m[2] or m[4]}",
+                  escape(text))
+
+
 def _cell(text, kind=""):
-    return f'<td class="{kind}">{escape(text)}</td>' if kind else f"<td>{escape(text)}</td>"
+    return f'<td class="{kind}">{_said(text)}</td>' if kind else f"<td>{_said(text)}</td>"
 
 
 def _equal_error_table(result, scene, against, layer):
@@ -120,16 +127,20 @@ def _error_text(error):
     return f"{percent(error['value'])} ({percent(error['low'])} – {percent(error['high'])})"
 
 
-def _figure(uri, alt, caption, kind=""):
-    return (f'<figure class="{kind}"><img src="{uri}" alt="{escape(alt)}" loading="lazy">'
+def _figure(uri, alt, caption):
+    return (f'<figure><img src="{uri}" alt="{escape(alt)}" loading="lazy">'
             f"<figcaption>{caption}</figcaption></figure>")
 
 
 def _pictures(scene, pictures):
-    """`pictures`: (uri, alt, first line, second line, kind) each."""
-    figures = [_figure(uri, f"{scene}: {alt}", f"<b>{escape(first)}</b><br>{escape(second)}", kind)
-               for uri, alt, first, second, kind in pictures]
-    return f'<div class="pictures">{"".join(figures)}</div>' if figures else ""
+    """`pictures`: (uri, alt, first line, second line, "" or "wide") each; wide ones come after."""
+    grids = []
+    for kind in ("", "wide"):
+        figures = [_figure(uri, f"{scene}: {alt}", f"<b>{escape(first)}</b><br>{_said(second)}")
+                   for uri, alt, first, second, k in pictures if k == kind]
+        if figures:
+            grids.append(f'<div class="pictures {kind}">{"".join(figures)}</div>')
+    return "".join(grids)
 
 
 def _more(title, *parts):
@@ -197,7 +208,7 @@ def page(result, sections):
     """The whole page; `sections` are those of the scenes, in order."""
     answers = "".join(
         f'<div class="advice"><b><a href="#{anchor(result, s["name"])}">{escape(s["name"])}</a></b>'
-        f'{escape(advice(result, s["name"]))}</div>' for s in result["scenes"])
+        f'{_said(advice(result, s["name"]))}</div>' for s in result["scenes"])
     return "\n".join([
         '<!doctype html><html lang="en"><head><meta charset="utf-8">',
         '<meta name="viewport" content="width=device-width,initial-scale=1">',

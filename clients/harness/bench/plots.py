@@ -10,6 +10,7 @@ from .summary import HEADLINE_ERROR, curve, duration, floor_of, front_rows, perc
 COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 MARKERS = "osD^vPX"
 GREY, LIGHT = "#667", "#dde"
+CLOSE = 1.25  # lines whose names would touch: the ratio of two floors
 
 
 class NoMatplotlib(Exception):
@@ -27,6 +28,7 @@ def load():
                            f"bench.json are complete ({fault})") from None
     pyplot.rcParams.update({
         "svg.fonttype": "none", "svg.hashsalt": "bounced", "font.family": "sans-serif", "font.size": 11,
+        "xtick.labelsize": 10, "ytick.labelsize": 10,
         "axes.spines.top": False, "axes.spines.right": False, "axes.edgecolor": GREY,
         "xtick.color": GREY, "ytick.color": GREY, "axes.labelcolor": "#334", "grid.color": LIGHT,
         "legend.frameon": False, "path.simplify": True})
@@ -101,15 +103,21 @@ def _draw_curve(axes, result, scene, technique, against, layer):
                       ha="left" if first else "right", va="bottom" if first else "top", zorder=4)
 
 
-def _draw_floor(axes, result, scene, technique, against, layer):
-    floor = floor_of(result, scene, technique, against, layer)
-    if not floor:
-        return
-    color, _ = style_of(result, technique)
-    axes.axhline(floor, color=color, lw=1, ls=(0, (5, 4)), alpha=0.8, zorder=1)
-    axes.annotate(f"{technique}: model’s floor {percent(floor)}", (0.995, floor),
-                  xycoords=("axes fraction", "data"), ha="right", va="bottom", fontsize=8,
-                  color=color, xytext=(0, 1), textcoords="offset points")
+def _draw_floors(axes, result, scene, against, layer):
+    """Dashed lines from the highest down; names go below a line where one is close above."""
+    floors = {t: floor_of(result, scene, t, against, layer) for t in techniques_of(result, scene)}
+    above = math.inf
+    for technique, floor in sorted(floors.items(), key=lambda item: -(item[1] or 0)):
+        if not floor:
+            continue
+        color, _ = style_of(result, technique)
+        below = floor > above / CLOSE
+        axes.axhline(floor, color=color, lw=1, ls=(0, (5, 4)), alpha=0.8, zorder=1)
+        axes.annotate(f"{technique}: floor {percent(floor)}", (0.995, floor),
+                      xycoords=("axes fraction", "data"), ha="right",
+                      va="top" if below else "bottom", fontsize=8, color=color,
+                      xytext=(0, -2 if below else 1), textcoords="offset points")
+        above = floor
 
 
 def error_against_time(pyplot, result, scene, against, layer, salt):
@@ -120,7 +128,7 @@ def error_against_time(pyplot, result, scene, against, layer, salt):
     axes.set_yscale("log")
     for technique in techniques_of(result, scene):
         _draw_curve(axes, result, scene, technique, against, layer)
-        _draw_floor(axes, result, scene, technique, against, layer)
+    _draw_floors(axes, result, scene, against, layer)
     axes.set_ylim(*axes.get_ylim())
     axes.axhspan(0, HEADLINE_ERROR, color="#0072B2", alpha=0.06, lw=0, zorder=0)
     axes.grid(True, which="major", lw=0.7)
@@ -131,7 +139,7 @@ def error_against_time(pyplot, result, scene, against, layer, salt):
     _percents(axes.yaxis)
     axes.set_xlabel("time of a new frame, median and quartiles")
     axes.set_ylabel(f"relative RMSE of {layer}")
-    axes.legend(loc="lower left", fontsize=10, borderaxespad=0.2)
+    axes.legend(loc="lower left", bbox_to_anchor=(0, 1.0), ncol=4, fontsize=10, borderaxespad=0.2)
     truth = "the whole rendering equation" if against == "full" else "each technique’s own model"
     return svg(pyplot, figure, salt, f"{scene}: error of {layer} against {truth} over time")
 
