@@ -202,6 +202,22 @@ static void attach(struct bd_geometry *g, uint32_t index)
     rtcReleaseGeometry(triangles);
 }
 
+// From any of Embree's threads, before it allocates and after it frees.
+static bool count_memory(void *user, ssize_t bytes, bool after)
+{
+    (void)after;
+    __atomic_fetch_add((int64_t *)user, bytes, __ATOMIC_RELAXED);
+    return true;
+}
+
+uint64_t bd_geometry_memory_bytes(const struct bd_geometry *geometry)
+{
+    int64_t embree_bytes = __atomic_load_n(&geometry->embree_bytes, __ATOMIC_RELAXED);
+    return (uint64_t)(embree_bytes > 0 ? embree_bytes : 0) +
+           geometry->part_count * sizeof *geometry->parts +
+           geometry->vertex_count * 3 * sizeof *geometry->positions;
+}
+
 static enum bd_err build(struct bd_geometry *g, uint32_t thread_count, struct bd_fault *fault)
 {
     char config[32];
@@ -210,6 +226,7 @@ static enum bd_err build(struct bd_geometry *g, uint32_t thread_count, struct bd
     if (!g->device)
         return bd_fault_set(fault, BD_ERR_UNSUPPORTED, "reference", "Embree does not start: %d",
                             (int)rtcGetDeviceError(NULL));
+    rtcSetDeviceMemoryMonitorFunction(g->device, count_memory, &g->embree_bytes);
     g->embree = rtcNewScene(g->device);
     // Robust: no ray slips between two triangles that share an edge.
     rtcSetSceneFlags(g->embree,
@@ -231,6 +248,7 @@ enum bd_err bd_geometry_init(struct bd_geometry *geometry, const struct bd_scene
     *geometry = (struct bd_geometry){.scene = scene};
     set_space(geometry);
     size_t part_count = count_parts(scene, &vertex_count);
+    geometry->vertex_count = vertex_count;
     geometry->parts = calloc(part_count + 1, sizeof *geometry->parts);
     // Embree reads 16 bytes at the last vertex.
     geometry->positions = malloc((3 * vertex_count + 1) * sizeof *geometry->positions);

@@ -40,12 +40,16 @@ struct bd_geometry {
     struct bd_part *parts;
     uint32_t part_count;
     float *positions; // of all parts
+    uint64_t vertex_count;
+    int64_t embree_bytes; // atomic: what Embree holds
 };
 
 BD_MUST_CHECK
 enum bd_err bd_geometry_init(struct bd_geometry *geometry, const struct bd_scene *scene,
                              uint32_t thread_count, struct bd_fault *fault);
 void bd_geometry_finish(struct bd_geometry *geometry);
+
+uint64_t bd_geometry_memory_bytes(const struct bd_geometry *geometry);
 
 // Reference space from the world.
 bd_dvec3 bd_geometry_place(const struct bd_geometry *geometry, bd_dvec3 world);

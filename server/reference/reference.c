@@ -105,6 +105,17 @@ void bd_reference_destroy(struct bd_reference **reference)
     *reference = NULL;
 }
 
+uint64_t bd_reference_memory_bytes(const struct bd_reference *reference)
+{
+    const struct bd_emitters *e = &reference->emitters;
+    const struct bd_sky_map *map = reference->sky.columns ? reference->scene->environment.map : NULL;
+    uint64_t sky_texels = map ? (uint64_t)map->width_px * map->height_px : 0;
+    uint64_t emitter_bytes =
+        sizeof *e->part + sizeof *e->triangle + sizeof *e->cumulated + sizeof *e->density;
+    return sizeof *reference + bd_geometry_memory_bytes(&reference->geometry) +
+           e->count * emitter_bytes + sky_texels * sizeof *reference->sky.columns;
+}
+
 // --- sums ---------------------------------------------------------------------------------------
 
 static bool is_usable(const struct bd_path *path)

@@ -76,6 +76,9 @@ enum bd_err bd_reference_create(struct bd_scene *scene, uint32_t thread_count,
 // Destroys and nulls; takes NULL.
 void bd_reference_destroy(struct bd_reference **reference);
 
+// What it takes of the host's memory beside the scene, as Embree counts its own.
+uint64_t bd_reference_memory_bytes(const struct bd_reference *reference);
+
 // What a picture is of. `camera` is an index into the scene's placed_cameras.
 struct bd_reference_view {
     uint32_t width_px, height_px;

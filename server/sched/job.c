@@ -11,6 +11,7 @@ struct bd_job *bd_job_create(const struct bd_job_request *request)
     BD_ASSERT(job);
     atomic_init(&job->reference_count, 2);
     atomic_init(&job->cancelled, false);
+    atomic_init(&job->progress_ppm, 0);
     job->request = *request;
     bd_scene_retain(job->request.scene);
     uint32_t deadline_ms = request->frame.deadline_ms;
@@ -38,6 +39,21 @@ enum bd_err bd_job_should_stop(void *user)
     return BD_ERR_OK;
 }
 
+void bd_job_describe_failure(struct bd_job *job)
+{
+    struct bd_fault *fault = &job->result.fault;
+    enum bd_err err = job->result.err;
+    if (err == BD_ERR_CANCELLED)
+        (void)bd_fault_set(fault, err, "", "cancelled");
+    else if (err == BD_ERR_DEADLINE)
+        (void)bd_fault_set(fault, err, "deadline_ms", "the deadline of %u ms passed",
+                           job->request.frame.deadline_ms);
+    else if (err == BD_ERR_DEVICE_LOST)
+        (void)bd_fault_set(fault, err, "", "the device was lost twice; the job is given up");
+    else if (fault->err != err)
+        (void)bd_fault_set(fault, err, "", "%s", bd_err_name(err));
+}
+
 void bd_job_end(struct bd_job *job)
 {
     pthread_mutex_lock(&job->lock);
@@ -51,6 +67,11 @@ void bd_job_end(struct bd_job *job)
 void bd_job_cancel(struct bd_job *job)
 {
     atomic_store(&job->cancelled, true);
+}
+
+double bd_job_progress(const struct bd_job *job)
+{
+    return 1e-6 * atomic_load(&job->progress_ppm);
 }
 
 void bd_job_wait(struct bd_job *job)

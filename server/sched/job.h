@@ -13,7 +13,8 @@ struct bd_job {
     atomic_uint reference_count;
     atomic_bool cancelled;
     struct bd_job_request request;
-    uint64_t deadline_ns; // 0 = none
+    uint64_t deadline_ns;      // 0 = none
+    atomic_uint progress_ppm;  // share of the work that is done, in millionths
     struct bd_job_result result;
     pthread_mutex_t lock; // of `ended`
     pthread_cond_t ended_changed;
@@ -25,6 +26,9 @@ void bd_job_drop(struct bd_job *job);
 
 // BD_ERR_OK, BD_ERR_CANCELLED or BD_ERR_DEADLINE; `user` is the job. For the slicer.
 enum bd_err bd_job_should_stop(void *user);
+
+// Fills the fault of a cancel, of a deadline, and of an error that nobody described.
+void bd_job_describe_failure(struct bd_job *job);
 
 // Publishes the result: wakes waiters, calls `done`, drops the scheduler's reference.
 void bd_job_end(struct bd_job *job);

@@ -21,5 +21,7 @@ void bd_job_queue_finish(struct bd_job_queue *queue);
 bool bd_job_queue_push(struct bd_job_queue *queue, struct bd_job *job);
 // NULL if the queue is empty.
 struct bd_job *bd_job_queue_pop(struct bd_job_queue *queue);
+// Ends every job in it: the daemon is stopping.
+void bd_job_queue_fail_all(struct bd_job_queue *queue);
 
 #endif

@@ -11,6 +11,7 @@
 #include "frame/frame.h"
 #include "sched/job.h"
 #include "sched/queue.h"
+#include "sched/reference_jobs.h"
 
 #define GPU_MEMORY_UNKNOWN_MIB 2048
 // Share of the memory limit that may hold outputs for frames to come; and no more than so much of a
@@ -23,6 +24,8 @@ struct bd_sched {
     char device[64];
     char cache_directory[4096];
     pthread_t thread;
+    struct bd_reference_runner *reference_runner;
+    struct bd_reference_jobs *reference_jobs;
 
     pthread_mutex_t lock; // of everything below
     pthread_cond_t work_changed;
@@ -116,20 +119,6 @@ static enum bd_err render(struct bd_sched *sched, struct bd_job *job)
                            &job->result.fault);
 }
 
-static void describe_failure(struct bd_job *job, enum bd_err err)
-{
-    struct bd_fault *fault = &job->result.fault;
-    if (err == BD_ERR_CANCELLED)
-        (void)bd_fault_set(fault, err, "", "cancelled");
-    else if (err == BD_ERR_DEADLINE)
-        (void)bd_fault_set(fault, err, "deadline_ms", "the deadline of %u ms passed",
-                           job->request.frame.deadline_ms);
-    else if (err == BD_ERR_DEVICE_LOST)
-        (void)bd_fault_set(fault, err, "", "the device was lost twice; the job is given up");
-    else if (fault->err != err)
-        (void)bd_fault_set(fault, err, "", "%s", bd_err_name(err));
-}
-
 static void run_job(struct bd_sched *sched, struct bd_job *job)
 {
     enum bd_err err = BD_ERR_OK;
@@ -141,7 +130,7 @@ static void run_job(struct bd_sched *sched, struct bd_job *job)
         if (!err) break;
     }
     job->result.err = err;
-    if (err) describe_failure(job, err);
+    if (err) bd_job_describe_failure(job);
 }
 
 // Not left to the next job: a daemon without a device says that it is not ready, and gets none.
@@ -152,9 +141,8 @@ static void mend_device(struct bd_sched *sched)
         bd_log(BD_LOG_ERROR, "sched", "no device any more: %s", fault.message);
 }
 
-static void account(struct bd_sched *sched, const struct bd_job *job)
+static void account_job(struct bd_sched_stats *stats, const struct bd_job *job)
 {
-    struct bd_sched_stats *stats = &sched->stats;
     switch (job->result.err) {
     case BD_ERR_OK:
         stats->jobs_done++;
@@ -167,12 +155,25 @@ static void account(struct bd_sched *sched, const struct bd_job *job)
         break;
     }
     stats->render_seconds += job->result.report.time_ms.total / 1000;
+}
+
+static void account_memory(struct bd_sched *sched, const struct bd_job *job)
+{
+    struct bd_sched_stats *stats = &sched->stats;
     if (!sched->gpu) return;
     struct bd_gpu_memory memory;
     bd_gpu_memory(sched->gpu, &memory);
     stats->gpu_memory_mib = (double)memory.used_bytes / (1 << 20);
     if (job->result.report.memory_gpu_peak_mib > stats->gpu_memory_peak_mib)
         stats->gpu_memory_peak_mib = job->result.report.memory_gpu_peak_mib;
+}
+
+static void account_traced(void *user, const struct bd_job *job)
+{
+    struct bd_sched *sched = user;
+    pthread_mutex_lock(&sched->lock);
+    account_job(&sched->stats, job);
+    pthread_mutex_unlock(&sched->lock);
 }
 
 // --- the render thread ----------------------------------------------------------------------
@@ -192,19 +193,10 @@ static void finish_job(struct bd_sched *sched, struct bd_job *job)
 {
     pthread_mutex_lock(&sched->lock);
     sched->running = NULL;
-    account(sched, job);
+    account_job(&sched->stats, job);
+    account_memory(sched, job);
     pthread_mutex_unlock(&sched->lock);
     bd_job_end(job);
-}
-
-static void fail_waiting_jobs(struct bd_sched *sched)
-{
-    struct bd_job *job;
-    while ((job = bd_job_queue_pop(&sched->queue)) != NULL) {
-        job->result.err = BD_ERR_CANCELLED;
-        (void)bd_fault_set(&job->result.fault, BD_ERR_CANCELLED, "", "the daemon is stopping");
-        bd_job_end(job);
-    }
 }
 
 static void *render_thread(void *user)
@@ -232,6 +224,8 @@ static void *render_thread(void *user)
 
 static void free_sched(struct bd_sched *sched)
 {
+    bd_reference_jobs_destroy(&sched->reference_jobs);
+    bd_reference_runner_destroy(&sched->reference_runner);
     bd_job_queue_finish(&sched->queue);
     pthread_mutex_destroy(&sched->lock);
     pthread_cond_destroy(&sched->work_changed);
@@ -258,6 +252,9 @@ enum bd_err bd_sched_create(const struct bd_sched_options *options, struct bd_sc
     bd_job_queue_init(&sched->queue, options->queue_length_max);
     BD_ASSERT(pthread_mutex_init(&sched->lock, NULL) == 0);
     BD_ASSERT(pthread_cond_init(&sched->work_changed, NULL) == 0);
+    sched->reference_runner = bd_reference_runner_create(options->reference_threads);
+    sched->reference_jobs = bd_reference_jobs_create(
+        options->queue_length_max, sched->reference_runner, account_traced, sched);
     BD_ASSERT(pthread_create(&sched->thread, NULL, render_thread, sched) == 0);
     wait_until_started(sched);
     if (sched->start_err) {
@@ -282,8 +279,17 @@ void bd_sched_destroy(struct bd_sched **sched)
     pthread_cond_broadcast(&s->work_changed);
     pthread_mutex_unlock(&s->lock);
     pthread_join(s->thread, NULL);
-    fail_waiting_jobs(s);
+    bd_job_queue_fail_all(&s->queue);
     free_sched(s);
+}
+
+static bool push(struct bd_sched *sched, struct bd_job *job)
+{
+    pthread_mutex_lock(&sched->lock);
+    bool queued = !sched->stopping && bd_job_queue_push(&sched->queue, job);
+    pthread_cond_signal(&sched->work_changed);
+    pthread_mutex_unlock(&sched->lock);
+    return queued;
 }
 
 enum bd_err bd_sched_submit(struct bd_sched *sched, const struct bd_job_request *request,
@@ -292,10 +298,9 @@ enum bd_err bd_sched_submit(struct bd_sched *sched, const struct bd_job_request 
     enum bd_err err = bd_frame_request_check(&request->frame, &sched->options.frame_limits, fault);
     if (err) return err;
     struct bd_job *job = bd_job_create(request);
-    pthread_mutex_lock(&sched->lock);
-    bool queued = !sched->stopping && bd_job_queue_push(&sched->queue, job);
-    pthread_cond_signal(&sched->work_changed);
-    pthread_mutex_unlock(&sched->lock);
+    bool queued = bd_frame_request_is_traced(&request->frame)
+                      ? bd_reference_jobs_push(sched->reference_jobs, job)
+                      : push(sched, job);
     if (!queued) {
         bd_job_drop(job);
         bd_job_drop(job);
@@ -313,4 +318,11 @@ void bd_sched_stats(struct bd_sched *sched, struct bd_sched_stats *out)
     out->jobs_waiting = sched->queue.count;
     out->jobs_running = sched->running != NULL;
     pthread_mutex_unlock(&sched->lock);
+    uint32_t waiting, running;
+    bd_reference_jobs_count(sched->reference_jobs, &waiting, &running);
+    out->jobs_waiting += waiting;
+    out->jobs_running += running;
+    struct bd_reference_runner_stats reference;
+    bd_reference_runner_stats(sched->reference_runner, &reference);
+    out->reference_memory_mib = (double)reference.memory_bytes / (1 << 20);
 }

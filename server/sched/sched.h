@@ -1,6 +1,7 @@
 // The scheduler: jobs in, frames out. Owns the render thread, which owns the GL context.
 //
-// A job is a snapshot and a request. Jobs wait in one bounded queue, higher priority first, then
+// A job is a snapshot and a request. Jobs of technique reference, which the processor traces, have
+// a queue and threads of their own (sched/reference_runner.h). The others wait in one bounded queue, higher priority first, then
 // in order of submission. Cancel and deadlines are checked between slices of about 20 ms. When
 // the device is lost, or an error sticks to it, the context is rebuilt and the job tried once more.
 //
@@ -25,7 +26,8 @@ struct bd_sched_options {
     const char *device;          // "auto", "software", "egl:N", "uuid:HEX", "pci:ID"
     const char *data_directory;  // the drivers' shader caches live in it; NULL = none
     uint32_t gpu_memory_mib;     // 0 = three quarters of what the device says, 2048 if it does not
-    uint32_t queue_length_max;   // jobs waiting; beyond: BD_ERR_BUSY
+    uint32_t queue_length_max;   // jobs waiting in each queue; beyond: BD_ERR_BUSY
+    uint32_t reference_threads;  // 0 = as many as the machine runs at once
     struct bd_frame_limits frame_limits;
     uint32_t lose_device_after_slices; // test hook: inject one device loss; 0 = never
 };
@@ -41,8 +43,8 @@ struct bd_job_request {
     struct bd_scene *scene;        // the job takes its own reference
     struct bd_frame_request frame; // checked by bd_sched_submit
     int priority;                  // higher first; 0 = batch, 10 = interactive
-    // Called once, on the render thread, when the job ended: only enqueue, then return. NULL is
-    // fine for who waits.
+    // Called once, on the thread that ran the job, when it ended: only enqueue, then return. NULL
+    // is fine for who waits.
     void (*done)(void *user, struct bd_job *job);
     void *user;
 };
@@ -54,6 +56,8 @@ enum bd_err bd_sched_submit(struct bd_sched *sched, const struct bd_job_request 
 
 // Asks a job to stop; it still ends by `done`, with BD_ERR_CANCELLED. Harmless when it has ended.
 void bd_job_cancel(struct bd_job *job);
+// Share of its work that is done, 0 to 1; stays 0 for what ends in a moment.
+double bd_job_progress(const struct bd_job *job);
 // Blocks until the job has ended.
 void bd_job_wait(struct bd_job *job);
 void bd_job_release(struct bd_job **job);
@@ -77,6 +81,7 @@ struct bd_sched_stats {
     uint32_t jobs_waiting, jobs_running;
     double gpu_memory_mib, gpu_memory_peak_mib, gpu_memory_limit_mib;
     double render_seconds; // total, of finished jobs
+    double reference_memory_mib; // snapshots prepared for tracing
 };
 void bd_sched_stats(struct bd_sched *sched, struct bd_sched_stats *out);
 

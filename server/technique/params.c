@@ -119,10 +119,10 @@ static enum bd_err read_number(const struct param_row *row, const char *value,
     bool whole = row->type == PARAM_REAL || fmod(number, step) == 0;
     bool unlimited = row->unlimited_ok && strcmp(value, UNLIMITED) == 0;
     bool in_range = number >= row->minimum && number <= row->maximum && whole;
-    const char *kind = row->type == PARAM_REAL ? "" : row->step == 2 ? "even " : "whole ";
+    const char *kind = row->type == PARAM_REAL ? "a" : row->step == 2 ? "an even" : "a whole";
     if (end == value || *end || (!in_range && !unlimited))
         return bd_fault_set(fault, BD_ERR_USAGE, row->key,
-                            "%s=%s: must be a %snumber from %g to %.9g%s", row->key, value, kind,
+                            "%s=%s: must be %s number from %g to %.9g%s", row->key, value, kind,
                             row->minimum, row->maximum, row->unlimited_ok ? ", or " UNLIMITED : "");
     store(row, number, out);
     return BD_ERR_OK;

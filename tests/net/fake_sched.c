@@ -223,6 +223,12 @@ void bd_job_cancel(struct bd_job *job)
     pthread_mutex_unlock(&job->sched->lock);
 }
 
+double bd_job_progress(const struct bd_job *job)
+{
+    double share = job->sched->frame_ms > 0 ? bd_ms_since(job->submit_ns) / job->sched->frame_ms : 0;
+    return share < 1 ? share : 1;
+}
+
 void bd_job_wait(struct bd_job *job)
 {
     pthread_mutex_lock(&job->sched->lock);

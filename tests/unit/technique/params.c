@@ -108,6 +108,9 @@ static void a_models_limit_is_preset_and_can_be_moved(void **state)
     assert_int_equal(params.bounces, 3);
     assert_int_equal(params.lights, 7);
     assert_false(params.indirect_visibility);
+    params = good("model_of=reference");
+    assert_int_equal(params.bounces, UINT32_MAX);
+    assert_true(params.alpha_coverage && !params.senders_lambert);
 }
 
 static void clients_are_told_choices_and_defaults(void **state)
@@ -116,7 +119,7 @@ static void clients_are_told_choices_and_defaults(void **state)
     struct bd_param_info info;
     bd_param_describe(BD_PARAM_MODEL_OF, &info);
     assert_string_equal(info.standard, "none");
-    assert_true(info.choice_count >= 2);
+    assert_true(info.choice_count >= 3);
     assert_string_equal(info.choices[0], "direct");
     bd_param_describe(BD_PARAM_BOUNCES, &info);
     assert_string_equal(info.standard, "inf");

@@ -1,0 +1,63 @@
+// The machine's share for the reference: one pool of threads, the scenes that are prepared for
+// tracing, and whose turn it is.
+//
+// Whole references (sched/reference_jobs.h) and spot checks of rendered frames share it. Nothing is
+// started or allocated before the first loop: a daemon that traces nothing pays nothing.
+//
+// To trace: take the reference of a snapshot, run loops over whatever is to be traced, give it
+// back. A long loop is cut into turns of about 50 ms, so that several callers get on side by side;
+// waiting callers come in the order in which they came.
+//
+// Thread: any; every call but create and destroy may block, and asks `should_stop` while it does.
+
+#ifndef BD_SCHED_REFERENCE_RUNNER_H
+#define BD_SCHED_REFERENCE_RUNNER_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "base/err.h"
+#include "reference/reference.h"
+#include "scene/scene.h"
+
+struct bd_reference_runner;
+
+// `thread_count` 0 = as many as the machine runs at once.
+struct bd_reference_runner *bd_reference_runner_create(uint32_t thread_count);
+// Nobody may be inside. Takes NULL.
+void bd_reference_runner_destroy(struct bd_reference_runner **runner);
+
+// May be asked from any thread that is inside a call; what it answers, unless BD_ERR_OK, is what
+// the call returns. NULL: never stop.
+typedef enum bd_err (*bd_reference_should_stop)(void *user);
+
+// Prepares a snapshot for tracing, or finds it prepared (`*reused`): acceleration structures are
+// kept by the snapshot's content, the last used ones up to a count and an amount of memory. What
+// was begun is ended even if the caller stops: building cannot be cut short. Borrowed until given
+// back. BD_ERR_NO_MEMORY with what was too large.
+BD_MUST_CHECK
+enum bd_err bd_reference_runner_take(struct bd_reference_runner *runner, struct bd_scene *scene,
+                                     bd_reference_should_stop should_stop, void *user,
+                                     const struct bd_reference **out, bool *reused,
+                                     struct bd_fault *fault);
+// Nulls; takes NULL.
+void bd_reference_runner_give_back(struct bd_reference_runner *runner,
+                                   const struct bd_reference **reference);
+
+// Calls work(user, i) for 0 <= i < count, each i once, in no order, on the pool's threads and the
+// caller's. An item is to be shorter than 20 ms. `should_stop` gets the same user.
+BD_MUST_CHECK
+enum bd_err bd_reference_runner_loop(struct bd_reference_runner *runner, uint32_t count,
+                                     void (*work)(void *user, uint32_t i),
+                                     bd_reference_should_stop should_stop, void *user);
+
+struct bd_reference_runner_stats {
+    uint32_t thread_count;    // of the pool, 0 before its first loop
+    uint32_t reference_count; // prepared snapshots
+    uint64_t memory_bytes;    // of all of them
+    uint64_t built_count;     // since the start
+};
+void bd_reference_runner_stats(struct bd_reference_runner *runner,
+                               struct bd_reference_runner_stats *out);
+
+#endif

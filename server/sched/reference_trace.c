@@ -1,0 +1,222 @@
+#include "sched/reference_trace.h"
+
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/assert.h"
+#include "base/clock.h"
+#include "frame/plan.h"
+#include "sched/reference_picture.h"
+
+_Static_assert((int)BD_LIGHTS_PUNCTUAL == (int)BD_REFERENCE_PUNCTUAL, "one set of bits");
+_Static_assert((int)BD_LIGHTS_EMISSIVE == (int)BD_REFERENCE_EMISSIVE, "one set of bits");
+_Static_assert((int)BD_LIGHTS_ENVIRONMENT == (int)BD_REFERENCE_ENVIRONMENT, "one set of bits");
+_Static_assert(BD_MODEL_BOUNCES_UNLIMITED == BD_BOUNCES_UNLIMITED, "one word for unlimited");
+
+// Sums are kept for so many pixels at a time: 20 MB, whatever the size of the picture.
+#define BAND_PIXELS 65536u
+// An item is a run of pixels and a range of samples of each half: 128 paths, a few milliseconds.
+#define ITEM_PIXELS  8u
+#define ITEM_SAMPLES 8u
+
+struct tracing {
+    struct bd_job *job;
+    struct bd_plan plan;
+    struct bd_integrand integrand;
+    struct bd_reference_view view;
+    const struct bd_reference *reference;
+    uint32_t region[4];                       // x, y, width, height
+    struct bd_reference_pixel *band;          // sums of the band's pixels
+    uint64_t band_first;                      // index of its first pixel in the region
+    uint32_t band_count;
+    uint32_t first_sample, sample_count;      // of each half, in the current loop
+    _Atomic uint64_t done;                    // pixels x samples of a half
+    uint64_t total;
+};
+
+static struct bd_integrand integrand_of(const struct bd_params *params)
+{
+    return (struct bd_integrand){
+        .bounces_max = params->bounces,
+        .indirect_visibility = params->indirect_visibility,
+        .lights = params->lights,
+        .filter = params->filter ? BD_FILTER_BOX : BD_FILTER_POINT,
+        .alpha = params->alpha_coverage ? BD_ALPHA_AS_COVERAGE : BD_ALPHA_AS_MASK,
+        .clamp_per_m2 = params->clamp_per_m2,
+        .lambert = params->lambert,
+        .lambert_senders = params->senders_lambert,
+        .transmission = params->transmission,
+        .light_vertices = params->light_vertices,
+    };
+}
+
+static enum bd_err should_stop(void *user)
+{
+    struct tracing *tracing = user;
+    atomic_store(&tracing->job->progress_ppm,
+                 (uint32_t)(1e6 * (double)atomic_load(&tracing->done) / (double)tracing->total));
+    return bd_job_should_stop(tracing->job);
+}
+
+static void pixel_of(const struct tracing *tracing, uint32_t i, uint32_t *x_px, uint32_t *y_px)
+{
+    uint64_t index = tracing->band_first + i;
+    *x_px = tracing->region[0] + (uint32_t)(index % tracing->region[2]);
+    *y_px = tracing->region[1] + (uint32_t)(index / tracing->region[2]);
+}
+
+static void trace_item(void *user, uint32_t item)
+{
+    struct tracing *tracing = user;
+    uint32_t end = (item + 1) * ITEM_PIXELS;
+    if (end > tracing->band_count) end = tracing->band_count;
+    for (uint32_t i = item * ITEM_PIXELS; i < end; i++) {
+        uint32_t x_px, y_px;
+        pixel_of(tracing, i, &x_px, &y_px);
+        bd_reference_trace(tracing->reference, &tracing->integrand, &tracing->view,
+                           tracing->job->request.frame.seed, x_px, y_px, tracing->first_sample,
+                           tracing->sample_count, &tracing->band[i]);
+        atomic_fetch_add(&tracing->done, tracing->sample_count);
+    }
+}
+
+// Samples in ranges, one loop after the other, so that the sums of a pixel are added up in one
+// order whatever the threads do.
+static enum bd_err trace_band(struct bd_reference_runner *runner, struct tracing *tracing)
+{
+    const struct bd_params *params = &tracing->plan.params;
+    uint32_t items = (tracing->band_count + ITEM_PIXELS - 1) / ITEM_PIXELS;
+    enum bd_err err = BD_ERR_OK;
+    memset(tracing->band, 0, tracing->band_count * sizeof *tracing->band);
+    for (uint32_t done = 0; !err && done < params->spp / 2; done += tracing->sample_count) {
+        uint32_t left = params->spp / 2 - done;
+        tracing->first_sample = params->first_sample / 2 + done;
+        tracing->sample_count = left < ITEM_SAMPLES ? left : ITEM_SAMPLES;
+        err = bd_reference_runner_loop(runner, items, trace_item, should_stop, tracing);
+    }
+    return err;
+}
+
+static uint64_t store_band(const struct tracing *tracing)
+{
+    uint64_t nonfinite_count = 0;
+    for (uint32_t i = 0; i < tracing->band_count; i++) {
+        uint32_t x_px, y_px;
+        pixel_of(tracing, i, &x_px, &y_px);
+        bd_reference_picture_store(tracing->job->result.layers, x_px, y_px, &tracing->band[i]);
+        nonfinite_count += tracing->band[i].nonfinite_count;
+    }
+    return nonfinite_count;
+}
+
+static enum bd_err trace_bands(struct bd_reference_runner *runner, struct tracing *tracing)
+{
+    uint64_t pixels = (uint64_t)tracing->region[2] * tracing->region[3], nonfinite_count = 0;
+    uint32_t band_max = pixels < BAND_PIXELS ? (uint32_t)pixels : BAND_PIXELS;
+    struct bd_report *report = &tracing->job->result.report;
+    tracing->total = pixels * (tracing->plan.params.spp / 2);
+    tracing->band = malloc(band_max * sizeof *tracing->band);
+    BD_ASSERT(tracing->band);
+    enum bd_err err = BD_ERR_OK;
+    for (uint64_t first = 0; !err && first < pixels; first += tracing->band_count) {
+        tracing->band_first = first;
+        tracing->band_count = pixels - first < band_max ? (uint32_t)(pixels - first) : band_max;
+        err = trace_band(runner, tracing);
+        if (!err) nonfinite_count += store_band(tracing);
+    }
+    free(tracing->band);
+    if (nonfinite_count)
+        bd_report_flag(report, "nonfinite_samples: %llu left out",
+                       (unsigned long long)nonfinite_count);
+    return err;
+}
+
+static void set_pass(struct bd_report *report, const char *name, double ms,
+                     enum bd_pass_state state)
+{
+    for (uint32_t p = 0; p < report->pass_count; p++) {
+        if (strcmp(report->passes[p].name, name) != 0) continue;
+        report->passes[p].ms = ms;
+        report->passes[p].state = state;
+    }
+}
+
+static void describe_device(struct bd_report *report, uint32_t thread_count)
+{
+    if (thread_count > 0)
+        snprintf(report->device.name, sizeof report->device.name, "processor, %u thread%s",
+                 thread_count, thread_count == 1 ? "" : "s");
+    else
+        snprintf(report->device.name, sizeof report->device.name, "processor");
+    // Threads change no byte.
+    snprintf(report->device.device_class, sizeof report->device.device_class, "processor");
+    report->device.software = true;
+}
+
+static void choose_region(struct tracing *tracing)
+{
+    const struct bd_frame_request *frame = &tracing->job->request.frame;
+    memcpy(tracing->region, frame->region, sizeof tracing->region);
+    if (tracing->region[2]) return;
+    tracing->region[2] = frame->width_px;
+    tracing->region[3] = frame->height_px;
+}
+
+static enum bd_err trace(struct bd_reference_runner *runner, struct tracing *tracing)
+{
+    struct bd_job *job = tracing->job;
+    struct bd_job_result *result = &job->result;
+    uint64_t start_ns = bd_clock_ns();
+    bool reused;
+    enum bd_err err =
+        bd_reference_runner_take(runner, job->request.scene, bd_job_should_stop, job,
+                                 &tracing->reference, &reused, &result->fault);
+    if (err) return err;
+    double bvh_ms = bd_ms_since(start_ns);
+    set_pass(&result->report, "bvh", reused ? 0 : bvh_ms, reused ? BD_PASS_REUSED : BD_PASS_RAN);
+    result->report.time_ms.load = reused ? 0 : bvh_ms;
+    err = bd_reference_picture_create(job->request.frame.width_px, job->request.frame.height_px,
+                                      job->request.frame.layers, result->layers, &result->fault);
+    start_ns = bd_clock_ns();
+    if (!err) err = trace_bands(runner, tracing);
+    set_pass(&result->report, "trace", bd_ms_since(start_ns), BD_PASS_RAN);
+    bd_reference_runner_give_back(runner, &tracing->reference);
+    return err;
+}
+
+static void finish_report(struct bd_reference_runner *runner, struct bd_report *report)
+{
+    struct bd_reference_runner_stats stats;
+    bd_reference_runner_stats(runner, &stats);
+    describe_device(report, stats.thread_count);
+    report->memory_reference_mib = (double)stats.memory_bytes / (1 << 20);
+}
+
+enum bd_err bd_reference_trace_job(struct bd_reference_runner *runner, struct bd_job *job)
+{
+    uint64_t start_ns = bd_clock_ns();
+    struct bd_job_result *result = &job->result;
+    struct tracing tracing = {.job = job};
+    enum bd_err err = bd_job_should_stop(job);
+    if (!err)
+        err = bd_plan_make(job->request.scene, &job->request.frame, &tracing.plan, &result->report,
+                           &result->fault);
+    if (!err && !job->request.frame.plan_only) {
+        tracing.integrand = integrand_of(&tracing.plan.params);
+        tracing.view = (struct bd_reference_view){job->request.frame.width_px,
+                                                  job->request.frame.height_px,
+                                                  (uint32_t)tracing.plan.camera};
+        choose_region(&tracing);
+        err = trace(runner, &tracing);
+    }
+    if (!err && result->layers[BD_LAYER_BEAUTY])
+        bd_report_inspect(&result->report, result->layers[BD_LAYER_BEAUTY]);
+    for (uint32_t l = 0; err && l < BD_LAYER_COUNT; l++) bd_image_destroy(&result->layers[l]);
+    finish_report(runner, &result->report);
+    result->report.time_ms.total = bd_ms_since(start_ns);
+    if (err == BD_ERR_CANCELLED) result->report.stopped = BD_STOPPED_CANCELLED;
+    if (err == BD_ERR_DEADLINE) result->report.stopped = BD_STOPPED_DEADLINE;
+    return err;
+}
