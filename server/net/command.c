@@ -73,7 +73,16 @@ bool bd_command_stop_here(struct bd_command *command)
 void bd_command_progress(struct bd_command *command, const char *stage)
 {
     if (command->events->progress && !command->abandoned)
-        command->events->progress(command->user, stage);
+        command->events->progress(command->user, stage, -1);
+}
+
+void bd_command_tick(struct bd_net *net)
+{
+    for (struct bd_command *command = net->commands; command; command = command->next) {
+        if (!command->job || !command->events->progress || command->abandoned) continue;
+        double share = bd_job_progress(command->job);
+        if (share > 0 && share < 1) command->events->progress(command->user, "render", share);
+    }
 }
 
 // A waiting import has nothing under way that would come back: it ends here.
@@ -322,10 +331,10 @@ static void watched_answer(void *user, struct bd_answer *answer)
     watch->events->answer(watch->user, answer);
 }
 
-static void watched_progress(void *user, const char *stage)
+static void watched_progress(void *user, const char *stage, double share)
 {
     struct start_watch *watch = user;
-    if (watch->events->progress) watch->events->progress(watch->user, stage);
+    if (watch->events->progress) watch->events->progress(watch->user, stage, share);
 }
 
 struct bd_command *bd_command_start(const struct bd_command_start *start)

@@ -25,8 +25,9 @@ struct bd_command_events {
     // Once, last. What is in `answer` belongs to the callee. May come before bd_command_start
     // returns.
     void (*answer)(void *user, struct bd_answer *answer);
-    // A stage began: "import", "queue", "encode". NULL if nobody wants to know.
-    void (*progress)(void *user, const char *stage);
+    // A stage began: "import", "queue", "encode"; or, with a `share` from 0 to 1 (else -1), how far
+    // "render" is. NULL if nobody wants to know.
+    void (*progress)(void *user, const char *stage, double share);
 };
 
 // Content that came with the request instead of by blob: the body of POST /v1/render.
@@ -57,6 +58,9 @@ void bd_command_abandon(struct bd_command *command);
 
 // The one started before it, NULL at the end: to walk over net->commands.
 struct bd_command *bd_command_next(const struct bd_command *command);
+
+// Called on the loop once a second: tells how far long frames are.
+void bd_command_tick(struct bd_net *net);
 
 // Called on the loop when frames have ended (net->frames_ended).
 void bd_command_collect_frames(struct bd_net *net);

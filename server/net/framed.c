@@ -78,13 +78,14 @@ static void on_answer(void *user, struct bd_answer *answer)
     bd_framed_update_reading(framed);
 }
 
-static void on_progress(void *user, const char *stage)
+static void on_progress(void *user, const char *stage, double share)
 {
     struct bd_framed_request *request = user;
     Bounced__Progress *progress = malloc(sizeof *progress);
     BD_ASSERT(progress);
     bounced__progress__init(progress);
     progress->stage = bd_answer_text(stage);
+    if (share >= 0) BD_SET(progress, share, share);
     struct bd_answer event = bd_answer_of(BOUNCED__ENVELOPE__BODY_PROGRESS, progress);
     bd_framed_send(request->framed, request->id, &event);
 }

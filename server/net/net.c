@@ -171,6 +171,7 @@ static void on_tick(uv_timer_t *timer)
         conn = next;
     }
     bd_clients_sweep(net->clients);
+    bd_command_tick(net);
     if (net->draining) drain_step(net);
 }
 
