@@ -3,51 +3,22 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "clients/cli/commands.h"
 #include "clients/cli/conn.h"
-#include "clients/cli/files.h"
 #include "clients/cli/help.h"
 #include "clients/cli/output.h"
 #include "clients/cli/progress.h"
 #include "clients/cli/report.h"
-#include "clients/cli/upload.h"
-
-#define HELD_SCENE "scene:" // SCENE is an id that the daemon knows, not a file
-
-static bool is_held_scene(const struct bd_cli_render *options)
-{
-    return strncmp(options->scene, HELD_SCENE, strlen(HELD_SCENE)) == 0;
-}
+#include "clients/cli/sets.h"
+#include "clients/cli/source.h"
 
 // A frame request on the wire, with what it points at.
 struct frame {
     Bounced__FrameRequest request;
-    Bounced__KeyValue sets[BD_CLI_SET_MAX];
-    Bounced__KeyValue *set_pointers[BD_CLI_SET_MAX];
-    char *keys[BD_CLI_SET_MAX]; // owned: argv's KEY=VALUE, cut at the equals sign
+    struct bd_cli_sets sets;
     uint32_t size[2];
 };
-
-static enum bd_err fill_sets(struct frame *frame, const struct bd_cli_render *options,
-                             struct bd_fault *fault)
-{
-    for (uint32_t i = 0; i < options->set_count; i++) {
-        char *key = strdup(options->sets[i]);
-        if (!key) return bd_fault_set(fault, BD_ERR_NO_MEMORY, "set", "no memory for --set");
-        frame->keys[i] = key;
-        char *equals = strchr(key, '=');
-        *equals = 0;
-        bounced__key_value__init(&frame->sets[i]);
-        frame->sets[i].key = key;
-        frame->sets[i].value = equals + 1;
-        frame->set_pointers[i] = &frame->sets[i];
-        frame->request.n_parameters++;
-    }
-    frame->request.parameters = frame->set_pointers;
-    return BD_ERR_OK;
-}
 
 static enum bd_err fill_frame(struct frame *frame, const struct bd_cli_render *options,
                               struct bd_fault *fault)
@@ -72,19 +43,29 @@ static enum bd_err fill_frame(struct frame *frame, const struct bd_cli_render *o
     request->aa = options->aa;
     request->seed = options->seed;
     request->plan_only = options->plan;
+    if (options->region[2]) {
+        request->n_region = 4;
+        request->region = (uint32_t *)options->region;
+    }
     request->has_deadline_ms = options->deadline_ms != 0;
     request->deadline_ms = options->deadline_ms;
-    return fill_sets(frame, options, fault);
-}
-
-static void frame_finish(struct frame *frame)
-{
-    for (size_t i = 0; i < BD_CLI_SET_MAX; i++) free(frame->keys[i]);
+    enum bd_err err = BD_ERR_OK;
+    for (uint32_t i = 0; !err && i < options->set_count; i++)
+        err = bd_cli_sets_add(&frame->sets, options->sets[i], fault);
+    bd_cli_sets_fill(&frame->sets, request);
+    return err;
 }
 
 static void on_stage(void *user, const char *stage)
 {
     bd_cli_progress_stage(user, stage);
+}
+
+static void on_share(void *user, double share)
+{
+    char text[32];
+    snprintf(text, sizeof text, "%.0f %%", 100 * share);
+    bd_cli_progress_share(user, share, text);
 }
 
 static void on_tick(void *user)
@@ -105,37 +86,12 @@ static enum bd_err ask(struct bd_cli_conn *conn, Bounced__Render *render,
         render->frame = &frame.request;
         render->has_progress = 1;
         render->progress = !options->common.quiet;
-        const struct bd_cli_conn_watch watch = {on_stage, on_tick, progress};
+        const struct bd_cli_conn_watch watch = {
+            .stage = on_stage, .tick = on_tick, .share = on_share, .user = progress};
         err = bd_cli_conn_call(conn, &envelope, NULL, 0, BOUNCED__ENVELOPE__BODY_RENDER_REPLY,
                                &watch, answer, fault);
     }
-    frame_finish(&frame);
-    return err;
-}
-
-static void warn_missing(const struct bd_cli_files *files)
-{
-    for (const char *uri = files->missing; uri && *uri;) {
-        int length = (int)strcspn(uri, "\n");
-        fprintf(stderr, "bounce: %.*s: no such file beside the scene\n", length, uri);
-        uri += length + 1;
-    }
-}
-
-static enum bd_err render_file(struct bd_cli_conn *conn, const struct bd_cli_render *options,
-                               const struct bd_cli_files *files, struct bd_cli_progress *progress,
-                               struct bd_cli_answer *answer, struct bd_fault *fault)
-{
-    enum bd_err err = bd_cli_upload(conn, files, progress, fault);
-    if (err) return err;
-    Bounced__Render render = BOUNCED__RENDER__INIT;
-    const char *slash = strrchr(options->scene, '/');
-    render.name = (char *)(slash ? slash + 1 : options->scene);
-    render.blob = files->items[0].blob;
-    err = bd_cli_upload_table(files, &render.files, &render.n_files);
-    if (err) return bd_fault_set(fault, err, "scene", "no memory for the table of files");
-    err = ask(conn, &render, options, progress, answer, fault);
-    bd_cli_upload_table_free(render.files);
+    bd_cli_sets_finish(&frame.sets);
     return err;
 }
 
@@ -146,17 +102,14 @@ static enum bd_err open_and_render(const struct bd_cli_render *options, struct b
 {
     enum bd_err err = bd_cli_conn_open(&options->common, BD_CLI_CONN_RUNNING_OR_START, conn, fault);
     if (err) return err;
-    if (is_held_scene(options)) {
+    struct bd_cli_source source;
+    err = bd_cli_source_send(&source, options->scene, options->environment, *conn, progress, fault);
+    if (!err) {
         Bounced__Render render = BOUNCED__RENDER__INIT;
-        render.scene = (char *)options->scene + strlen(HELD_SCENE);
-        return ask(*conn, &render, options, progress, answer, fault);
+        bd_cli_source_fill_render(&source, &render);
+        err = ask(*conn, &render, options, progress, answer, fault);
     }
-    struct bd_cli_files files;
-    err = bd_cli_files_collect(options->scene, &files, fault);
-    if (err) return err;
-    warn_missing(&files);
-    err = render_file(*conn, options, &files, progress, answer, fault);
-    bd_cli_files_finish(&files);
+    bd_cli_source_finish(&source);
     return err;
 }
 
@@ -193,17 +146,6 @@ static enum bd_err write_results(const struct bd_cli_render *options,
     return BD_ERR_OK;
 }
 
-// What can be seen to fail before a daemon is started for it.
-static enum bd_err check_scene(const struct bd_cli_render *options, struct bd_fault *fault)
-{
-    if (is_held_scene(options)) return BD_ERR_OK;
-    uint64_t size_bytes = 0;
-    int fd = bd_cli_open_regular(options->scene, &size_bytes, fault);
-    if (fd < 0) return fault->err;
-    close(fd);
-    return BD_ERR_OK;
-}
-
 static enum bd_err check_outputs(const struct bd_cli_render *options, struct bd_fault *fault)
 {
     enum bd_err err = options->output ? bd_cli_output_check(options->output, fault) : BD_ERR_OK;
@@ -231,7 +173,7 @@ int bd_cmd_render(const char *const *words, int count)
     enum bd_err err = bd_cli_parse_render(words, count, &options, &fault);
     if (!err && options.help) return bd_help_render();
     if (!err) err = check_outputs(&options, &fault);
-    if (!err) err = check_scene(&options, &fault);
+    if (!err) err = bd_cli_source_check(options.scene, options.environment, &fault);
     struct bd_cli_conn *conn = NULL;
     struct bd_cli_answer answer = {0};
     struct bd_cli_progress progress;

@@ -7,12 +7,11 @@
 
 #include "clients/cli/commands.h"
 #include "clients/cli/conn.h"
-#include "clients/cli/files.h"
 #include "clients/cli/help.h"
 #include "clients/cli/options.h"
 #include "clients/cli/progress.h"
 #include "clients/cli/report.h"
-#include "clients/cli/upload.h"
+#include "clients/cli/source.h"
 
 // The answer as JSON on standard output.
 static enum bd_err print_json(const ProtobufCMessage *message, struct bd_fault *fault)
@@ -80,53 +79,51 @@ static void on_tick(void *user)
     bd_cli_progress_tick(user);
 }
 
-static enum bd_err send_scene(struct bd_cli_conn *conn, const char *path,
-                              const struct bd_cli_files *files, struct bd_cli_progress *progress,
-                              struct bd_cli_answer *answer, struct bd_fault *fault)
+static enum bd_err send_scene(struct bd_cli_conn *conn, const struct bd_cli_source *source,
+                              struct bd_cli_progress *progress, struct bd_cli_answer *answer,
+                              struct bd_fault *fault)
 {
-    enum bd_err err = bd_cli_upload(conn, files, progress, fault);
-    if (err) return err;
-    const char *slash = strrchr(path, '/');
     Bounced__SceneAdd add = BOUNCED__SCENE_ADD__INIT;
-    add.blob = (char *)files->items[0].blob;
-    add.name = (char *)(slash ? slash + 1 : path);
-    err = bd_cli_upload_table(files, &add.files, &add.n_files);
-    if (err) return bd_fault_set(fault, err, "scene", "no memory for the table of files");
+    bd_cli_source_fill_add(source, &add);
     Bounced__Envelope envelope = BOUNCED__ENVELOPE__INIT;
     envelope.body_case = BOUNCED__ENVELOPE__BODY_SCENE_ADD;
     envelope.scene_add = &add;
-    const struct bd_cli_conn_watch watch = {on_stage, on_tick, progress};
+    const struct bd_cli_conn_watch watch = {
+        .stage = on_stage, .tick = on_tick, .user = progress};
     bd_cli_progress_stage(progress, "import");
-    err = bd_cli_conn_call(conn, &envelope, NULL, 0, BOUNCED__ENVELOPE__BODY_SCENE, &watch, answer,
-                           fault);
-    bd_cli_upload_table_free(add.files);
-    return err;
+    return bd_cli_conn_call(conn, &envelope, NULL, 0, BOUNCED__ENVELOPE__BODY_SCENE, &watch, answer,
+                            fault);
+}
+
+static enum bd_err print_added(const struct bd_cli_common *common, const Bounced__Scene *scene,
+                               struct bd_fault *fault)
+{
+    for (size_t i = 0; !common->quiet && i < scene->n_flags; i++)
+        fprintf(stderr, "bounce: flag: %s\n", scene->flags[i]);
+    if (common->json) return print_json(&scene->base, fault);
+    print_scene(scene);
+    return BD_ERR_OK;
 }
 
 static enum bd_err add_scene(const struct bd_cli_common *common, const char *path,
-                             struct bd_fault *fault)
+                             const char *environment, struct bd_fault *fault)
 {
     struct bd_cli_conn *conn = NULL;
-    struct bd_cli_files files = {0};
+    struct bd_cli_source source = {0};
     struct bd_cli_answer answer = {0};
     struct bd_cli_progress progress;
     bd_cli_progress_init(&progress, common->quiet);
-    enum bd_err err = bd_cli_conn_open(common, BD_CLI_CONN_RUNNING, &conn, fault);
-    if (!err) err = bd_cli_files_collect(path, &files, fault);
-    if (!err) err = send_scene(conn, path, &files, &progress, &answer, fault);
+    enum bd_err err = bd_cli_source_check(path, environment, fault);
+    if (!err) err = bd_cli_conn_open(common, BD_CLI_CONN_RUNNING, &conn, fault);
+    if (!err) err = bd_cli_source_send(&source, path, environment, conn, &progress, fault);
+    if (!err) err = send_scene(conn, &source, &progress, &answer, fault);
     bd_cli_progress_clear(&progress);
-    if (err) bd_cmd_name_scene(path, fault);
-    if (!err) {
-        const Bounced__Scene *scene = answer.envelope->scene;
-        for (size_t i = 0; !common->quiet && i < scene->n_flags; i++)
-            fprintf(stderr, "bounce: flag: %s\n", scene->flags[i]);
-        if (common->json)
-            err = print_json(&scene->base, fault);
-        else
-            print_scene(scene);
-    }
+    if (err)
+        bd_cmd_name_scene(path, fault);
+    else
+        err = print_added(common, answer.envelope->scene, fault);
     bd_cli_answer_finish(&answer);
-    bd_cli_files_finish(&files);
+    bd_cli_source_finish(&source);
     bd_cli_conn_close(&conn);
     return err;
 }
@@ -152,21 +149,18 @@ static enum bd_err remove_scene(const struct bd_cli_common *common, const char *
 
 int bd_cmd_scene(const char *const *words, int count)
 {
-    struct bd_cli_common common;
+    struct bd_cli_scene options;
     struct bd_fault fault = {0};
-    const char *operands[2] = {"", ""};
-    int operand_count;
-    bool help;
-    enum bd_err err =
-        bd_cli_parse_plain(words, count, &common, operands, 2, &operand_count, &help, &fault);
-    if (!err && help) return bd_help_scenes();
-    if (err) return bd_cmd_fail(err, &fault, common.json);
-    if (operand_count == 2 && strcmp(operands[0], "add") == 0)
-        err = add_scene(&common, operands[1], &fault);
-    else if (operand_count == 2 && strcmp(operands[0], "rm") == 0)
-        err = remove_scene(&common, operands[1], &fault);
+    enum bd_err err = bd_cli_parse_scene(words, count, &options, &fault);
+    if (!err && options.help) return bd_help_scenes();
+    const char *verb = options.operands[0], *object = options.operands[1];
+    if (err) return bd_cmd_fail(err, &fault, options.common.json);
+    if (options.operand_count == 2 && strcmp(verb, "add") == 0)
+        err = add_scene(&options.common, object, options.environment, &fault);
+    else if (options.operand_count == 2 && strcmp(verb, "rm") == 0)
+        err = remove_scene(&options.common, object, &fault);
     else
         err = bd_fault_set(&fault, BD_ERR_USAGE, "scene",
                            "bounce scene add FILE, or bounce scene rm ID");
-    return err ? bd_cmd_fail(err, &fault, common.json) : 0;
+    return err ? bd_cmd_fail(err, &fault, options.common.json) : 0;
 }

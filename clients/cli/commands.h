@@ -8,6 +8,7 @@
 #include "base/err.h"
 
 int bd_cmd_render(const char *const *words, int count);
+int bd_cmd_reference(const char *const *words, int count);
 int bd_cmd_devices(const char *const *words, int count);
 int bd_cmd_techniques(const char *const *words, int count);
 int bd_cmd_scenes(const char *const *words, int count);

@@ -200,6 +200,8 @@ static bool is_awaited(const struct wait *wait, const struct bd_cli_answer *answ
     if (envelope->body_case == BOUNCED__ENVELOPE__BODY_PROGRESS) {
         if (wait->watch && wait->watch->stage && envelope->progress->stage)
             wait->watch->stage(wait->watch->user, envelope->progress->stage);
+        if (wait->watch && wait->watch->share && envelope->progress->has_share)
+            wait->watch->share(wait->watch->user, envelope->progress->share);
         return false;
     }
     return stream_error || envelope->request_id == wait->request_id;

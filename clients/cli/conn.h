@@ -41,6 +41,7 @@ void bd_cli_answer_finish(struct bd_cli_answer *answer);
 struct bd_cli_conn_watch {
     void (*stage)(void *user, const char *stage); // a Progress event
     void (*tick)(void *user);                     // ten times a second
+    void (*share)(void *user, double share);      // a Progress event that says how far, 0 to 1
     void *user;
 };
 

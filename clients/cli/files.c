@@ -169,13 +169,18 @@ static enum bd_err add_referenced(struct bd_cli_files *files, struct bd_fault *f
     return err;
 }
 
+enum bd_err bd_cli_files_one(const char *path, struct bd_cli_files *out, struct bd_fault *fault)
+{
+    *out = (struct bd_cli_files){0};
+    char *copy = strdup(path);
+    if (!copy) return bd_fault_set(fault, BD_ERR_NO_MEMORY, path, "no memory for a path");
+    return add_file(out, copy, NULL, fault);
+}
+
 enum bd_err bd_cli_files_collect(const char *scene_path, struct bd_cli_files *out,
                                  struct bd_fault *fault)
 {
-    *out = (struct bd_cli_files){0};
-    char *path = strdup(scene_path);
-    if (!path) return bd_fault_set(fault, BD_ERR_NO_MEMORY, "scene", "no memory for a path");
-    enum bd_err err = add_file(out, path, NULL, fault);
+    enum bd_err err = bd_cli_files_one(scene_path, out, fault);
     if (!err) err = add_referenced(out, fault);
     if (err) bd_cli_files_finish(out);
     return err;

@@ -39,6 +39,9 @@ struct bd_cli_files {
 BD_MUST_CHECK
 enum bd_err bd_cli_files_collect(const char *scene_path, struct bd_cli_files *out,
                                  struct bd_fault *fault);
+// One file alone, whatever is in it.
+BD_MUST_CHECK
+enum bd_err bd_cli_files_one(const char *path, struct bd_cli_files *out, struct bd_fault *fault);
 void bd_cli_files_finish(struct bd_cli_files *files);
 
 // One uri against the scene's folder (canonical, as realpath gives it). On success `*path` is the

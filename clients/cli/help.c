@@ -21,6 +21,7 @@ int bd_help(void)
     fputs("usage: bounce COMMAND ...\n"
           "\n"
           "  render SCENE -o FILE   one frame of a .glb or .gltf as PNG, JPEG or EXR\n"
+          "  reference SCENE -o F   the same, path-traced: EXR with halves and variances, resumable\n"
           "  devices                the devices that frames can be rendered on\n"
           "  techniques             what frames can be rendered with, and its parameters\n"
           "  scenes                 the scenes that the daemon holds\n"
@@ -57,6 +58,8 @@ int bd_help_render(void)
         "  --tonemap NAME       neutral (default), agx, linear\n"
         "  --seed N             same seed, same bytes (default 0)\n"
         "  --deadline-ms N      give up after this long\n"
+        "  --environment R,G,B|FILE.exr    light from infinitely far away, cd/m^2\n"
+        "  --region X,Y,W,H     technique reference: trace only these pixels\n"
         "  --plan               print what would run and what is left out; render nothing\n"
         "  --report FILE.json   write the frame's report\n"
         "  --fresh none|camera|all\n"
@@ -66,10 +69,45 @@ int bd_help_render(void)
     return 0;
 }
 
+int bd_help_reference(void)
+{
+    fputs(
+        "usage: bounce reference SCENE -o FILE.exr [options]\n"
+        "\n"
+        "Path-traces the scene on the processor. The file holds the light in its parts, twice: two\n"
+        "halves of the samples that share no random number; and the variances of the means. It is\n"
+        "written every now and then; Ctrl-C keeps what there is, and the same command with the\n"
+        "same or a larger --spp goes on from the file.\n"
+        "\n"
+        "  -o, --output FILE.exr\n"
+        "  --spp N              samples a pixel, both halves together (default 64; with\n"
+        "                       --time-limit alone as many as fit)\n"
+        "  --time-limit SECONDS stop tracing then, and keep what there is\n"
+        "  --force              start anew, whatever FILE.exr is\n"
+        "  --size WxH           pixels (default 512x512)\n"
+        "  --camera NAME|INDEX  of the scene (default: its first, or one that frames it)\n"
+        "  --region X,Y,W,H     trace only these pixels; the rest is black, with alpha 0\n"
+        "  --seed N             same seed, same samples (default 0)\n"
+        "  --bounces N|inf      of indirect light (default inf)\n"
+        "  --indirect-visibility on|off    (default on)\n"
+        "  --lights KINDS       punctual, emissive, environment, joined by +; all (default)\n"
+        "  --filter point|box   through the pixel's centre (default), or over the pixel\n"
+        "  --alpha mask|coverage   BLEND as the rasterizer draws it, or as coverage (default)\n"
+        "  --clamp B            bound on cos cos / r^2 between surfaces, 1/m^2 (default inf)\n"
+        "  --model-of TECHNIQUE presets bounces, visibility, lights, alpha and more to what that\n"
+        "                       technique's model says: its own limit\n"
+        "  --set KEY=VALUE      brdf=lambert, senders=lambert, transmission=off,\n"
+        "                       light_vertices=off; repeatable\n"
+        "  --environment R,G,B|FILE.exr    light from infinitely far away, cd/m^2\n"
+        "  --report FILE.json   write the report\n" START_HELP COMMON_HELP END_HELP,
+        stdout);
+    return 0;
+}
+
 int bd_help_scenes(void)
 {
     fputs("usage: bounce scenes [options]\n"
-          "       bounce scene add FILE [options]\n"
+          "       bounce scene add FILE [--environment R,G,B|FILE.exr] [options]\n"
           "       bounce scene rm ID [options]\n"
           "\n" COMMON_HELP END_HELP,
           stdout);

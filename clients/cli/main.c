@@ -12,6 +12,7 @@ static const struct {
     int (*run)(const char *const *words, int count);
 } commands[] = {
     {"render", bd_cmd_render},
+    {"reference", bd_cmd_reference},
     {"devices", bd_cmd_devices},
     {"techniques", bd_cmd_techniques},
     {"scenes", bd_cmd_scenes},

@@ -6,19 +6,14 @@
 
 #include "base/assert.h"
 #include "clients/cli/args.h"
+#include "clients/cli/options_common.h"
 
 // The limits of the server are tighter; these are what the fields can say.
 #define SIDE_PX_MAX 32768u
 #define AA_MAX      64u
 
 enum {
-    OPT_HELP = 1,
-    OPT_SERVER,
-    OPT_TOKEN_FILE,
-    OPT_DEVICE,
-    OPT_JSON,
-    OPT_QUIET,
-    OPT_OUTPUT,
+    OPT_OUTPUT = BD_CLI_OPT_OWN,
     OPT_SIZE,
     OPT_CAMERA,
     OPT_TECHNIQUE,
@@ -33,20 +28,17 @@ enum {
     OPT_PLAN,
     OPT_REPORT,
     OPT_FRESH,
+    OPT_REGION,
+    OPT_ENVIRONMENT,
 };
 
-#define COMMON_OPTIONS                                                                             \
-    {"help", 'h', false, OPT_HELP}, {"server", 0, true, OPT_SERVER},                               \
-        {"token-file", 0, true, OPT_TOKEN_FILE}, {"device", 0, true, OPT_DEVICE},                  \
-        {"json", 0, false, OPT_JSON},                                                              \
-    {                                                                                              \
-        "quiet", 'q', false, OPT_QUIET                                                             \
-    }
+static const struct bd_cli_option plain_table[] = {BD_CLI_COMMON_OPTIONS, {0}};
 
-static const struct bd_cli_option plain_table[] = {COMMON_OPTIONS, {0}};
+static const struct bd_cli_option scene_table[] = {
+    BD_CLI_COMMON_OPTIONS, {"environment", 0, true, OPT_ENVIRONMENT}, {0}};
 
 static const struct bd_cli_option render_table[] = {
-    COMMON_OPTIONS,
+    BD_CLI_COMMON_OPTIONS,
     {"output", 'o', true, OPT_OUTPUT},
     {"size", 0, true, OPT_SIZE},
     {"camera", 0, true, OPT_CAMERA},
@@ -62,6 +54,8 @@ static const struct bd_cli_option render_table[] = {
     {"plan", 0, false, OPT_PLAN},
     {"report", 0, true, OPT_REPORT},
     {"fresh", 0, true, OPT_FRESH},
+    {"region", 0, true, OPT_REGION},
+    {"environment", 0, true, OPT_ENVIRONMENT},
     {0},
 };
 
@@ -87,25 +81,25 @@ static enum bd_err usage(struct bd_fault *fault, const char *option, const char 
 }
 
 // True if `id` is one of the common options, which is then stored.
-static bool parse_common(int id, const char *value, struct bd_cli_common *out, bool *help)
+bool bd_cli_parse_common(int id, const char *value, struct bd_cli_common *out, bool *help)
 {
     switch (id) {
-    case OPT_HELP:
+    case BD_CLI_OPT_HELP:
         *help = true;
         return true;
-    case OPT_SERVER:
+    case BD_CLI_OPT_SERVER:
         out->server = value;
         return true;
-    case OPT_TOKEN_FILE:
+    case BD_CLI_OPT_TOKEN_FILE:
         out->token_file = value;
         return true;
-    case OPT_DEVICE:
+    case BD_CLI_OPT_DEVICE:
         out->device = value;
         return true;
-    case OPT_JSON:
+    case BD_CLI_OPT_JSON:
         out->json = true;
         return true;
-    case OPT_QUIET:
+    case BD_CLI_OPT_QUIET:
         out->quiet = true;
         return true;
     default:
@@ -113,7 +107,7 @@ static bool parse_common(int id, const char *value, struct bd_cli_common *out, b
     }
 }
 
-static enum bd_err check_common(const struct bd_cli_common *common, struct bd_fault *fault)
+enum bd_err bd_cli_check_common(const struct bd_cli_common *common, struct bd_fault *fault)
 {
     if (common->server && common->device)
         return usage(fault, "device",
@@ -122,7 +116,8 @@ static enum bd_err check_common(const struct bd_cli_common *common, struct bd_fa
     return BD_ERR_OK;
 }
 
-static enum bd_err parse_size(const char *text, struct bd_cli_render *out, struct bd_fault *fault)
+enum bd_err bd_cli_parse_size(const char *text, uint32_t *width_px, uint32_t *height_px,
+                              struct bd_fault *fault)
 {
     unsigned width = 0, height = 0;
     char rest = 0;
@@ -131,19 +126,31 @@ static enum bd_err parse_size(const char *text, struct bd_cli_render *out, struc
         height < 1 || width > SIDE_PX_MAX || height > SIDE_PX_MAX)
         return bd_fault_set(fault, BD_ERR_USAGE, "size",
                             "--size %.40s: WxH in pixels, each from 1 to %u", text, SIDE_PX_MAX);
-    out->width_px = width;
-    out->height_px = height;
+    *width_px = width;
+    *height_px = height;
     return BD_ERR_OK;
 }
 
-static enum bd_err parse_set(const char *text, struct bd_cli_render *out, struct bd_fault *fault)
+enum bd_err bd_cli_parse_region(const char *text, uint32_t out[4], struct bd_fault *fault)
+{
+    char rest = 0;
+    bool digits = strspn(text, "0123456789,") == strlen(text) && strlen(text) < 28;
+    if (digits && sscanf(text, "%u,%u,%u,%u%c", &out[0], &out[1], &out[2], &out[3], &rest) == 4 &&
+        out[2] >= 1 && out[3] >= 1)
+        return BD_ERR_OK;
+    return bd_fault_set(fault, BD_ERR_USAGE, "region",
+                        "--region %.40s: X,Y,WIDTH,HEIGHT in pixels of the picture", text);
+}
+
+enum bd_err bd_cli_parse_set(const char *text, const char **sets, uint32_t *set_count,
+                             struct bd_fault *fault)
 {
     const char *equals = strchr(text, '=');
     if (!equals || equals == text)
         return bd_fault_set(fault, BD_ERR_USAGE, "set", "--set %.60s: KEY=VALUE", text);
-    if (out->set_count == BD_CLI_SET_MAX)
+    if (*set_count == BD_CLI_SET_MAX)
         return bd_fault_set(fault, BD_ERR_USAGE, "set", "--set: at most %d times", BD_CLI_SET_MAX);
-    out->sets[out->set_count++] = text;
+    sets[(*set_count)++] = text;
     return BD_ERR_OK;
 }
 
@@ -204,7 +211,7 @@ static enum bd_err parse_render_option(int id, const char *value, struct bd_cli_
         out->output = value;
         return BD_ERR_OK;
     case OPT_SIZE:
-        return parse_size(value, out, fault);
+        return bd_cli_parse_size(value, &out->width_px, &out->height_px, fault);
     case OPT_CAMERA:
         out->camera = value;
         return BD_ERR_OK;
@@ -212,7 +219,7 @@ static enum bd_err parse_render_option(int id, const char *value, struct bd_cli_
         out->technique = value;
         return BD_ERR_OK;
     case OPT_SET:
-        return parse_set(value, out, fault);
+        return bd_cli_parse_set(value, out->sets, &out->set_count, fault);
     case OPT_AA:
         return parse_u32("aa", value, 1, AA_MAX, &out->aa, fault);
     case OPT_LAYERS:
@@ -232,6 +239,11 @@ static enum bd_err parse_render_option(int id, const char *value, struct bd_cli_
         return BD_ERR_OK;
     case OPT_REPORT:
         out->report = value;
+        return BD_ERR_OK;
+    case OPT_REGION:
+        return bd_cli_parse_region(value, out->region, fault);
+    case OPT_ENVIRONMENT:
+        out->environment = value;
         return BD_ERR_OK;
     case OPT_FRESH:
         out->fresh = value;
@@ -267,7 +279,7 @@ static enum bd_err format_of_output(struct bd_cli_render *out, struct bd_fault *
 static enum bd_err check_render(struct bd_cli_render *out, struct bd_fault *fault)
 {
     if (!out->scene) return usage(fault, "scene", "no SCENE: a .glb or .gltf file, or scene:ID");
-    enum bd_err err = check_common(&out->common, fault);
+    enum bd_err err = bd_cli_check_common(&out->common, fault);
     if (!err) err = format_of_output(out, fault);
     if (err) return err;
     bool to_stdout = out->output && strcmp(out->output, "-") == 0;
@@ -284,7 +296,9 @@ static enum bd_err check_render(struct bd_cli_render *out, struct bd_fault *faul
         return usage(fault, "layers", "--layers: PNG and JPEG hold one layer; an .exr holds all");
     // Sub-frames are for pictures that are looked at; what is measured wants the bare pixel.
     bool looked_at = out->format == BD_CLI_PNG || out->format == BD_CLI_JPEG;
-    if (!out->aa) out->aa = looked_at ? 16 : 1;
+    // The reference samples a pixel by itself.
+    bool traced = out->technique && strcmp(out->technique, "reference") == 0;
+    if (!out->aa) out->aa = looked_at && !traced ? 16 : 1;
     return BD_ERR_OK;
 }
 
@@ -304,15 +318,17 @@ enum bd_err bd_cli_parse_render(const char *const *words, int count, struct bd_c
             out->scene = value;
             continue;
         }
-        if (parse_common(id, value, &out->common, &out->help)) continue;
+        if (bd_cli_parse_common(id, value, &out->common, &out->help)) continue;
         enum bd_err err = parse_render_option(id, value, out, fault);
         if (err) return err;
     }
     return out->help ? BD_ERR_OK : check_render(out, fault);
 }
 
-enum bd_err bd_cli_parse_plain(const char *const *words, int count, struct bd_cli_common *out,
-                               const char **operands, int operand_max, int *operand_count,
+// Options of `table` and operands; `*environment` where the table has it.
+static enum bd_err parse_words(const struct bd_cli_option *table, const char *const *words,
+                               int count, struct bd_cli_common *out, const char **operands,
+                               int operand_max, int *operand_count, const char **environment,
                                bool *help, struct bd_fault *fault)
 {
     *out = (struct bd_cli_common){0};
@@ -321,15 +337,34 @@ enum bd_err bd_cli_parse_plain(const char *const *words, int count, struct bd_cl
     struct bd_cli_args args = {.words = words, .count = count};
     const char *value;
     int id;
-    while ((id = bd_cli_next(&args, plain_table, &value, fault)) != BD_CLI_END) {
+    while ((id = bd_cli_next(&args, table, &value, fault)) != BD_CLI_END) {
         if (id == BD_CLI_ERROR) return BD_ERR_USAGE;
+        if (id == OPT_ENVIRONMENT) *environment = value;
         if (id != BD_CLI_OPERAND) {
-            parse_common(id, value, out, help);
+            bd_cli_parse_common(id, value, out, help);
             continue;
         }
         if (*operand_count == operand_max)
             return bd_fault_set(fault, BD_ERR_USAGE, "", "%.100s: one word too many", value);
         operands[(*operand_count)++] = value;
     }
-    return check_common(out, fault);
+    return bd_cli_check_common(out, fault);
+}
+
+enum bd_err bd_cli_parse_plain(const char *const *words, int count, struct bd_cli_common *out,
+                               const char **operands, int operand_max, int *operand_count,
+                               bool *help, struct bd_fault *fault)
+{
+    return parse_words(plain_table, words, count, out, operands, operand_max, operand_count, NULL,
+                       help, fault);
+}
+
+enum bd_err bd_cli_parse_scene(const char *const *words, int count, struct bd_cli_scene *out,
+                               struct bd_fault *fault)
+{
+    *out = (struct bd_cli_scene){.operands = {"", ""}};
+    enum bd_err err = parse_words(scene_table, words, count, &out->common, out->operands, 2,
+                                  &out->operand_count, &out->environment, &out->help, fault);
+    if (err || !out->environment || strcmp(out->operands[0], "add") == 0) return err;
+    return usage(fault, "environment", "--environment goes with bounce scene add FILE");
 }

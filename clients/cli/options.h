@@ -42,9 +42,46 @@ struct bd_cli_render {
     uint32_t layer_count;
     uint32_t aa;
     uint64_t seed;
-    uint32_t deadline_ms; // 0 = none
+    uint32_t deadline_ms;    // 0 = none
+    uint32_t region[4];      // x, y, width, height; width 0 = all
+    const char *environment; // "R,G,B" or an .exr; NULL = none
     bool help;
 };
+
+struct bd_cli_reference {
+    struct bd_cli_common common;
+    const char *scene, *output, *report, *environment;
+    uint32_t width_px, height_px; // 0 = the server's default
+    const char *camera;
+    // Parameters of the technique, as --spp and its like name them; NULL = its default.
+    const char *bounces, *indirect_visibility, *lights, *filter, *alpha, *clamp, *model_of;
+    const char *sets[BD_CLI_SET_MAX]; // "KEY=VALUE"
+    uint32_t set_count;
+    uint32_t spp; // what the file is to have
+    bool has_spp;
+    uint64_t seed;
+    uint32_t region[4];
+    double time_limit_s; // 0 = none
+    bool force, help;
+};
+
+// Decodes the words behind `bounce reference`.
+BD_MUST_CHECK
+enum bd_err bd_cli_parse_reference(const char *const *words, int count,
+                                   struct bd_cli_reference *out, struct bd_fault *fault);
+
+struct bd_cli_scene {
+    struct bd_cli_common common;
+    const char *operands[2]; // "add" FILE, "rm" ID; "" where there is none
+    int operand_count;
+    const char *environment; // of add; NULL = none
+    bool help;
+};
+
+// Decodes the words behind `bounce scene`.
+BD_MUST_CHECK
+enum bd_err bd_cli_parse_scene(const char *const *words, int count, struct bd_cli_scene *out,
+                               struct bd_fault *fault);
 
 // Decodes the words behind `bounce render`. BD_ERR_USAGE names the option and what it allows.
 BD_MUST_CHECK

@@ -1,5 +1,6 @@
 #include "clients/cli/progress.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
@@ -29,18 +30,25 @@ void bd_cli_progress_tick(struct bd_cli_progress *progress)
     progress->drawn = true;
 }
 
-void bd_cli_progress_bar(struct bd_cli_progress *progress, uint64_t done, uint64_t total)
+void bd_cli_progress_share(struct bd_cli_progress *progress, double share, const char *text)
 {
-    if (progress->quiet || !progress->terminal || total == 0) return;
+    if (progress->quiet || !progress->terminal) return;
     char cells[BAR_CELLS + 1];
-    size_t filled = (size_t)((double)done / (double)total * BAR_CELLS);
+    size_t filled = (size_t)(fmin(fmax(share, 0), 1) * BAR_CELLS);
     memset(cells, ' ', BAR_CELLS);
-    memset(cells, '#', filled < BAR_CELLS ? filled : BAR_CELLS);
+    memset(cells, '#', filled);
     cells[BAR_CELLS] = 0;
-    fprintf(stderr, "\r\033[K%s [%s] %.1f of %.1f MiB", progress->stage, cells,
-            (double)done * 0x1p-20, (double)total * 0x1p-20);
+    fprintf(stderr, "\r\033[K%s [%s] %s", progress->stage, cells, text);
     fflush(stderr);
     progress->drawn = true;
+}
+
+void bd_cli_progress_bar(struct bd_cli_progress *progress, uint64_t done, uint64_t total)
+{
+    char text[64];
+    if (total == 0) return;
+    snprintf(text, sizeof text, "%.1f of %.1f MiB", (double)done * 0x1p-20, (double)total * 0x1p-20);
+    bd_cli_progress_share(progress, (double)done / (double)total, text);
 }
 
 void bd_cli_progress_clear(struct bd_cli_progress *progress)

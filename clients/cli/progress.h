@@ -19,6 +19,9 @@ void bd_cli_progress_init(struct bd_cli_progress *progress, bool quiet);
 void bd_cli_progress_stage(struct bd_cli_progress *progress, const char *stage);
 // Redraws with the time since the stage began. Terminal only.
 void bd_cli_progress_tick(struct bd_cli_progress *progress);
+// Redraws with a bar that is filled to `share` (0 to 1) and a text of one's own behind it. Terminal
+// only.
+void bd_cli_progress_share(struct bd_cli_progress *progress, double share, const char *text);
 // Redraws with a bar. Terminal only.
 void bd_cli_progress_bar(struct bd_cli_progress *progress, uint64_t done, uint64_t total);
 // Takes the line away; call before other output.

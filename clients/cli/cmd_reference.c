@@ -1,0 +1,415 @@
+// `bounce reference`: the samples of a picture in pieces of about two seconds, added up here and
+// written every now and then, so that whatever ends the command leaves a file to go on from.
+
+#include <errno.h>
+#include <fcntl.h>
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include "base/clock.h"
+#include "clients/cli/commands.h"
+#include "clients/cli/conn.h"
+#include "clients/cli/help.h"
+#include "clients/cli/interrupt.h"
+#include "clients/cli/options.h"
+#include "clients/cli/output.h"
+#include "clients/cli/progress.h"
+#include "clients/cli/reference_file.h"
+#include "clients/cli/reference_report.h"
+#include "clients/cli/sets.h"
+#include "clients/cli/source.h"
+
+#define FIRST_PIECE_SPP 2u
+// A piece lasts so long, and at least so many times what its way here costs beside the tracing.
+#define PIECE_S         2.0
+#define PIECE_OVERHEADS 5.0
+#define GROWTH_MAX      8.0
+// Between two writes, and that many times what a write takes.
+#define WRITE_S       10.0
+#define WRITE_LASTS   10.0
+#define LINE_S        10.0
+
+struct command {
+    struct bd_cli_reference options;
+    struct bd_cli_conn *conn;
+    struct bd_cli_source source;
+    struct bd_cli_progress progress;
+    struct bd_cli_reference_file *file;
+    struct bd_cli_reference_report report;
+    uint64_t start_ns;    // of the first piece
+    uint32_t start_spp;   // what the file had then
+    uint32_t piece_spp;   // of the piece under way
+    double sample_s;      // what a sample a pixel takes, by the last piece
+    double overhead_s;    // what a piece takes beside
+    double write_s;       // what the last write took
+    uint64_t written_ns, line_ns;
+    uint32_t written_spp; // what is on the disk
+    bool has_spoken_json; // standard output has its one object
+};
+
+static double since_s(uint64_t start_ns)
+{
+    return 1e-3 * bd_ms_since(start_ns);
+}
+
+// --- asking ---------------------------------------------------------------------------------
+
+static enum bd_err add_parameters(const struct bd_cli_reference *options, struct bd_cli_sets *sets,
+                                  struct bd_fault *fault)
+{
+    const struct {
+        const char *key, *value;
+    } named[] = {{"model_of", options->model_of},
+                 {"bounces", options->bounces},
+                 {"indirect_visibility", options->indirect_visibility},
+                 {"lights", options->lights},
+                 {"filter", options->filter},
+                 {"alpha", options->alpha},
+                 {"clamp", options->clamp}};
+    enum bd_err err = BD_ERR_OK;
+    for (uint32_t i = 0; !err && i < options->set_count; i++)
+        err = bd_cli_sets_add(sets, options->sets[i], fault);
+    for (size_t i = 0; !err && i < sizeof named / sizeof named[0]; i++)
+        if (named[i].value) err = bd_cli_sets_add_pair(sets, named[i].key, named[i].value, fault);
+    return err;
+}
+
+static enum bd_err add_samples(struct bd_cli_sets *sets, uint32_t first, uint32_t count,
+                               struct bd_fault *fault)
+{
+    char text[16];
+    snprintf(text, sizeof text, "%" PRIu32, count);
+    enum bd_err err = bd_cli_sets_add_pair(sets, "spp", text, fault);
+    snprintf(text, sizeof text, "%" PRIu32, first);
+    return err ? err : bd_cli_sets_add_pair(sets, "first_sample", text, fault);
+}
+
+static double remaining_s(const struct command *command, double traced_spp)
+{
+    double done = traced_spp - command->start_spp;
+    double left = command->options.spp - traced_spp;
+    double by_spp = done > 0 ? since_s(command->start_ns) * left / done : INFINITY;
+    if (command->options.time_limit_s <= 0) return by_spp;
+    return fmin(by_spp, fmax(command->options.time_limit_s - since_s(command->start_ns), 0));
+}
+
+static void describe_state(const struct command *command, double traced_spp, char *text,
+                           size_t size)
+{
+    double left_s = remaining_s(command, traced_spp);
+    int used = snprintf(text, size, "%.0f of %" PRIu32 " spp", traced_spp, command->options.spp);
+    if (isfinite(left_s)) snprintf(text + used, size - (size_t)used, ", %.0f s left", ceil(left_s));
+}
+
+static void on_share(void *user, double share)
+{
+    struct command *command = user;
+    char text[80];
+    double spp = bd_cli_reference_file_spp(command->file) + share * command->piece_spp;
+    describe_state(command, spp, text, sizeof text);
+    bd_cli_progress_share(&command->progress, spp / command->options.spp, text);
+}
+
+// On a terminal the bar is redrawn; elsewhere a line every ten seconds.
+static void show_state(struct command *command)
+{
+    char text[80];
+    on_share(command, 0);
+    if (command->progress.quiet || command->progress.terminal || since_s(command->line_ns) < LINE_S)
+        return;
+    command->piece_spp = 0;
+    describe_state(command, bd_cli_reference_file_spp(command->file), text, sizeof text);
+    fprintf(stderr, "bounce: %s\n", text);
+    command->line_ns = bd_clock_ns();
+}
+
+// `spp` 0: the plan alone, which knows every option as it will be used.
+static enum bd_err ask(struct command *command, uint32_t spp, uint32_t deadline_ms,
+                       struct bd_cli_answer *answer, struct bd_fault *fault)
+{
+    static const char *const layers[] = {BD_CLI_REFERENCE_LAYERS};
+    const struct bd_cli_reference *options = &command->options;
+    struct bd_cli_sets sets = {0};
+    uint32_t size[2] = {options->width_px, options->height_px};
+    Bounced__FrameRequest frame = BOUNCED__FRAME_REQUEST__INIT;
+    frame.technique = (char *)"reference";
+    frame.camera = (char *)options->camera;
+    frame.encoding = (char *)"exr";
+    frame.has_exr_raw = frame.exr_raw = 1;
+    frame.has_plan_only = 1;
+    frame.plan_only = spp == 0;
+    frame.has_seed = 1;
+    frame.seed = options->seed;
+    frame.n_size = size[0] ? 2 : 0;
+    frame.size = size;
+    frame.n_region = options->region[2] ? 4 : 0;
+    frame.region = (uint32_t *)options->region;
+    frame.n_layers = sizeof layers / sizeof layers[0];
+    frame.layers = (char **)(void *)layers;
+    frame.has_deadline_ms = deadline_ms != 0;
+    frame.deadline_ms = deadline_ms;
+    enum bd_err err = add_parameters(options, &sets, fault);
+    if (!err && spp)
+        err = add_samples(&sets, bd_cli_reference_file_spp(command->file), spp, fault);
+    bd_cli_sets_fill(&sets, &frame);
+    if (!err) {
+        Bounced__Render render = BOUNCED__RENDER__INIT;
+        bd_cli_source_fill_render(&command->source, &render);
+        render.frame = &frame;
+        render.has_progress = render.progress = 1;
+        Bounced__Envelope envelope = BOUNCED__ENVELOPE__INIT;
+        envelope.body_case = BOUNCED__ENVELOPE__BODY_RENDER;
+        envelope.render = &render;
+        const struct bd_cli_conn_watch watch = {.share = on_share, .user = command};
+        err = bd_cli_conn_call(command->conn, &envelope, NULL, 0,
+                               BOUNCED__ENVELOPE__BODY_RENDER_REPLY, &watch, answer, fault);
+    }
+    bd_cli_sets_finish(&sets);
+    if (!err && !answer->envelope->render_reply->report)
+        err = bd_fault_set(fault, BD_ERR_INTERNAL, "server", "an answer without a report");
+    return err;
+}
+
+// --- the file -------------------------------------------------------------------------------
+
+static enum bd_err write_file(struct command *command, struct bd_fault *fault)
+{
+    struct bd_bytes bytes = {0};
+    uint64_t start_ns = bd_clock_ns();
+    enum bd_err err = bd_cli_reference_file_encode(command->file, &bytes, fault);
+    if (!err)
+        err = bd_cli_output_write(command->options.output, bytes.data, bytes.size_bytes, fault);
+    bd_bytes_finish(&bytes);
+    command->write_s = since_s(start_ns);
+    command->written_ns = bd_clock_ns();
+    if (!err) command->written_spp = bd_cli_reference_file_spp(command->file);
+    return err;
+}
+
+static enum bd_err read_file(struct command *command, int fd, size_t size, struct bd_fault *fault)
+{
+    const char *path = command->options.output;
+    void *bytes = size ? mmap(NULL, size, PROT_READ, MAP_PRIVATE, fd, 0) : MAP_FAILED;
+    if (bytes == MAP_FAILED)
+        return bd_fault_set(fault, BD_ERR_BAD_INPUT, "output", "%.200s: %s", path,
+                            size ? strerror(errno) : "empty");
+    struct bd_fault inner = {0};
+    enum bd_err err = bd_cli_reference_file_add(command->file, bytes, size, &inner);
+    munmap(bytes, size);
+    if (!err) return BD_ERR_OK;
+    return bd_fault_set(fault, BD_ERR_USAGE, "output",
+                        "%.200s is there and no reference to go on from (%.150s); another -o, or "
+                        "--force to start anew",
+                        path, inner.message);
+}
+
+// What is there already, if it was made by the same options.
+static enum bd_err resume(struct command *command, const Bounced__Report *plan,
+                          struct bd_fault *fault)
+{
+    const char *path = command->options.output;
+    if (command->options.force || access(path, F_OK)) return BD_ERR_OK;
+    uint64_t size = 0;
+    int fd = bd_cli_open_regular(path, &size, fault);
+    if (fd < 0) return fault->err;
+    enum bd_err err = read_file(command, fd, size, fault);
+    close(fd);
+    if (!err)
+        err = bd_cli_reference_report_match(plan, command->options.region, command->file, path,
+                                            fault);
+    command->written_spp = bd_cli_reference_file_spp(command->file);
+    return err;
+}
+
+// --- pieces ---------------------------------------------------------------------------------
+
+static uint32_t next_piece(const struct command *command)
+{
+    uint32_t left = command->options.spp - bd_cli_reference_file_spp(command->file);
+    if (command->sample_s <= 0) return left < FIRST_PIECE_SPP ? left : FIRST_PIECE_SPP;
+    double piece_s = fmax(PIECE_S, PIECE_OVERHEADS * command->overhead_s);
+    if (command->options.time_limit_s > 0) {
+        double left_s = command->options.time_limit_s - since_s(command->start_ns);
+        piece_s = fmin(piece_s, left_s - command->overhead_s - command->write_s);
+    }
+    double spp = fmin(piece_s / command->sample_s, GROWTH_MAX * command->piece_spp);
+    uint32_t even = spp < 2 ? 2 : 2 * (uint32_t)(fmin(spp, left) / 2);
+    return even < left ? even : left;
+}
+
+static enum bd_err take_piece(struct command *command, const struct bd_cli_answer *answer,
+                              uint64_t asked_ns, struct bd_fault *fault)
+{
+    const Bounced__Report *report = answer->envelope->render_reply->report;
+    if (answer->message.payload_bytes == 0)
+        return bd_fault_set(fault, BD_ERR_INTERNAL, "server", "an answer without a picture");
+    struct bd_fault inner = {0};
+    enum bd_err err = bd_cli_reference_file_add(command->file, answer->message.payload,
+                                                answer->message.payload_bytes, &inner);
+    if (err)
+        return bd_fault_set(fault, BD_ERR_INTERNAL, "server", "the daemon's answer: %s",
+                            inner.message);
+    double traced_s = 1e-3 * bd_cli_reference_report_trace_ms(report);
+    command->sample_s = traced_s / command->piece_spp;
+    command->overhead_s = fmax(since_s(asked_ns) - traced_s, 0);
+    return bd_cli_reference_report_add(&command->report, report, fault);
+}
+
+// Milliseconds that the next piece may take; 0 = as many as it needs. False: none are left.
+static bool time_is_left(const struct command *command, uint32_t *deadline_ms)
+{
+    *deadline_ms = 0;
+    if (command->options.time_limit_s <= 0) return true;
+    double left_ms = 1e3 * (command->options.time_limit_s - since_s(command->start_ns));
+    *deadline_ms = left_ms < 1 ? 0 : left_ms > 4e9 ? 4000000000u : (uint32_t)left_ms;
+    return left_ms >= 1;
+}
+
+static enum bd_err trace_piece(struct command *command, uint32_t deadline_ms,
+                               struct bd_fault *fault)
+{
+    struct bd_cli_answer answer = {0};
+    uint64_t asked_ns = bd_clock_ns();
+    command->piece_spp = next_piece(command);
+    enum bd_err err = ask(command, command->piece_spp, deadline_ms, &answer, fault);
+    if (!err) err = take_piece(command, &answer, asked_ns, fault);
+    bd_cli_answer_finish(&answer);
+    uint32_t piece_spp = command->piece_spp;
+    if (!err) show_state(command);
+    command->piece_spp = piece_spp;
+    bool due = since_s(command->written_ns) > fmax(WRITE_S, WRITE_LASTS * command->write_s);
+    return !err && due ? write_file(command, fault) : err;
+}
+
+static const char time_is_up[] = "deadline";
+
+// Until there are enough samples, or no time is left, which `*stopped` then says.
+static enum bd_err trace_pieces(struct command *command, const char **stopped,
+                                struct bd_fault *fault)
+{
+    enum bd_err err = BD_ERR_OK;
+    uint32_t deadline_ms;
+    command->start_ns = command->written_ns = command->line_ns = bd_clock_ns();
+    command->start_spp = bd_cli_reference_file_spp(command->file);
+    bd_cli_progress_stage(&command->progress, "reference");
+    while (!err && bd_cli_reference_file_spp(command->file) < command->options.spp) {
+        if (bd_interrupted()) return bd_fault_set(fault, BD_ERR_CANCELLED, "", "interrupted");
+        if (!time_is_left(command, &deadline_ms)) {
+            *stopped = time_is_up;
+            return BD_ERR_OK;
+        }
+        err = trace_piece(command, deadline_ms, fault);
+    }
+    // The daemon keeps the limit to the millisecond; a file with samples in it keeps those.
+    if (err != BD_ERR_DEADLINE) return err;
+    if (bd_cli_reference_file_spp(command->file) == 0)
+        return bd_fault_set(fault, err, "time-limit",
+                            "--time-limit %g: not even %u samples a pixel fit",
+                            command->options.time_limit_s, FIRST_PIECE_SPP);
+    *stopped = time_is_up;
+    return BD_ERR_OK;
+}
+
+// --- the command ----------------------------------------------------------------------------
+
+static enum bd_err open_scene(struct command *command, struct bd_fault *fault)
+{
+    const struct bd_cli_reference *options = &command->options;
+    enum bd_err err =
+        bd_cli_conn_open(&options->common, BD_CLI_CONN_RUNNING_OR_START, &command->conn, fault);
+    if (!err)
+        err = bd_cli_source_send(&command->source, options->scene, options->environment,
+                                 command->conn, &command->progress, fault);
+    return err;
+}
+
+static enum bd_err plan_and_resume(struct command *command, struct bd_fault *fault)
+{
+    struct bd_cli_answer answer = {0};
+    bd_cli_progress_stage(&command->progress, "import");
+    enum bd_err err = ask(command, 0, 0, &answer, fault);
+    const Bounced__Report *plan = err ? NULL : answer.envelope->render_reply->report;
+    if (!err) err = resume(command, plan, fault);
+    if (!err) err = bd_cli_reference_report_begin(&command->report, plan, fault);
+    bd_cli_answer_finish(&answer);
+    return err;
+}
+
+static enum bd_err write_report(struct command *command, const char *stopped,
+                                struct bd_fault *fault)
+{
+    const struct bd_cli_reference *options = &command->options;
+    if (!options->report && !options->common.json) return BD_ERR_OK;
+    char *text = bd_cli_reference_report_json(&command->report,
+                                              bd_cli_reference_file_spp(command->file), stopped);
+    if (!text) return bd_fault_set(fault, BD_ERR_NO_MEMORY, "report", "no memory for the report");
+    enum bd_err err = BD_ERR_OK;
+    if (options->report) err = bd_cli_output_write(options->report, text, strlen(text), fault);
+    if (!err && options->common.json) err = bd_cli_output_write("-", text, strlen(text), fault);
+    command->has_spoken_json = options->common.json && !err;
+    free(text);
+    return err;
+}
+
+// What is in the file and how to get more of it, unless that is what was asked for.
+static void say_how_far(const struct command *command, const char *why)
+{
+    if (command->options.common.quiet || !command->written_spp) return;
+    fprintf(stderr, "bounce: %s%s%s has %" PRIu32 " spp", why, *why ? "; " : "",
+            command->options.output, command->written_spp);
+    if (command->written_spp < command->options.spp && command->options.has_spp)
+        fprintf(stderr, " of %" PRIu32 "; the same command goes on from there",
+                command->options.spp);
+    fputc('\n', stderr);
+}
+
+static enum bd_err run(struct command *command, struct bd_fault *fault)
+{
+    const char *stopped = "complete";
+    enum bd_err err = open_scene(command, fault);
+    if (!err) err = plan_and_resume(command, fault);
+    if (err) {
+        bd_cmd_name_scene(command->options.scene, fault);
+        return err;
+    }
+    enum bd_err traced = trace_pieces(command, &stopped, fault);
+    bd_cli_progress_clear(&command->progress);
+    // Whatever ended it: what there is is kept.
+    struct bd_fault write_fault = {0};
+    if (bd_cli_reference_file_spp(command->file) > command->written_spp)
+        err = write_file(command, &write_fault);
+    if (err && !traced) *fault = write_fault;
+    if (traced == BD_ERR_CANCELLED) stopped = "cancelled";
+    if (!err && (!traced || traced == BD_ERR_CANCELLED)) err = write_report(command, stopped, fault);
+    say_how_far(command, traced == BD_ERR_CANCELLED ? "interrupted"
+                         : stopped == time_is_up    ? "time is up"
+                                                    : "");
+    return traced ? traced : err;
+}
+
+int bd_cmd_reference(const char *const *words, int count)
+{
+    struct command command = {0};
+    struct bd_fault fault = {0};
+    struct bd_cli_reference *options = &command.options;
+    enum bd_err err = bd_cli_parse_reference(words, count, options, &fault);
+    if (!err && options->help) return bd_help_reference();
+    if (!err) err = bd_cli_output_check(options->output, &fault);
+    if (!err && options->report) err = bd_cli_output_check(options->report, &fault);
+    if (!err) err = bd_cli_source_check(options->scene, options->environment, &fault);
+    bd_cli_progress_init(&command.progress, options->common.quiet);
+    command.file = bd_cli_reference_file_create();
+    if (!err) err = run(&command, &fault);
+    bd_cli_progress_clear(&command.progress);
+    bd_cli_reference_report_finish(&command.report);
+    bd_cli_reference_file_destroy(&command.file);
+    bd_cli_source_finish(&command.source);
+    bd_cli_conn_close(&command.conn);
+    bool json = options->common.json && !command.has_spoken_json;
+    return err ? bd_cmd_fail(err, &fault, json) : 0;
+}

@@ -1,0 +1,149 @@
+// The command line of `bounce reference`.
+
+#include <string.h>
+#include <strings.h>
+
+#include "base/assert.h"
+#include "clients/cli/options_common.h"
+
+#define SPP_MAX            (1u << 24)
+#define TIME_LIMIT_MAX_S   31536000.0
+#define SPP_STANDARD       64
+
+enum {
+    OPT_OUTPUT = BD_CLI_OPT_OWN,
+    OPT_SPP,
+    OPT_BOUNCES,
+    OPT_INDIRECT_VISIBILITY,
+    OPT_LIGHTS,
+    OPT_FILTER,
+    OPT_ALPHA,
+    OPT_CLAMP,
+    OPT_MODEL_OF,
+    OPT_SET,
+    OPT_SEED,
+    OPT_SIZE,
+    OPT_CAMERA,
+    OPT_REGION,
+    OPT_TIME_LIMIT,
+    OPT_ENVIRONMENT,
+    OPT_FORCE,
+    OPT_REPORT,
+};
+
+static const struct bd_cli_option table[] = {
+    BD_CLI_COMMON_OPTIONS,
+    {"output", 'o', true, OPT_OUTPUT},
+    {"spp", 0, true, OPT_SPP},
+    {"bounces", 0, true, OPT_BOUNCES},
+    {"indirect-visibility", 0, true, OPT_INDIRECT_VISIBILITY},
+    {"lights", 0, true, OPT_LIGHTS},
+    {"filter", 0, true, OPT_FILTER},
+    {"alpha", 0, true, OPT_ALPHA},
+    {"clamp", 0, true, OPT_CLAMP},
+    {"model-of", 0, true, OPT_MODEL_OF},
+    {"set", 0, true, OPT_SET},
+    {"seed", 0, true, OPT_SEED},
+    {"size", 0, true, OPT_SIZE},
+    {"camera", 0, true, OPT_CAMERA},
+    {"region", 0, true, OPT_REGION},
+    {"time-limit", 0, true, OPT_TIME_LIMIT},
+    {"environment", 0, true, OPT_ENVIRONMENT},
+    {"force", 0, false, OPT_FORCE},
+    {"report", 0, true, OPT_REPORT},
+    {0},
+};
+
+static enum bd_err usage(struct bd_fault *fault, const char *option, const char *message)
+{
+    return bd_fault_set(fault, BD_ERR_USAGE, option, "%s", message);
+}
+
+static enum bd_err parse_spp(const char *text, struct bd_cli_reference *out, struct bd_fault *fault)
+{
+    uint64_t spp = 0;
+    enum bd_err err = bd_cli_uint("spp", text, 2, SPP_MAX, &spp, fault);
+    if (!err && spp % 2)
+        err = bd_fault_set(fault, BD_ERR_USAGE, "spp",
+                           "--spp %.40s: even, since two halves share them", text);
+    out->spp = (uint32_t)spp;
+    out->has_spp = true;
+    return err;
+}
+
+// What the command itself decides, sample by sample.
+static enum bd_err parse_set(const char *text, struct bd_cli_reference *out, struct bd_fault *fault)
+{
+    if (strncmp(text, "spp=", 4) == 0 || strncmp(text, "first_sample=", 13) == 0)
+        return bd_fault_set(fault, BD_ERR_USAGE, "set",
+                            "--set %.60s: --spp says how many samples the file is to have", text);
+    return bd_cli_parse_set(text, out->sets, &out->set_count, fault);
+}
+
+static enum bd_err parse_option(int id, const char *value, struct bd_cli_reference *out,
+                                struct bd_fault *fault)
+{
+    switch (id) {
+    case OPT_OUTPUT: out->output = value; return BD_ERR_OK;
+    case OPT_SPP: return parse_spp(value, out, fault);
+    case OPT_BOUNCES: out->bounces = value; return BD_ERR_OK;
+    case OPT_INDIRECT_VISIBILITY: out->indirect_visibility = value; return BD_ERR_OK;
+    case OPT_LIGHTS: out->lights = value; return BD_ERR_OK;
+    case OPT_FILTER: out->filter = value; return BD_ERR_OK;
+    case OPT_ALPHA: out->alpha = value; return BD_ERR_OK;
+    case OPT_CLAMP: out->clamp = value; return BD_ERR_OK;
+    case OPT_MODEL_OF: out->model_of = value; return BD_ERR_OK;
+    case OPT_SET: return parse_set(value, out, fault);
+    case OPT_SEED: return bd_cli_uint("seed", value, 0, UINT64_MAX, &out->seed, fault);
+    case OPT_SIZE: return bd_cli_parse_size(value, &out->width_px, &out->height_px, fault);
+    case OPT_CAMERA: out->camera = value; return BD_ERR_OK;
+    case OPT_REGION: return bd_cli_parse_region(value, out->region, fault);
+    case OPT_TIME_LIMIT:
+        return bd_cli_number("time-limit", value, 0.001, TIME_LIMIT_MAX_S, &out->time_limit_s,
+                             fault);
+    case OPT_ENVIRONMENT: out->environment = value; return BD_ERR_OK;
+    case OPT_FORCE: out->force = true; return BD_ERR_OK;
+    case OPT_REPORT: out->report = value; return BD_ERR_OK;
+    default: break;
+    }
+    BD_ASSERT(!"an option of the table that nobody decodes");
+    return BD_ERR_INTERNAL;
+}
+
+static enum bd_err check(struct bd_cli_reference *out, struct bd_fault *fault)
+{
+    if (!out->scene) return usage(fault, "scene", "no SCENE: a .glb or .gltf file, or scene:ID");
+    if (!out->output) return usage(fault, "output", "no -o FILE.exr");
+    const char *dot = strrchr(out->output, '.');
+    if (!dot || strcasecmp(dot, ".exr") != 0)
+        return bd_fault_set(fault, BD_ERR_USAGE, "output",
+                            "-o %.200s: the name must end in .exr, which holds the halves and "
+                            "variances; bounce render --technique reference makes pictures",
+                            out->output);
+    // With a time limit alone: as many as fit.
+    if (!out->has_spp) out->spp = out->time_limit_s > 0 ? SPP_MAX : SPP_STANDARD;
+    return bd_cli_check_common(&out->common, fault);
+}
+
+enum bd_err bd_cli_parse_reference(const char *const *words, int count,
+                                   struct bd_cli_reference *out, struct bd_fault *fault)
+{
+    *out = (struct bd_cli_reference){0};
+    struct bd_cli_args args = {.words = words, .count = count};
+    const char *value;
+    int id;
+    while ((id = bd_cli_next(&args, table, &value, fault)) != BD_CLI_END) {
+        if (id == BD_CLI_ERROR) return BD_ERR_USAGE;
+        if (id == BD_CLI_OPERAND) {
+            if (out->scene)
+                return bd_fault_set(fault, BD_ERR_USAGE, "scene",
+                                    "one SCENE at a time: %.100s is a second", value);
+            out->scene = value;
+            continue;
+        }
+        if (bd_cli_parse_common(id, value, &out->common, &out->help)) continue;
+        enum bd_err err = parse_option(id, value, out, fault);
+        if (err) return err;
+    }
+    return out->help ? BD_ERR_OK : check(out, fault);
+}

@@ -1,0 +1,48 @@
+// The file of `bounce reference`: sums over samples, to which pieces are added, and its form on
+// disk.
+//
+// A piece is what the daemon answers for a range of samples: an EXR with both halves, variances and
+// guides (protocol/README.md, "The reference's layers"). Pieces are added as exact weighted means,
+// in double; a file read back is one more piece. What a file says about its making is the daemon's
+// manifest, with the samples of all pieces.
+//
+// Thread: main.
+
+#ifndef BD_CLI_REFERENCE_FILE_H
+#define BD_CLI_REFERENCE_FILE_H
+
+#include <stdint.h>
+
+#include "base/err.h"
+#include "image/bytes.h"
+
+#define BD_CLI_REFERENCE_LAYERS                                                                    \
+    "direct", "indirect", "emission", "albedo", "normal", "depth", "halves", "variance",           \
+        "normal_length"
+
+struct bd_cli_reference_file;
+
+struct bd_cli_reference_file *bd_cli_reference_file_create(void);
+void bd_cli_reference_file_destroy(struct bd_cli_reference_file **file);
+
+// Samples a pixel, both halves together, that are in it; 0 for a new one.
+uint32_t bd_cli_reference_file_spp(const struct bd_cli_reference_file *file);
+
+// Adds a piece: the bytes of an EXR. Its samples must follow those that are there. BD_ERR_BAD_INPUT
+// for what is none, with the channel or entry that is missing.
+BD_MUST_CHECK
+enum bd_err bd_cli_reference_file_add(struct bd_cli_reference_file *file, const void *bytes,
+                                      size_t size_bytes, struct bd_fault *fault);
+
+// What the manifest says: "scene", "seed", ...; "" where it says nothing. Of "parameters" without
+// the two that count samples. Valid until the next add.
+const char *bd_cli_reference_file_says(const struct bd_cli_reference_file *file, const char *key);
+void bd_cli_reference_file_size(const struct bd_cli_reference_file *file, uint32_t *width_px,
+                                uint32_t *height_px);
+
+// The whole as the bytes of an EXR; `*out` must be empty.
+BD_MUST_CHECK
+enum bd_err bd_cli_reference_file_encode(const struct bd_cli_reference_file *file,
+                                         struct bd_bytes *out, struct bd_fault *fault);
+
+#endif
