@@ -11,6 +11,7 @@ int bd_cmd_render(const char *const *words, int count);
 int bd_cmd_reference(const char *const *words, int count);
 int bd_cmd_devices(const char *const *words, int count);
 int bd_cmd_techniques(const char *const *words, int count);
+int bd_cmd_compare(const char *const *words, int count);
 int bd_cmd_scenes(const char *const *words, int count);
 int bd_cmd_scene(const char *const *words, int count); // add FILE | rm ID
 

@@ -2,6 +2,8 @@
 
 #include <stdio.h>
 
+#include "image/metric.h"
+
 #define COMMON_HELP                                                                                \
     "  --server URL         unix:PATH or tcp:HOST:PORT (default: the daemon of this user, at\n"    \
     "                       $XDG_RUNTIME_DIR/bounced.sock)\n"                                      \
@@ -22,6 +24,7 @@ int bd_help(void)
           "\n"
           "  render SCENE -o FILE   one frame of a .glb or .gltf as PNG, JPEG or EXR\n"
           "  reference SCENE -o F   the same, path-traced: EXR with halves and variances, resumable\n"
+          "  compare REF IMAGE      how wrong an image is against a reference, with intervals\n"
           "  devices                the devices that frames can be rendered on\n"
           "  techniques             what frames can be rendered with, and its parameters\n"
           "  scenes                 the scenes that the daemon holds\n"
@@ -31,8 +34,9 @@ int bd_help(void)
           "  bounce COMMAND --help  the options of one\n"
           "  bounce --version\n"
           "\n"
-          "Exit codes: 0 ok, 2 usage, 4 bad input, 5 budget missed, 6 device wrong or missing,\n"
-          "7 server unreachable, 130 interrupted.\n",
+          "Exit codes: 0 ok, 1 images differ, 2 usage, 3 no reference, 4 bad input, 5 budget "
+          "missed,\n"
+          "6 device wrong or missing, 7 server unreachable, 130 interrupted.\n",
           stdout);
     return 0;
 }
@@ -63,8 +67,10 @@ int bd_help_render(void)
         "  --plan               print what would run and what is left out; render nothing\n"
         "  --report FILE.json   write the frame's report\n"
         "  --fresh none|camera|all\n"
-        "                       to time a frame: take nothing over from earlier ones of the camera's\n"
-        "                       side, or nothing at all but the uploaded scene (default none)\n" START_HELP COMMON_HELP END_HELP,
+        "                       to time a frame: take nothing over from earlier ones of the "
+        "camera's\n"
+        "                       side, or nothing at all but the uploaded scene (default "
+        "none)\n" START_HELP COMMON_HELP END_HELP,
         stdout);
     return 0;
 }
@@ -101,6 +107,36 @@ int bd_help_reference(void)
         "  --environment R,G,B|FILE.exr    light from infinitely far away, cd/m^2\n"
         "  --report FILE.json   write the report\n" START_HELP COMMON_HELP END_HELP,
         stdout);
+    return 0;
+}
+
+int bd_help_compare(void)
+{
+    fputs(
+        "usage: bounce compare REFERENCE IMAGE [options]\n"
+        "\n"
+        "How wrong IMAGE is, each figure with an interval of 95 %. Both are EXR files. A\n"
+        "reference with two halves (bounce reference writes them) does not count its own noise as\n"
+        "error; an IMAGE with halves loses its noise too.\n"
+        "\n"
+        "  --half FILE          the second half of a REFERENCE that is a plain EXR\n"
+        "  --layer NAME         beauty (default), direct, indirect, emission, ...; repeatable\n"
+        "  --map FILE.png       where the error is: |I - R| over the mean, 0.001 to 10\n"
+        "  --tolerance N=VALUE  exit 1 if the figure N of this list is worse; repeatable. It\n"
+        "                       looks at the value; N.high (of psnr and ssim N.low) at the interval's\n"
+        "                       worse end. Pixels that are NaN or infinite miss any tolerance\n"
+        "                       but nonfinite=COUNT\n"
+        "  --ppd N              pixels per degree of FLIP's observer (default 67.02)\n"
+        "  --ignore filter      compare although the pixel filters differ\n" END_HELP "\n"
+        "Figures, and with --json names of objects {value, low, high}:\n",
+        stdout);
+    for (int i = 0; i < BD_METRIC_COUNT; i++)
+        printf("  %-20s %s\n", bd_metric_name((enum bd_metric)i),
+               bd_metric_what((enum bd_metric)i));
+    fputs("\n"
+          "Exit codes: 0 measured, 1 a tolerance missed, or sizes, layers or filters differ,\n"
+          "2 usage, 3 no reference there, 4 a file that cannot be read.\n",
+          stdout);
     return 0;
 }
 

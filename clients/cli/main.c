@@ -13,6 +13,7 @@ static const struct {
 } commands[] = {
     {"render", bd_cmd_render},
     {"reference", bd_cmd_reference},
+    {"compare", bd_cmd_compare},
     {"devices", bd_cmd_devices},
     {"techniques", bd_cmd_techniques},
     {"scenes", bd_cmd_scenes},

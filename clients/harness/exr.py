@@ -1,4 +1,5 @@
-"""Reads the EXR files that bounced writes: scan lines, float or half, ZIP. Shares no code with it.
+"""Reads the EXR files that bounced writes: scan lines, float or half, ZIP; writes plain ones. Shares no
+code with it.
 
 The layout is that of the OpenEXR file format: magic, version, attributes, offset table, chunks of
 16 lines. ZIP is deflate over bytes that were split in two halves and then delta-coded.
@@ -76,3 +77,32 @@ def layer(planes, name):
     """height x width x 3 of one layer."""
     prefix = "" if name == "beauty" else name + "."
     return numpy.stack([planes[prefix + c] for c in "RGB"], axis=-1)
+
+
+def _attribute(name, kind, value):
+    return name.encode() + b"\0" + kind.encode() + b"\0" + struct.pack("<i", len(value)) + value
+
+
+def write(planes, strings=None):
+    """Bytes of a file: float planes by channel name, alike in shape; uncompressed."""
+    names = sorted(planes)
+    height, width = planes[names[0]].shape
+    channels = b"".join(name.encode() + b"\0" + struct.pack("<iB3xii", 2, 0, 1, 1)
+                        for name in names) + b"\0"
+    window = struct.pack("<4i", 0, 0, width - 1, height - 1)
+    header = b"".join((
+        struct.pack("<II", 20000630, 2),
+        _attribute("channels", "chlist", channels), _attribute("compression", "compression", b"\0"),
+        _attribute("dataWindow", "box2i", window), _attribute("displayWindow", "box2i", window),
+        _attribute("lineOrder", "lineOrder", b"\0"),
+        _attribute("pixelAspectRatio", "float", struct.pack("<f", 1)),
+        _attribute("screenWindowCenter", "v2f", struct.pack("<2f", 0, 0)),
+        _attribute("screenWindowWidth", "float", struct.pack("<f", 1)),
+        *(_attribute(key, "string", value.encode()) for key, value in (strings or {}).items()),
+        b"\0"))
+    rows = numpy.stack([numpy.asarray(planes[name], "<f4") for name in names], axis=1)
+    size = 4 * width * len(names)
+    first = len(header) + 8 * height
+    offsets = struct.pack(f"<{height}Q", *(first + y * (8 + size) for y in range(height)))
+    chunks = (struct.pack("<ii", y, size) + rows[y].tobytes() for y in range(height))
+    return header + offsets + b"".join(chunks)

@@ -33,6 +33,8 @@ extern "C" {
     X(DEVICE_LOST, "device_lost", 6, 503)                                                          \
     X(NO_MEMORY, "no_memory", 5, 507) /* host or GPU budget */                                     \
     X(UNREACHABLE, "unreachable", 7, 502)                                                          \
+    X(DIFFERS, "differs", 1, 409)     /* images that should be alike are not */                    \
+    X(NO_GOLDEN, "no_golden", 3, 404) /* nothing there to compare with */                          \
     X(IO, "io", 4, 500)                                                                            \
     X(INTERNAL, "internal", 7, 500)
 

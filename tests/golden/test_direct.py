@@ -22,9 +22,12 @@ CASES = [("cornell_box_spot_side", "192x192", 0.03, 0.01),
 
 
 def compare(image, layer, references):
-    out = subprocess.run([BUILD / "tests/tools/exr_compare", image, layer, *references],
+    out = subprocess.run([BUILD / "clients/cli/bounce", "compare", references[0], "--half",
+                          references[1], image, "--layer", layer, "--json"],
                          check=True, capture_output=True)
-    return json.loads(out.stdout)
+    figures = json.loads(out.stdout)
+    assert figures["debiased"] == "reference"
+    return {name: figures[name]["value"] for name in ("rel_rmse", "signed_error", "nonfinite")}
 
 
 @pytest.mark.parametrize("scene,size,rel_rmse_max,signed_max", CASES)

@@ -1,0 +1,237 @@
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "clients/cli/compare.h"
+#include "clients/cli/files.h"
+#include "image/layers.h"
+
+static void note(struct bd_cli_compare_files *files, const char *text)
+{
+    if (files->note_count == BD_CLI_COMPARE_NOTE_MAX) return;
+    snprintf(files->notes[files->note_count++], sizeof files->notes[0], "%s", text);
+}
+
+// --- reading --------------------------------------------------------------------------------
+
+static enum bd_err read_all(int fd, const char *path, uint64_t size_bytes, struct bd_bytes *out,
+                            struct bd_fault *fault)
+{
+    out->data = malloc(size_bytes ? size_bytes : 1);
+    if (!out->data)
+        return bd_fault_set(fault, BD_ERR_NO_MEMORY, path, "%.200s: no memory for it", path);
+    while (out->size_bytes < size_bytes) {
+        ssize_t got = read(fd, out->data + out->size_bytes, size_bytes - out->size_bytes);
+        if (got < 0 && errno == EINTR) continue;
+        if (got < 0)
+            return bd_fault_set(fault, BD_ERR_IO, path, "%.200s: %s", path, strerror(errno));
+        if (got == 0) break;
+        out->size_bytes += (size_t)got;
+    }
+    return BD_ERR_OK;
+}
+
+static enum bd_err decode(const char *path, const struct bd_bytes *bytes, struct bd_exr **out,
+                          struct bd_fault *fault)
+{
+    struct bd_fault inner = {0};
+    enum bd_err err =
+        bd_exr_read(bytes->data, bytes->size_bytes, &bd_exr_limits_default, out, &inner);
+    if (!err) return BD_ERR_OK;
+    return bd_fault_set(fault, err, path, "%.200s: %s", path, inner.message);
+}
+
+static enum bd_err open_exr(const char *path, struct bd_exr **out, struct bd_fault *fault)
+{
+    uint64_t size_bytes;
+    int fd = bd_cli_open_regular(path, &size_bytes, fault);
+    if (fd < 0) return fault->err;
+    struct bd_bytes bytes = {0};
+    enum bd_err err = read_all(fd, path, size_bytes, &bytes, fault);
+    close(fd);
+    if (!err) err = decode(path, &bytes, out, fault);
+    bd_bytes_finish(&bytes);
+    return err;
+}
+
+static enum bd_err open_golden(const char *path, struct bd_exr **out, struct bd_fault *fault)
+{
+    if (access(path, F_OK) && (errno == ENOENT || errno == ENOTDIR))
+        return bd_fault_set(fault, BD_ERR_NO_GOLDEN, "reference",
+                            "%.200s: there is no such reference", path);
+    return open_exr(path, out, fault);
+}
+
+// --- what must agree ------------------------------------------------------------------------
+
+static enum bd_err check_size(const char *path_a, const struct bd_exr *a, const char *path_b,
+                              const struct bd_exr *b, struct bd_fault *fault)
+{
+    if (a->width_px == b->width_px && a->height_px == b->height_px) return BD_ERR_OK;
+    return bd_fault_set(fault, BD_ERR_DIFFERS, "size",
+                        "sizes differ: %.150s is %ux%u, %.150s is %ux%u", path_a, a->width_px,
+                        a->height_px, path_b, b->width_px, b->height_px);
+}
+
+static enum bd_err check_filter(const struct bd_cli_compare *compare,
+                                struct bd_cli_compare_files *files, struct bd_fault *fault)
+{
+    const char *reference = bd_exr_attribute(files->reference, "filter");
+    const char *image = bd_exr_attribute(files->image, "filter");
+    if (!reference || !image) {
+        if (reference || image)
+            note(files, reference ? "IMAGE does not say its pixel filter"
+                                  : "REFERENCE does not say its pixel filter");
+        return BD_ERR_OK;
+    }
+    if (strcmp(reference, image) == 0) return BD_ERR_OK;
+    char text[200];
+    snprintf(text, sizeof text, "pixel filters differ: REFERENCE %.60s, IMAGE %.60s", reference,
+             image);
+    if (!compare->ignore_filter)
+        return bd_fault_set(fault, BD_ERR_DIFFERS, "filter", "%s (--ignore filter compares anyway)",
+                            text);
+    note(files, text);
+    return BD_ERR_OK;
+}
+
+static void check_scene(struct bd_cli_compare_files *files)
+{
+    const char *reference = bd_exr_attribute(files->reference, "scene");
+    const char *image = bd_exr_attribute(files->image, "scene");
+    if (!reference || !image || strcmp(reference, image) == 0) return;
+    char text[256];
+    snprintf(text, sizeof text, "scenes differ: REFERENCE %.90s, IMAGE %.90s", reference, image);
+    note(files, text);
+}
+
+// One file twice shares its noise with itself, which would then be taken for truth.
+static enum bd_err check_half(const struct bd_cli_compare *compare, struct bd_fault *fault)
+{
+    struct stat a, b;
+    if (stat(compare->reference, &a) == 0 && stat(compare->half, &b) == 0 && a.st_dev == b.st_dev &&
+        a.st_ino == b.st_ino)
+        return bd_fault_set(fault, BD_ERR_USAGE, "half",
+                            "--half %.150s: the same file as REFERENCE; halves must not share "
+                            "their noise",
+                            compare->half);
+    return BD_ERR_OK;
+}
+
+enum bd_err bd_cli_compare_open(const struct bd_cli_compare *compare,
+                                struct bd_cli_compare_files *out, struct bd_fault *fault)
+{
+    *out = (struct bd_cli_compare_files){0};
+    enum bd_err err = open_golden(compare->reference, &out->reference, fault);
+    if (!err && compare->half) err = open_golden(compare->half, &out->half, fault);
+    if (!err && compare->half) err = check_half(compare, fault);
+    if (!err) err = open_exr(compare->image, &out->image, fault);
+    if (!err)
+        err = check_size(compare->reference, out->reference, compare->image, out->image, fault);
+    if (!err && out->half)
+        err = check_size(compare->reference, out->reference, compare->half, out->half, fault);
+    if (!err) err = check_filter(compare, out, fault);
+    if (!err) check_scene(out);
+    return err;
+}
+
+void bd_cli_compare_close(struct bd_cli_compare_files *files)
+{
+    bd_exr_destroy(&files->reference);
+    bd_exr_destroy(&files->half);
+    bd_exr_destroy(&files->image);
+}
+
+// --- layers ---------------------------------------------------------------------------------
+
+// Both halves of a layer where a file has them, and none of them otherwise.
+static void open_halves(const struct bd_exr *exr, const char *layer, struct bd_image *out[2])
+{
+    for (int half = 0; half < BD_HALF_COUNT; half++) {
+        char name[BD_EXR_CHANNEL_NAME_MAX];
+        bd_layer_half_name((enum bd_half)half, layer, name);
+        if (bd_layer_from_exr(exr, name, &out[half], NULL)) break;
+    }
+    if (out[0] && out[1]) return;
+    bd_image_destroy(&out[0]);
+    bd_image_destroy(&out[1]);
+}
+
+static bool has_layer(const struct bd_exr *exr, const char *layer)
+{
+    struct bd_image *image = NULL;
+    bool has = bd_layer_from_exr(exr, layer, &image, NULL) == BD_ERR_OK;
+    bd_image_destroy(&image);
+    return has;
+}
+
+static enum bd_err open_plain(const char *path, const struct bd_exr *exr,
+                              const struct bd_exr *other, const char *layer, struct bd_image **out,
+                              struct bd_fault *fault)
+{
+    struct bd_fault inner = {0};
+    enum bd_err err = bd_layer_from_exr(exr, layer, out, &inner);
+    if (!err) return BD_ERR_OK;
+    if (err == BD_ERR_NOT_FOUND && has_layer(other, layer)) err = BD_ERR_DIFFERS;
+    return bd_fault_set(fault, err, "layer", "%.150s: %s", path, inner.message);
+}
+
+// `out` gets two halves or one picture.
+static enum bd_err open_side(const char *path, const struct bd_exr *exr, const struct bd_exr *other,
+                             const char *layer, struct bd_image *out[2], struct bd_fault *fault)
+{
+    open_halves(exr, layer, out);
+    return out[0] ? BD_ERR_OK : open_plain(path, exr, other, layer, &out[0], fault);
+}
+
+static enum bd_err open_second_half(const struct bd_cli_compare *compare,
+                                    const struct bd_cli_compare_files *files, const char *layer,
+                                    struct bd_image *out[2], struct bd_fault *fault)
+{
+    if (!files->half) return BD_ERR_OK;
+    if (out[1])
+        return bd_fault_set(fault, BD_ERR_USAGE, "half",
+                            "--half: %.150s holds two halves of %.40s already", compare->reference,
+                            layer);
+    return open_plain(compare->half, files->half, files->reference, layer, &out[1], fault);
+}
+
+static enum bd_err check_channels(const char *layer, struct bd_image *const owned[4],
+                                  struct bd_fault *fault)
+{
+    for (int i = 1; i < 4; i++)
+        if (owned[i] && owned[i]->channel_count != owned[0]->channel_count)
+            return bd_fault_set(fault, BD_ERR_DIFFERS, "layer",
+                                "layer %.40s has %u channels in REFERENCE, %u elsewhere", layer,
+                                owned[0]->channel_count, owned[i]->channel_count);
+    return BD_ERR_OK;
+}
+
+enum bd_err bd_cli_compare_layer_open(const struct bd_cli_compare *compare,
+                                      const struct bd_cli_compare_files *files, const char *layer,
+                                      struct bd_cli_compare_layer *out, struct bd_fault *fault)
+{
+    *out = (struct bd_cli_compare_layer){0};
+    struct bd_image **reference = out->owned, **image = out->owned + 2;
+    enum bd_err err =
+        open_side(compare->reference, files->reference, files->image, layer, reference, fault);
+    if (!err) err = open_second_half(compare, files, layer, reference, fault);
+    if (!err) err = open_side(compare->image, files->image, files->reference, layer, image, fault);
+    if (!err) err = check_channels(layer, out->owned, fault);
+    if (err) return err;
+    out->input = (struct bd_metric_input){
+        .reference = {reference[0], reference[1] ? reference[1] : reference[0]},
+        .image = {image[0], image[1] ? image[1] : image[0]},
+        .display = image[0]->channel_count == 3 && strcmp(layer, "normal") != 0,
+        .ppd = compare->ppd,
+    };
+    return BD_ERR_OK;
+}
+
+void bd_cli_compare_layer_close(struct bd_cli_compare_layer *layer)
+{
+    for (int i = 0; i < 4; i++) bd_image_destroy(&layer->owned[i]);
+}
