@@ -293,7 +293,7 @@ def run_scene(daemon, technique, registry, name, relations, options, table):
 def main(words):
     options = parser().parse_args(words)
     wanted = options.only or [*RELATIONS, "closed_box"]
-    table = Table("relation", options.json)
+    table = Table("relation", "scene", options.json)
     with Daemon() as daemon:
         registry = chosen(daemon)
         for technique in chosen(daemon, options.technique):

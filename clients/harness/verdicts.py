@@ -14,7 +14,7 @@ PASS, FLAGGED, FAIL, SKIP = "pass", "flagged", "FAIL", "skip"
 class Verdict:
     technique: str
     row: str            # relation, oracle or hazard
-    scene: str
+    scene: str          # or view
     state: str
     figure: float = float("nan")
     tolerance: float = float("nan")
@@ -35,15 +35,15 @@ def _number(value):
 class Table:
     """Prints each verdict when it is known, and what failed once more at the end."""
 
-    COLUMNS = (12, 18, 24, 7, 9, 9)
+    COLUMNS = (12, 20, 22, 5, 9, 9)
 
-    def __init__(self, row_name, as_json=False, quiet=False):
+    def __init__(self, row_name, scene_name, as_json=False):
         self.verdicts = []
-        self._json, self._quiet = as_json, quiet
-        self._print(("technique", row_name, "scene", "state", "figure", "at most", ""))
+        self._json = as_json
+        self._print(("technique", row_name, scene_name, "state", "figure", "at most", ""))
 
     def _print(self, words):
-        if self._json or self._quiet:
+        if self._json:
             return
         cells = [f"{word:<{width}}" for word, width in zip(words, self.COLUMNS)]
         print("  ".join([*cells, words[-1]]).rstrip(), flush=True)
