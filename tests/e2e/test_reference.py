@@ -1,0 +1,274 @@
+"""bounce reference as a user runs it: files that grow, what ends it, and what is refused."""
+import json
+import os
+import pty
+import re
+import select
+import signal
+import subprocess
+import time
+
+import numpy
+import pytest
+
+from conftest import BOUNCE, HERE
+from harness import exr
+
+GLB = HERE / "../scenes/cornell.glb"
+SMALL = ("--size", "24x16")
+# Enough that no machine gets through it while a test waits.
+ENDLESS = ("--size", "64x64", "--spp", "4000000")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def device(tmp_path_factory):
+    """A private daemon wants a device, though the reference does not."""
+    env = {**os.environ, "XDG_RUNTIME_DIR": str(tmp_path_factory.mktemp("run"))}
+    result = subprocess.run([BOUNCE, "devices"], env=env, capture_output=True, timeout=120,
+                            check=False)
+    if result.returncode == 6:
+        pytest.skip("no device here: " + result.stderr.decode())
+
+
+def ok(result):
+    assert result.returncode == 0, result.stderr
+    return result
+
+
+def read(bounce, name):
+    return exr.read((bounce.folder / name).read_bytes())[0]
+
+
+def manifest(bounce, name):
+    return exr.read((bounce.folder / name).read_bytes())[1]
+
+
+def parameters(bounce, name):
+    return dict(word.split("=") for word in manifest(bounce, name)["parameters"].split())
+
+
+def assert_alike(a, b, tolerance=2e-5):
+    assert set(a) == set(b)
+    for name in a:
+        numpy.testing.assert_allclose(a[name], b[name], rtol=tolerance, atol=1e-7, err_msg=name)
+
+
+def test_a_file_says_all_about_itself(bounce):
+    result = ok(bounce("reference", GLB, "-o", "a.exr", *SMALL, "--spp", "6", "--json",
+                       "--report", "r.json", "--filter", "box", "--bounces", "3", "--seed", "5",
+                       "--set", "brdf=lambert"))
+    report = json.loads(result.stdout)
+    assert report == json.loads((bounce.folder / "r.json").read_text())
+    assert report["stopped"] == "complete" and report["parameters"]["spp"] == 6
+    assert [p["name"] for p in report["passes"]] == ["bvh", "trace"]
+    assert all(p["state"] == "ran" for p in report["passes"])
+    assert report["memory_mib"]["reference"] > 0 and report["size"] == [24, 16]
+    strings = manifest(bounce, "a.exr")
+    assert strings["technique"] == "reference" and strings["filter"] == "box"
+    assert strings["seed"] == "5" and strings["scene"] == report["scene"]
+    made = parameters(bounce, "a.exr")
+    assert made["spp"] == "6" and made["first_sample"] == "0" and made["bounces"] == "3"
+    assert made["brdf"] == "lambert"
+    planes = read(bounce, "a.exr")
+    assert len(planes) == 54
+    for letter in "RGB":
+        parts = sum(planes[f"{layer}.{letter}"] for layer in ("direct", "indirect", "emission"))
+        numpy.testing.assert_allclose(parts, planes[letter], rtol=1e-5, atol=1e-8)
+        halves = (planes[f"half_a.{letter}"] + planes[f"half_b.{letter}"]) / 2
+        numpy.testing.assert_allclose(halves, planes[letter], rtol=1e-5, atol=1e-8)
+        assert (planes[f"variance.{letter}"] >= 0).all()
+
+
+@pytest.mark.parametrize("filter_name", ["point", "box"])
+def test_a_resumed_file_is_an_uninterrupted_one(bounce, filter_name):
+    options = (*SMALL, "--filter", filter_name)
+    ok(bounce("reference", GLB, "-o", "whole.exr", *options, "--spp", "40"))
+    for spp in ("4", "10", "40"):
+        ok(bounce("reference", GLB, "-o", "grown.exr", *options, "--spp", spp))
+        assert parameters(bounce, "grown.exr")["spp"] == spp
+    assert_alike(read(bounce, "grown.exr"), read(bounce, "whole.exr"))
+    assert manifest(bounce, "grown.exr") == manifest(bounce, "whole.exr")
+
+
+def test_what_is_done_is_not_done_again(bounce):
+    ok(bounce("reference", GLB, "-o", "a.exr", *SMALL, "--spp", "8"))
+    before = (bounce.folder / "a.exr").stat()
+    result = ok(bounce("reference", GLB, "-o", "a.exr", *SMALL, "--spp", "4", "--json"))
+    after = (bounce.folder / "a.exr").stat()
+    assert (before.st_ino, before.st_mtime_ns) == (after.st_ino, after.st_mtime_ns)
+    report = json.loads(result.stdout)
+    assert report["parameters"]["spp"] == 8
+    assert all(p["state"] == "planned" for p in report["passes"])
+
+
+@pytest.mark.parametrize("changed,word", [
+    (("--seed", "1"), "seed"),
+    (("--bounces", "2"), "parameters"),
+    (("--set", "brdf=lambert"), "parameters"),
+    (("--model-of", "rsm"), "parameters"),
+    (("--region", "0,0,4,4"), "region"),
+    (("--size", "16x24"), "size"),
+    (("--environment", "1,1,1"), "scene"),
+])
+def test_other_options_do_not_go_on_from_a_file(bounce, changed, word):
+    ok(bounce("reference", GLB, "-o", "a.exr", *SMALL, "--spp", "2"))
+    before = (bounce.folder / "a.exr").read_bytes()
+    result = bounce("reference", GLB, "-o", "a.exr", *SMALL, "--spp", "4", *changed)
+    assert result.returncode == 2 and word in result.stderr and "--force" in result.stderr
+    assert (bounce.folder / "a.exr").read_bytes() == before
+    ok(bounce("reference", GLB, "-o", "a.exr", *SMALL, "--spp", "4", *changed, "--force"))
+    assert (bounce.folder / "a.exr").read_bytes() != before
+
+
+@pytest.mark.parametrize("content", [b"", b"nonsense", b"\x76\x2f\x31\x01"])
+def test_a_file_of_another_kind_is_left_alone(bounce, content):
+    (bounce.folder / "a.exr").write_bytes(content)
+    result = bounce("reference", GLB, "-o", "a.exr", *SMALL, "--spp", "2")
+    assert result.returncode in (2, 4) and "a.exr" in result.stderr
+    assert (bounce.folder / "a.exr").read_bytes() == content
+
+
+def test_a_frame_is_no_reference(bounce):
+    ok(bounce("render", GLB, "-o", "a.exr", *SMALL, "--technique", "direct"))
+    result = bounce("reference", GLB, "-o", "a.exr", *SMALL)
+    assert result.returncode == 2 and "--force" in result.stderr
+
+
+@pytest.mark.parametrize("words,word", [
+    (("--spp", "7"), "spp"), (("--bounces", "65"), "bounces"), (("--bounces", "few"), "bounces"),
+    (("--lights", "sun"), "lights"), (("--filter", "gauss"), "filter"),
+    (("--alpha", "blend"), "alpha"), (("--clamp", "-1"), "clamp"),
+    (("--indirect-visibility", "maybe"), "indirect_visibility"),
+    (("--model-of", "radiosity"), "radiosity"), (("--set", "vpls=4"), "vpls"),
+    (("--region", "20,0,5,1"), "region"), (("--camera", "Nobody"), "Nobody"),
+    (("--environment", "1,1"), "environment"), (("--time-limit", "soon"), "time-limit"),
+])
+def test_refusals_name_the_option_and_leave_no_file(bounce, words, word):
+    result = bounce("reference", GLB, "-o", "a.exr", *SMALL, *words)
+    assert result.returncode == 2 and word in result.stderr, result.stderr
+    assert not (bounce.folder / "a.exr").exists()
+
+
+def wait_for_samples(process, limit_s=30):
+    """Reads the process's notes until it traces."""
+    os.set_blocking(process.stderr.fileno(), False)
+    text, until = b"", time.monotonic() + limit_s
+    while b"bounce: reference" not in text and time.monotonic() < until:
+        select.select([process.stderr], [], [], 1)
+        text += process.stderr.read() or b""
+    assert b"bounce: reference" in text, text
+    os.set_blocking(process.stderr.fileno(), True)
+
+
+def test_ctrl_c_keeps_what_there_is(bounce):
+    process = bounce.start("reference", GLB, "-o", "a.exr", *ENDLESS)
+    wait_for_samples(process)
+    time.sleep(1.5)
+    start = time.monotonic()
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=30)
+    assert process.returncode == 130, err
+    assert time.monotonic() - start < 10
+    said = re.search(rb"a\.exr has (\d+) spp of 4000000", err)
+    assert said, err
+    spp = int(said[1])
+    assert spp >= 2 and parameters(bounce, "a.exr")["spp"] == str(spp)
+    assert len(list(bounce.folder.glob("*.exr*"))) == 1  # nothing half-written beside it
+    # And the same command goes on.
+    ok(bounce("reference", GLB, "-o", "a.exr", *ENDLESS[:2], "--spp", spp + 2))
+    assert parameters(bounce, "a.exr")["spp"] == str(spp + 2)
+
+
+def test_a_daemon_that_dies_leaves_the_samples(bounce):
+    process = bounce.start("reference", GLB, "-o", "a.exr", *ENDLESS)
+    wait_for_samples(process)
+    time.sleep(1.5)
+    children = subprocess.run(["ps", "--ppid", str(process.pid), "-o", "pid="], check=True,
+                              capture_output=True).stdout.split()
+    assert len(children) == 1
+    os.kill(int(children[0]), signal.SIGKILL)
+    _, err = process.communicate(timeout=30)
+    assert process.returncode == 7 and b"signal 9" in err and b"a.exr has" in err, err
+    assert int(parameters(bounce, "a.exr")["spp"]) >= 2
+
+
+def test_a_time_limit_keeps_what_fits(bounce):
+    start = time.monotonic()
+    result = ok(bounce("reference", GLB, "-o", "a.exr", "--size", "32x32", "--time-limit", "1.5",
+                       "--json"))
+    assert 1 < time.monotonic() - start < 20
+    report = json.loads(result.stdout)
+    spp = report["parameters"]["spp"]
+    assert report["stopped"] == "deadline" and spp >= 2
+    assert f"time is up; a.exr has {spp} spp" in result.stderr
+    assert parameters(bounce, "a.exr")["spp"] == str(spp)
+
+
+def test_a_limit_that_nothing_fits(bounce):
+    result = bounce("reference", GLB, "-o", "a.exr", "--size", "2000x2000", "--time-limit",
+                    "0.005", "--bounces", "64")
+    assert result.returncode == 5 and "time-limit" in result.stderr
+    assert not (bounce.folder / "a.exr").exists()
+
+
+def test_a_region_alone_is_traced(bounce):
+    ok(bounce("reference", GLB, "-o", "a.exr", *SMALL, "--spp", "2", "--region", "4,3,10,7"))
+    ok(bounce("reference", GLB, "-o", "whole.exr", *SMALL, "--spp", "2"))
+    part, whole = read(bounce, "a.exr"), read(bounce, "whole.exr")
+    inside = numpy.zeros(part["R"].shape, bool)
+    inside[3:10, 4:14] = True
+    assert (part["R"][inside] == whole["R"][inside]).all()
+    assert (part["R"][~inside] == 0).all() and (part["A"][~inside] == 0).all()
+    assert manifest(bounce, "a.exr")["region"] == "4,3,10,7"
+
+
+def test_a_sky_lights_and_is_seen(bounce):
+    ok(bounce("reference", GLB, "-o", "dark.exr", *SMALL, "--spp", "2", "--lights", "environment"))
+    ok(bounce("reference", GLB, "-o", "lit.exr", *SMALL, "--spp", "2", "--lights", "environment",
+              "--environment", "1,2,4"))
+    dark, lit = read(bounce, "dark.exr"), read(bounce, "lit.exr")
+    assert dark["R"].max() == 0 and lit["direct.R"].max() > 0
+    sky = lit["A"] == 0
+    if sky.any():
+        assert (lit["emission.B"][sky] == 4).all()
+    # The same constant as a map.
+    ok(bounce("render", GLB, "-o", "map.exr", "--size", "8x4", "--technique", "direct"))
+    ok(bounce("reference", GLB, "-o", "mapped.exr", *SMALL, "--spp", "2", "--environment",
+              "map.exr"))
+    assert parameters(bounce, "mapped.exr")["lights"] == "all"
+
+
+def test_a_rasterized_frame_says_that_the_sky_does_not_light(bounce):
+    result = ok(bounce("render", GLB, "-o", "a.exr", *SMALL, "--environment", "1,1,1", "--technique",
+                       "direct"))
+    assert "environment_not_lighting" in result.stderr
+
+
+def test_a_picture_of_the_reference(bounce):
+    ok(bounce("render", GLB, "-o", "a.png", *SMALL, "--technique", "reference", "--set", "spp=2"))
+    assert (bounce.folder / "a.png").read_bytes().startswith(b"\x89PNG")
+    ok(bounce("render", GLB, "-o", "a.exr", *SMALL, "--technique", "reference", "--set", "spp=2",
+              "--layers", "direct,halves"))
+    names = set(read(bounce, "a.exr"))
+    assert "half_b.indirect.G" in names and "variance.R" not in names and "depth.Z" not in names
+
+
+def test_a_bar_with_what_is_left_on_a_terminal(bounce):
+    terminal, end = pty.openpty()
+    process = subprocess.Popen([BOUNCE, "reference", GLB, "-o", "a.exr", *ENDLESS[:2], "--spp",
+                                "4000000", "--time-limit", "3"], cwd=bounce.folder, env=bounce.env,
+                               stdout=subprocess.PIPE, stderr=end)
+    os.close(end)
+    text = b""
+    while True:
+        try:
+            piece = os.read(terminal, 65536)
+        except OSError:  # the other end is closed
+            break
+        if not piece:
+            break
+        text += piece
+    os.close(terminal)
+    process.communicate(timeout=30)
+    assert process.returncode == 0
+    assert re.search(rb"reference \[#* *\] \d+ of 4000000 spp, \d+ s left", text), text[-2000:]
