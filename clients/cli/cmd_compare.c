@@ -63,11 +63,12 @@ static enum bd_err say(struct comparing *comparing, const char *layer,
                        const struct bd_metrics *metrics, struct bd_fault *fault)
 {
     if (!comparing->report) {
-        bd_cli_compare_print(comparing->asked, layer, pictures, metrics);
+        bd_cli_compare_print(comparing->asked, &comparing->files, layer, pictures, metrics);
         return BD_ERR_OK;
     }
     json_t *object = place_of(comparing, layer);
-    if (object && bd_cli_compare_json(object, layer, pictures, metrics)) return BD_ERR_OK;
+    if (object && bd_cli_compare_json(object, &comparing->files, layer, pictures, metrics))
+        return BD_ERR_OK;
     return no_memory(fault);
 }
 

@@ -56,21 +56,27 @@ enum bd_err bd_cli_tolerances_check(const struct bd_cli_compare *compare, const 
 
 // --- compare_files.c ------------------------------------------------------------------------
 
+struct bd_cli_region {
+    uint32_t x_px, y_px, width_px, height_px;
+};
+
 struct bd_cli_compare_files {
     struct bd_exr *reference, *half, *image; // `half` may be NULL
+    struct bd_cli_region
+        region; // what every file shows: all of it, unless its manifest names a part
     char notes[BD_CLI_COMPARE_NOTE_MAX][256];
     uint32_t note_count;
 };
 
 // Reads the files, and refuses pairs that cannot be compared: BD_ERR_NO_GOLDEN if the reference (or
-// its half) is not there, BD_ERR_DIFFERS for sizes and filters; what is merely worth knowing is a
-// note. Finish `out` either way.
+// its half) is not there, BD_ERR_DIFFERS for sizes, filters and regions that do not meet; what is
+// merely worth knowing is a note. Finish `out` either way.
 BD_MUST_CHECK
 enum bd_err bd_cli_compare_open(const struct bd_cli_compare *compare,
                                 struct bd_cli_compare_files *out, struct bd_fault *fault);
 void bd_cli_compare_close(struct bd_cli_compare_files *files);
 
-// One layer of both sides, their halves where they have them.
+// One layer of both sides, cut to the region, their halves where they have them.
 struct bd_cli_compare_layer {
     struct bd_metric_input input;
     struct bd_image *owned[4];
@@ -86,13 +92,14 @@ void bd_cli_compare_layer_close(struct bd_cli_compare_layer *layer);
 
 // --- compare_print.c ------------------------------------------------------------------------
 
-void bd_cli_compare_print(const struct bd_cli_compare *compare, const char *layer,
+void bd_cli_compare_print(const struct bd_cli_compare *compare,
+                          const struct bd_cli_compare_files *files, const char *layer,
                           const struct bd_cli_compare_layer *pictures,
                           const struct bd_metrics *metrics);
 
 // Adds the layer's figures to an object. False if there is no memory.
-bool bd_cli_compare_json(json_t *object, const char *layer,
-                         const struct bd_cli_compare_layer *pictures,
+bool bd_cli_compare_json(json_t *object, const struct bd_cli_compare_files *files,
+                         const char *layer, const struct bd_cli_compare_layer *pictures,
                          const struct bd_metrics *metrics);
 
 #endif

@@ -121,6 +121,64 @@ static enum bd_err check_half(const struct bd_cli_compare *compare, struct bd_fa
     return BD_ERR_OK;
 }
 
+// --- regions --------------------------------------------------------------------------------
+
+// Cuts `region` down to what the file's manifest says was traced; the rest of it is black.
+static enum bd_err cut_region(const char *path, const struct bd_exr *exr,
+                              struct bd_cli_region *region, struct bd_fault *fault)
+{
+    const char *text = exr ? bd_exr_attribute(exr, "region") : NULL;
+    if (!text) return BD_ERR_OK;
+    uint32_t x, y, width, height;
+    char rest;
+    bool numbers = strspn(text, "0123456789,") == strlen(text) && strlen(text) < 44 &&
+                   sscanf(text, "%u,%u,%u,%u%c", &x, &y, &width, &height, &rest) == 4;
+    if (!numbers || x > exr->width_px || width > exr->width_px - x || y > exr->height_px ||
+        height > exr->height_px - y)
+        return bd_fault_set(fault, BD_ERR_BAD_INPUT, "region",
+                            "%.150s: its region %.60s is no X,Y,WIDTH,HEIGHT within %ux%u", path,
+                            text, exr->width_px, exr->height_px);
+    uint32_t right = x + width, bottom = y + height;
+    if (right > region->x_px + region->width_px) right = region->x_px + region->width_px;
+    if (bottom > region->y_px + region->height_px) bottom = region->y_px + region->height_px;
+    if (x > region->x_px) region->x_px = x;
+    if (y > region->y_px) region->y_px = y;
+    region->width_px = right > region->x_px ? right - region->x_px : 0;
+    region->height_px = bottom > region->y_px ? bottom - region->y_px : 0;
+    return BD_ERR_OK;
+}
+
+static enum bd_err find_region(const struct bd_cli_compare *compare,
+                               struct bd_cli_compare_files *files, struct bd_fault *fault)
+{
+    struct bd_cli_region *region = &files->region;
+    *region = (struct bd_cli_region){0, 0, files->image->width_px, files->image->height_px};
+    enum bd_err err = cut_region(compare->reference, files->reference, region, fault);
+    if (!err) err = cut_region(compare->half, files->half, region, fault);
+    if (!err) err = cut_region(compare->image, files->image, region, fault);
+    if (err || (region->width_px && region->height_px)) return err;
+    return bd_fault_set(fault, BD_ERR_DIFFERS, "region",
+                        "regions differ: REFERENCE and IMAGE have no pixel in common");
+}
+
+static enum bd_err crop(struct bd_image **image, const struct bd_cli_region *region,
+                        struct bd_fault *fault)
+{
+    const struct bd_image *whole = *image;
+    if (!whole || (whole->width_px == region->width_px && whole->height_px == region->height_px))
+        return BD_ERR_OK;
+    struct bd_image *part =
+        bd_image_create(region->width_px, region->height_px, whole->channel_count);
+    if (!part) return bd_fault_set(fault, BD_ERR_NO_MEMORY, "region", "no memory for a region");
+    size_t row_bytes = (size_t)region->width_px * whole->channel_count * sizeof *part->pixels;
+    for (uint32_t y = 0; y < region->height_px; y++)
+        memcpy(bd_image_at(part, 0, y), bd_image_at(whole, region->x_px, region->y_px + y),
+               row_bytes);
+    bd_image_destroy(image);
+    *image = part;
+    return BD_ERR_OK;
+}
+
 enum bd_err bd_cli_compare_open(const struct bd_cli_compare *compare,
                                 struct bd_cli_compare_files *out, struct bd_fault *fault)
 {
@@ -133,6 +191,7 @@ enum bd_err bd_cli_compare_open(const struct bd_cli_compare *compare,
         err = check_size(compare->reference, out->reference, compare->image, out->image, fault);
     if (!err && out->half)
         err = check_size(compare->reference, out->reference, compare->half, out->half, fault);
+    if (!err) err = find_region(compare, out, fault);
     if (!err) err = check_filter(compare, out, fault);
     if (!err) check_scene(out);
     return err;
@@ -221,6 +280,7 @@ enum bd_err bd_cli_compare_layer_open(const struct bd_cli_compare *compare,
     if (!err) err = open_second_half(compare, files, layer, reference, fault);
     if (!err) err = open_side(compare->image, files->image, files->reference, layer, image, fault);
     if (!err) err = check_channels(layer, out->owned, fault);
+    for (int i = 0; !err && i < 4; i++) err = crop(&out->owned[i], &files->region, fault);
     if (err) return err;
     out->input = (struct bd_metric_input){
         .reference = {reference[0], reference[1] ? reference[1] : reference[0]},

@@ -32,13 +32,18 @@ static void print_figure(const struct bd_metrics *metrics, enum bd_metric metric
     printf("  %s\n", bd_metric_what(metric));
 }
 
-void bd_cli_compare_print(const struct bd_cli_compare *compare, const char *layer,
+void bd_cli_compare_print(const struct bd_cli_compare *compare,
+                          const struct bd_cli_compare_files *files, const char *layer,
                           const struct bd_cli_compare_layer *pictures,
                           const struct bd_metrics *metrics)
 {
     const struct bd_image *image = pictures->input.image[0];
-    printf("%s of %s against %s, %ux%u\n", layer, compare->image, compare->reference,
-           image->width_px, image->height_px);
+    printf("%s of %s against %s, %ux%u", layer, compare->image, compare->reference, image->width_px,
+           image->height_px);
+    if (files->region.width_px != files->image->width_px ||
+        files->region.height_px != files->image->height_px)
+        printf(" at %u,%u", files->region.x_px, files->region.y_px);
+    putchar('\n');
     printf("  %s; 95 %% intervals over %zu tiles of %ux%u pixels\n", debiased_in_words(metrics),
            bd_tiles_count(&metrics->tiles), metrics->tiles.tile_px, metrics->tiles.tile_px);
     for (int i = 0; i < BD_METRIC_COUNT; i++) print_figure(metrics, (enum bd_metric)i);
@@ -61,14 +66,15 @@ static json_t *figure_json(const struct bd_metrics *metrics, enum bd_metric metr
                      interval ? number(figure->high) : json_null());
 }
 
-bool bd_cli_compare_json(json_t *object, const char *layer,
-                         const struct bd_cli_compare_layer *pictures,
+bool bd_cli_compare_json(json_t *object, const struct bd_cli_compare_files *files,
+                         const char *layer, const struct bd_cli_compare_layer *pictures,
                          const struct bd_metrics *metrics)
 {
     const struct bd_image *image = pictures->input.image[0];
     json_t *head = json_pack(
-        "{s:s, s:[i,i], s:s, s:I, s:I, s:i, s:o, s:[o,o]}", "layer", layer, "size",
-        (int)image->width_px, (int)image->height_px, "debiased", debiased(metrics), "pixels",
+        "{s:s, s:[i,i], s:[i,i], s:s, s:I, s:I, s:i, s:o, s:[o,o]}", "layer", layer, "size",
+        (int)image->width_px, (int)image->height_px, "at", (int)files->region.x_px,
+        (int)files->region.y_px, "debiased", debiased(metrics), "pixels",
         (json_int_t)metrics->pixel_count, "tiles", (json_int_t)bd_tiles_count(&metrics->tiles),
         "tile_px", (int)metrics->tiles.tile_px, "display_stops", number(metrics->display_stops),
         "hdr_flip_stops", number(metrics->hdr_exposures.start),

@@ -241,6 +241,33 @@ def test_filters_and_scenes_that_differ(pictures):
     assert pictures("compare", "ref.exr", "box.exr", "--ignore", "filter", "-q").stderr == ""
 
 
+def test_regions(pictures):
+    """Outside its region a file is black, which is no picture of anything."""
+    box, other = numpy.zeros((HEIGHT, WIDTH, 1)), numpy.zeros((HEIGHT, WIDTH, 1))
+    box[10:30, 5:45], other[20:40, 0:20] = 1, 1
+    save(pictures.folder, "part.exr", {**planes(pictures.a * box), **planes(
+        pictures.a * box, "half_a."), **planes(pictures.b * box, "half_b.")}, region="5,10,40,20")
+    save(pictures.folder, "other.exr", planes(pictures.image * other), region="0,20,20,20")
+    for image, rows, columns in (("image.exr", slice(10, 30), slice(5, 45)),
+                                 ("other.exr", slice(20, 30), slice(5, 20))):
+        got = figures(pictures("compare", "part.exr", image, "--json", "--map", "map.png"))
+        sides = (pictures.a, pictures.b, pictures.image, pictures.image)
+        assert_alike(got, definition.sums(*(side[rows, columns] for side in sides)))
+        assert got["at"] == [columns.start, rows.start]
+        assert got["size"] == [columns.stop - columns.start, rows.stop - rows.start]
+    assert "40x20 at 5,10" in pictures("compare", "part.exr", "image.exr").stdout.decode()
+
+
+def test_regions_that_make_no_sense(pictures):
+    for region, code, text in (("0,0,5,5", 1, "no pixel in common"), ("0,0,0,0", 1, "no pixel"),
+                               ("1,1,48,1", 4, "1,1,48,1"), ("1,1,1", 4, "WIDTH"),
+                               ("4294967295,0,2,1", 4, "48x40"), ("all", 4, "all")):
+        save(pictures.folder, "a.exr", planes(pictures.a), region="5,10,40,20")
+        save(pictures.folder, "b.exr", planes(pictures.a), region=region)
+        result = pictures("compare", "a.exr", "b.exr", "--quiet")
+        assert result.returncode == code and text in result.stderr, (region, result.stderr)
+
+
 def test_the_same_words_give_the_same_bytes(pictures):
     words = ("compare", "ref.exr", "image.exr", "--json", "--map", "map.png")
     first = pictures(*words).stdout
