@@ -87,7 +87,8 @@ static void quantiles_are_the_nearest_ranks(void **state)
     static struct bd_tiled_value values[COUNT];
     static const double levels[] = {0.5, 0.99, 0.999};
     for (uint32_t i = 0; i < COUNT; i++)
-        values[i] = (struct bd_tiled_value){(float)(i * 7 % COUNT + 1), (i * 2654435761u >> 16) % 50};
+        values[i] =
+            (struct bd_tiled_value){(float)(i * 7 % COUNT + 1), (i * 2654435761u >> 16) % 50};
     struct bd_figure figures[3];
     assert_int_equal(bd_bootstrap_quantiles(values, COUNT, 50, levels, 3, figures, NULL), 0);
     assert_true(figures[0].value == 500 && figures[1].value == 990 && figures[2].value == 999);

@@ -198,6 +198,19 @@ static void relative_errors_have_a_floor(void **state)
     bd_image_destroy(&r);
 }
 
+static void a_pixel_is_half_off_by_the_mean_of_its_channels(void **state)
+{
+    (void)state;
+    // Relative errors of 0.49, 0.5 and 0.99 over R + 1 %: one above a half.
+    struct bd_image *r = row(3, 3, (float[]){1, 1, 1, 1, 1, 1, 1, 1, 1});
+    struct bd_image *image = row(3, 3, (float[]){1.49f, 1.49f, 1.49f, 2.5f, 1, 1, 0, 0, 0});
+    struct bd_metrics metrics = of(r, r, image, image);
+    assert_near(value(&metrics, BD_METRIC_OVER_HALF), 1.0 / 3, 1e-15);
+    assert_near(value(&metrics, BD_METRIC_MAX_REL), 1 / 1.01, 1e-7);
+    bd_image_destroy(&image);
+    bd_image_destroy(&r);
+}
+
 static void nonfinite_pixels_are_counted_and_left_out(void **state)
 {
     (void)state;
@@ -208,6 +221,14 @@ static void nonfinite_pixels_are_counted_and_left_out(void **state)
     assert_int_equal(metrics.pixel_count, 1);
     assert_near(value(&metrics, BD_METRIC_REL_RMSE), 0.5, 0);
     assert_near(value(&metrics, BD_METRIC_MEAN_REFERENCE), 2, 0);
+    assert_near(value(&metrics, BD_METRIC_MAPE), 1 / 2.02, 1e-15); // its floor too is of that pixel
+    // One of the image's halves is enough, whichever it is.
+    struct bd_image *other = row(2, 3, (float[]){3, 3, INFINITY, 1, 1, 1});
+    metrics = of(r, r, image, other);
+    assert_near(value(&metrics, BD_METRIC_NONFINITE), 2, 0);
+    metrics = of(r, r, other, image);
+    assert_near(value(&metrics, BD_METRIC_NONFINITE), 2, 0);
+    bd_image_destroy(&other);
     image->pixels[0] = INFINITY;
     metrics = of(r, r, image, image);
     assert_near(value(&metrics, BD_METRIC_NONFINITE), 2, 0);
@@ -333,6 +354,7 @@ int main(void)
         cmocka_unit_test(floors_are_what_a_perfect_picture_gets),
         cmocka_unit_test(exact_figures_of_a_tiny_case),
         cmocka_unit_test(relative_errors_have_a_floor),
+        cmocka_unit_test(a_pixel_is_half_off_by_the_mean_of_its_channels),
         cmocka_unit_test(nonfinite_pixels_are_counted_and_left_out),
         cmocka_unit_test(holes_do_not_leak_into_their_neighbours),
         cmocka_unit_test(a_reference_that_is_not_finite_is_refused),
