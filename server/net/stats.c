@@ -55,6 +55,7 @@ struct bd_answer bd_answer_stats(struct bd_net *net)
     BD_SET(reply, connections, net->conn_count);
     BD_SET(reply, requests, net->stats.requests);
     BD_SET(reply, requests_refused, net->stats.requests_refused);
+    BD_SET(reply, reference_memory_mib, sched.reference_memory_mib);
     return bd_answer_of(BOUNCED__ENVELOPE__BODY_STATS_REPLY, reply);
 }
 
@@ -121,6 +122,8 @@ static void write_jobs(FILE *out, const struct bd_sched_stats *sched)
                   (double)sched->device_losses);
     write_gauge(out, "device_ok", "0 between a loss and the rebuilt context.", sched->device_ok);
     write_gauge(out, "gpu_memory_bytes", "GPU memory in use.", sched->gpu_memory_mib * 1048576);
+    write_gauge(out, "reference_memory_bytes", "Host memory of scenes prepared for tracing.",
+                sched->reference_memory_mib * 1048576);
     write_gauge(out, "gpu_memory_limit_bytes", "GPU memory that may be used.",
                 sched->gpu_memory_limit_mib * 1048576);
 }

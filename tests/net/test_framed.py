@@ -273,3 +273,38 @@ def test_private_needs_a_socket(tmp_path):
     process = subprocess.run([BOUNCED, "--private", "99"], stderr=subprocess.PIPE, timeout=30,
                              env={**os.environ, "TMPDIR": str(tmp_path)})
     assert process.returncode == 2 and b"99" in process.stderr
+
+
+def test_a_long_frame_says_how_far_it_is(start):
+    client = start(env={"BD_FAKE_FRAME_MS": "3500"}).framed()
+    request = render(add_scene(client))
+    request.render.progress = True
+    client.send(request)
+    shares = []
+    while True:
+        answer, _ = client.receive()
+        if answer.WhichOneof("body") != "progress":
+            break
+        if answer.progress.HasField("share"):
+            assert answer.progress.stage == "render"
+            shares.append(answer.progress.share)
+    assert answer.HasField("render_reply"), answer
+    assert len(shares) >= 2 and shares == sorted(shares) and 0 < shares[0] < shares[-1] < 1
+
+
+def test_layers_by_group_and_a_region(shared):
+    client = shared.framed()
+    scene = add_scene(client)
+    for region in ([1, 2, 3], [0, 0, 4, 0], [0, 0, 1, 1, 1]):
+        answer, _ = client.ask(render(scene, technique="reference", region=region))
+        assert answer.error.code == "usage" and answer.error.details.field == "region", region
+    sizes = {}
+    for layers in (["beauty"], ["halves"], ["variance"], ["halves", "variance"]):
+        answer, data = client.ask(render(scene, technique="reference", encoding="exr", aa=1,
+                                         exr_raw=True, layers=layers))
+        assert answer.HasField("render_reply"), answer
+        sizes[",".join(layers)] = len(data)
+    # Not compressed: 24 planes of halves, 9 of variances, 256 floats each, and their names.
+    assert sizes["halves"] - sizes["beauty"] >= 24 * 1024
+    assert sizes["variance"] - sizes["beauty"] >= 9 * 1024
+    assert sizes["halves,variance"] == sizes["halves"] + sizes["variance"] - sizes["beauty"]

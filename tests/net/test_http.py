@@ -137,6 +137,8 @@ def test_protobuf_both_ways(shared):
     ("aa=x", "aa"), ("aa=", "aa"), ("seed=18446744073709551616", "seed"), ("plan=yes", "plan"), ("fresh=yes", "fresh"),
     ("exposure=bright", "exposure"), ("tonemap=vivid", "tonemap"), ("layers=beautiful", "layers"), ("layers=direct,normal", "layers"),
     ("set=vpls", "set"), ("sise=4x4", "sise"), ("encoding=exr", "encoding"), ("quality=101", "jpeg_quality"),
+    ("region=1,2,3", "region"), ("region=1,2,3,4,5", "region"), ("region=a,0,1,1", "region"),
+    ("region=0,0,0,1", "region"), ("layers=half", "layers"),
     ("camera=%zz", "query"), ("camera=a%00b", "query"), ("camera", "query"),
     ("camera=" + "x" * 64, "camera"), ("set=" + "k" * 40 + "=1", "parameters"),
 ])
