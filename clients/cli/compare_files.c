@@ -9,6 +9,10 @@
 #include "clients/cli/files.h"
 #include "image/layers.h"
 
+// A reference of 3840 x 2160 has 1.8 GiB of planes; what a file may hold is its owner's decision.
+static const struct bd_exr_limits limits = {.side_px_max = 32768,
+                                            .size_bytes_max = (uint64_t)8 << 30};
+
 static void note(struct bd_cli_compare_files *files, const char *text)
 {
     if (files->note_count == BD_CLI_COMPARE_NOTE_MAX) return;
@@ -38,8 +42,7 @@ static enum bd_err decode(const char *path, const struct bd_bytes *bytes, struct
                           struct bd_fault *fault)
 {
     struct bd_fault inner = {0};
-    enum bd_err err =
-        bd_exr_read(bytes->data, bytes->size_bytes, &bd_exr_limits_default, out, &inner);
+    enum bd_err err = bd_exr_read(bytes->data, bytes->size_bytes, &limits, out, &inner);
     if (!err) return BD_ERR_OK;
     return bd_fault_set(fault, err, path, "%.200s: %s", path, inner.message);
 }
@@ -106,6 +109,25 @@ static void check_scene(struct bd_cli_compare_files *files)
     char text[256];
     snprintf(text, sizeof text, "scenes differ: REFERENCE %.90s, IMAGE %.90s", reference, image);
     note(files, text);
+}
+
+static bool is_attribute(const struct bd_exr *exr, const char *key, const char *value)
+{
+    const char *text = bd_exr_attribute(exr, key);
+    return text && value && strcmp(text, value) == 0;
+}
+
+// A path-traced picture without halves may be made of the very samples that the reference is made
+// of: its noise is then the reference's, and looks like agreement. With halves, (I1 - A)(I2 - B)
+// does not mind: only 1 and 2 must be independent.
+static void check_seed(struct bd_cli_compare_files *files)
+{
+    if (is_attribute(files->image, "technique", "reference") &&
+        is_attribute(files->reference, "technique", "reference") &&
+        is_attribute(files->image, "seed", bd_exr_attribute(files->reference, "seed")) &&
+        !bd_exr_channel(files->image, "half_a.R"))
+        note(files, "IMAGE was traced with REFERENCE's seed and has no halves: noise that both "
+                    "share looks like agreement");
 }
 
 // One file twice shares its noise with itself, which would then be taken for truth.
@@ -194,6 +216,7 @@ enum bd_err bd_cli_compare_open(const struct bd_cli_compare *compare,
     if (!err) err = find_region(compare, out, fault);
     if (!err) err = check_filter(compare, out, fault);
     if (!err) check_scene(out);
+    if (!err) check_seed(out);
     return err;
 }
 

@@ -5,7 +5,9 @@
 // itself has halves I1 and I2 too, and I = (I1 + I2) / 2. Where a side has no halves, both its
 // pictures are the same one, and its noise counts as error.
 //
-//   d  = (I1 - A)(I2 - B)              unbiased for (I - truth)^2; negative where noise is larger
+//   d  = (I1 - A)(I2 - B)              unbiased for (I - truth)^2 where the pair of I1 and A is
+//                                      independent of that of I2 and B; negative where noise is
+//                                      larger
 //   n  = ((A - B) + (I1 - I2)) / 2     as noisy as I - R
 //   m  = |mean R|,  e = |I - R|
 //

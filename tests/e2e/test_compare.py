@@ -244,6 +244,18 @@ def test_filters_and_scenes_that_differ(pictures):
     assert pictures("compare", "ref.exr", "box.exr", "--ignore", "filter", "-q").stderr == ""
 
 
+def test_noise_that_both_sides_share_is_noted(pictures):
+    def note(halves, **strings):
+        made = {"technique": "reference", "seed": "7"}
+        save(pictures.folder, "a.exr", planes(pictures.a), **made)
+        sides = {**planes(pictures.a, "half_a."), **planes(pictures.b, "half_b.")} if halves else {}
+        save(pictures.folder, "b.exr", {**planes(pictures.a), **sides}, **{**made, **strings})
+        return "seed" in pictures("compare", "a.exr", "b.exr").stderr
+
+    assert note(False)
+    assert not note(True) and not note(False, seed="8") and not note(False, technique="rsm")
+
+
 def test_regions(pictures):
     """Outside its region a file is black, which is no picture of anything."""
     box, other = numpy.zeros((HEIGHT, WIDTH, 1)), numpy.zeros((HEIGHT, WIDTH, 1))
