@@ -342,3 +342,11 @@ def test_the_production_references(bounce):
     assert got["rel_rmse"]["value"] == 0
     assert got["mean_image"]["value"] == pytest.approx(0.084546, rel=1e-4)
     assert 0 < got["noise_floor"]["value"] < 0.2
+
+
+def test_help_lists_every_figure(pictures):
+    got = figures(pictures("compare", "ref.exr", "image.exr", "--json"))
+    names = {name for name, value in got.items() if isinstance(value, dict)}
+    result = pictures("compare", "--help")
+    assert result.returncode == 0 and len(names) == 23
+    assert names <= set(result.stdout.decode().split())
