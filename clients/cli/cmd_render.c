@@ -49,6 +49,11 @@ static enum bd_err fill_frame(struct frame *frame, const struct bd_cli_render *o
     }
     request->has_deadline_ms = options->deadline_ms != 0;
     request->deadline_ms = options->deadline_ms;
+    request->has_check = options->check != 0;
+    request->check = options->check;
+    request->has_target_error = options->target_error > 0;
+    request->target_error = options->target_error;
+    request->against = (char *)options->against;
     enum bd_err err = BD_ERR_OK;
     for (uint32_t i = 0; !err && i < options->set_count; i++)
         err = bd_cli_sets_add(&frame->sets, options->sets[i], fault);
@@ -146,6 +151,14 @@ static enum bd_err write_results(const struct bd_cli_render *options,
     return BD_ERR_OK;
 }
 
+// The picture is there, and is not what was asked for: above the error, or out of time.
+static int exit_code(const Bounced__Report *report)
+{
+    const char *stopped = report->stopped ? report->stopped : "";
+    bool missed = strcmp(stopped, "floor") == 0 || strcmp(stopped, "deadline") == 0;
+    return missed ? bd_err_exit_code(BD_ERR_DEADLINE) : 0;
+}
+
 static enum bd_err check_outputs(const struct bd_cli_render *options, struct bd_fault *fault)
 {
     enum bd_err err = options->output ? bd_cli_output_check(options->output, fault) : BD_ERR_OK;
@@ -187,7 +200,8 @@ int bd_cmd_render(const char *const *words, int count)
         write_report_of_failure(&options, &answer);
     else
         err = write_results(&options, &answer, &fault);
+    int code = err ? 0 : exit_code(answer.envelope->render_reply->report);
     bd_cli_answer_finish(&answer);
     bd_cli_conn_close(&conn);
-    return err ? bd_cmd_fail(err, &fault, options.common.json) : 0;
+    return err ? bd_cmd_fail(err, &fault, options.common.json) : code;
 }

@@ -12,6 +12,11 @@
 #define SIDE_PX_MAX 32768u
 #define AA_MAX      64u
 
+#define CHECK_PIXELS_MIN 16u
+#define CHECK_PIXELS_MAX 65536u
+#define TARGET_ERROR_MIN 1e-6 // per cent
+#define TARGET_ERROR_MAX 1e4
+
 enum {
     OPT_OUTPUT = BD_CLI_OPT_OWN,
     OPT_SIZE,
@@ -24,6 +29,7 @@ enum {
     OPT_TONEMAP,
     OPT_SEED,
     OPT_DEADLINE,
+    OPT_CHECK,
     OPT_TARGET_ERROR,
     OPT_PLAN,
     OPT_REPORT,
@@ -50,6 +56,7 @@ static const struct bd_cli_option render_table[] = {
     {"tonemap", 0, true, OPT_TONEMAP},
     {"seed", 0, true, OPT_SEED},
     {"deadline-ms", 0, true, OPT_DEADLINE},
+    {"check", 0, true, OPT_CHECK},
     {"target-error", 0, true, OPT_TARGET_ERROR},
     {"plan", 0, false, OPT_PLAN},
     {"report", 0, true, OPT_REPORT},
@@ -203,6 +210,48 @@ static enum bd_err parse_u32(const char *option, const char *text, uint32_t leas
     return err;
 }
 
+// Cuts ":model" or ":full" off a figure; they say what both options measure against.
+static enum bd_err parse_against(const char *option, const char *text, char *figure,
+                                 size_t figure_size, struct bd_cli_render *out,
+                                 struct bd_fault *fault)
+{
+    const char *colon = strchr(text, ':');
+    size_t length = colon ? (size_t)(colon - text) : strlen(text);
+    if (length >= figure_size) length = figure_size - 1;
+    memcpy(figure, text, length);
+    figure[length] = 0;
+    if (!colon) return BD_ERR_OK;
+    const char *against = colon + 1;
+    if (strcmp(against, "model") != 0 && strcmp(against, "full") != 0)
+        return bd_fault_set(fault, BD_ERR_USAGE, option, "--%s %.40s: against is model or full",
+                            option, text);
+    if (out->against && strcmp(out->against, against) != 0)
+        return bd_fault_set(fault, BD_ERR_USAGE, option,
+                            "--check and --target-error measure against one thing, not against %s "
+                            "and %s",
+                            out->against, against);
+    out->against = against;
+    return BD_ERR_OK;
+}
+
+static enum bd_err parse_check(const char *text, struct bd_cli_render *out, struct bd_fault *fault)
+{
+    char figure[40];
+    enum bd_err err = parse_against("check", text, figure, sizeof figure, out, fault);
+    return err ? err
+               : parse_u32("check", figure, CHECK_PIXELS_MIN, CHECK_PIXELS_MAX, &out->check, fault);
+}
+
+static enum bd_err parse_target_error(const char *text, struct bd_cli_render *out,
+                                      struct bd_fault *fault)
+{
+    char figure[40];
+    enum bd_err err = parse_against("target-error", text, figure, sizeof figure, out, fault);
+    return err ? err
+               : bd_cli_number("target-error", figure, TARGET_ERROR_MIN, TARGET_ERROR_MAX,
+                               &out->target_error, fault);
+}
+
 static enum bd_err parse_render_option(int id, const char *value, struct bd_cli_render *out,
                                        struct bd_fault *fault)
 {
@@ -232,8 +281,10 @@ static enum bd_err parse_render_option(int id, const char *value, struct bd_cli_
         return bd_cli_uint("seed", value, 0, UINT64_MAX, &out->seed, fault);
     case OPT_DEADLINE:
         return parse_u32("deadline-ms", value, 1, UINT32_MAX, &out->deadline_ms, fault);
+    case OPT_CHECK:
+        return parse_check(value, out, fault);
     case OPT_TARGET_ERROR:
-        return usage(fault, "target-error", "--target-error is not offered by this version");
+        return parse_target_error(value, out, fault);
     case OPT_PLAN:
         out->plan = true;
         return BD_ERR_OK;

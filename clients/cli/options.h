@@ -43,6 +43,9 @@ struct bd_cli_render {
     uint32_t aa;
     uint64_t seed;
     uint32_t deadline_ms;    // 0 = none
+    uint32_t check;          // pixels to trace, 0 = the server's choice
+    double target_error;     // per cent, 0 = none
+    const char *against;     // of both; NULL = the server's default
     uint32_t region[4];      // x, y, width, height; width 0 = all
     const char *environment; // "R,G,B" or an .exr; NULL = none
     bool help;

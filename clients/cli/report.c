@@ -2,6 +2,7 @@
 
 #include <inttypes.h>
 #include <jansson.h>
+#include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
@@ -64,8 +65,21 @@ static void print_passes(const Bounced__Report *report, FILE *out)
 
 static void print_time(const Bounced__ReportTime *time, FILE *out)
 {
-    fprintf(out, "%.0f ms: load %.0f, compile %.0f, gpu %.0f, readback %.0f, encode %.0f\n",
+    fprintf(out, "%.0f ms: load %.0f, compile %.0f, gpu %.0f, readback %.0f, encode %.0f",
             time->total, time->load, time->compile, time->gpu, time->readback, time->encode);
+    if (time->check > 0) fprintf(out, ", check %.0f", time->check);
+    fputc('\n', out);
+}
+
+static void print_error(const Bounced__ReportError *error, FILE *out)
+{
+    double low = 100 * error->low, high = 100 * error->high;
+    fprintf(out, "error %.3g %%", 100 * error->value);
+    if (isfinite(high))
+        fprintf(out, " (%.3g - %.3g %%)", low, high);
+    else
+        fprintf(out, " (%.3g %% or more: a few pixels carry it)", low);
+    fprintf(out, " against %s, %" PRIu64 " pixels\n", or_none(error->against), error->samples);
 }
 
 void bd_cli_report_print(const Bounced__Report *report, FILE *out)
@@ -73,6 +87,7 @@ void bd_cli_report_print(const Bounced__Report *report, FILE *out)
     print_heading(report, out);
     print_passes(report, out);
     if (report->time_ms && !is_plan(report)) print_time(report->time_ms, out);
+    for (size_t i = 0; i < report->n_error; i++) print_error(report->error[i], out);
     if (report->nonfinite_pixels)
         fprintf(out, "%" PRIu64 " pixels are not finite\n", report->nonfinite_pixels);
     if (report->stopped && strcmp(report->stopped, "complete") != 0)

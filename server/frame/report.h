@@ -28,6 +28,10 @@ enum bd_stopped {
 const char *bd_pass_state_name(enum bd_pass_state state);
 const char *bd_stopped_name(enum bd_stopped stopped);
 
+struct bd_report_time {
+    double total, load, compile, gpu, check, readback; // ms; encode is added by who encodes
+};
+
 struct bd_report {
     char scene[72]; // "sha256:HEX" of the snapshot
     uint32_t width_px, height_px;
@@ -43,9 +47,7 @@ struct bd_report {
         char device_class[64]; // same class, same bytes: driver family and version
         bool software;
     } device;
-    struct {
-        double total, load, compile, gpu, check, readback; // ms; encode is added by who encodes
-    } time_ms;
+    struct bd_report_time time_ms;
     uint32_t pass_count;
     struct {
         char name[24]; // of the one fixed list in protocol/README.md

@@ -16,6 +16,10 @@ _Static_assert(BD_LAYER_DEPTH == BD_COMPOSITE_DEPTH, "C and GLSL agree");
 
 #define AA_MAX 64
 
+#define CHECK_PIXELS_MIN 16
+#define CHECK_PIXELS_MAX 65536
+#define TARGET_ERROR_MAX 100 // relative: 10000 %
+
 const struct bd_frame_request bd_frame_request_default = {
     .technique = "rsm",
     .width_px = 512,
@@ -78,6 +82,20 @@ const char *bd_fresh_name(enum bd_fresh fresh)
     return NULL;
 }
 
+const char *bd_against_name(enum bd_against against)
+{
+    switch (against) {
+    case BD_AGAINST_MODEL: return "model";
+    case BD_AGAINST_FULL: return "full";
+    }
+    return NULL;
+}
+
+bool bd_frame_request_is_checked(const struct bd_frame_request *request)
+{
+    return !request->plan_only && (request->check_pixels > 0 || request->target_error > 0);
+}
+
 static enum bd_err check_size(const struct bd_frame_request *request,
                               const struct bd_frame_limits *limits, struct bd_fault *fault)
 {
@@ -117,6 +135,18 @@ static enum bd_err check_rendered(const struct bd_frame_request *request, const 
     return BD_ERR_OK;
 }
 
+static enum bd_err check_check(const struct bd_frame_request *request, struct bd_fault *fault)
+{
+    uint32_t pixels = request->check_pixels;
+    if (pixels > 0 && (pixels < CHECK_PIXELS_MIN || pixels > CHECK_PIXELS_MAX))
+        return bd_fault_set(fault, BD_ERR_USAGE, "check", "%u: must be from %d to %d pixels", pixels,
+                            CHECK_PIXELS_MIN, CHECK_PIXELS_MAX);
+    if (!(request->target_error >= 0 && request->target_error <= TARGET_ERROR_MAX))
+        return bd_fault_set(fault, BD_ERR_USAGE, "target_error",
+                            "must be above 0 and at most %d per cent", 100 * TARGET_ERROR_MAX);
+    return BD_ERR_OK;
+}
+
 static enum bd_err check_traced(const struct bd_frame_request *request, struct bd_fault *fault)
 {
     if (request->aa != 1)
@@ -124,6 +154,10 @@ static enum bd_err check_traced(const struct bd_frame_request *request, struct b
                             "aa=%u: technique reference has no sub-frames; spp and filter=box "
                             "sample a pixel",
                             request->aa);
+    if (request->check_pixels > 0 || request->target_error > 0)
+        return bd_fault_set(fault, BD_ERR_USAGE, request->check_pixels ? "check" : "target_error",
+                            "technique reference is what other frames are checked against; its "
+                            "variance layers say how noisy it is");
     const uint32_t *r = request->region;
     bool whole = !r[0] && !r[1] && !r[2] && !r[3];
     bool inside = r[2] && r[3] && r[2] <= request->width_px && r[3] <= request->height_px &&
@@ -150,6 +184,8 @@ enum bd_err bd_frame_request_check(const struct bd_frame_request *request,
     if (!technique) return BD_ERR_USAGE;
     err = technique->is_reference ? check_traced(request, fault)
                                   : check_rendered(request, name, fault);
+    if (err) return err;
+    err = check_check(request, fault);
     if (err) return err;
     struct bd_params params;
     return bd_params_read(&request->params, technique->params_read, name, &params, fault);

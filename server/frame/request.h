@@ -48,6 +48,16 @@ uint32_t bd_layer_channel_count(enum bd_layer layer);
 // all eight, "variance" all three; every other name is one.
 uint32_t bd_layers_named(const char *name);
 
+// What a frame's error is measured against.
+enum bd_against {
+    BD_AGAINST_MODEL, // the technique's own declared model: what no sample, but a design leaves out,
+                      // is no error
+    BD_AGAINST_FULL,  // the whole rendering equation
+};
+
+// "model", "full".
+const char *bd_against_name(enum bd_against against);
+
 struct bd_frame_request {
     char technique[32];          // "" = "rsm"
     struct bd_param_list params; // KEY=VALUE pairs as given; technique/params.h checks them
@@ -58,6 +68,11 @@ struct bd_frame_request {
     uint32_t aa;      // sub-frames averaged, 1 to 64
     uint64_t seed;
     uint32_t deadline_ms; // 0 = none; counted from submission
+    // Estimate the error of the frame from so many pixels traced by the reference; 0 = do not.
+    // Relative error to refine for, 0 = none: then `check_pixels` 0 stands for 512.
+    uint32_t check_pixels;
+    double target_error;
+    enum bd_against against;
     enum bd_fresh fresh;
     bool plan_only;       // report what would run and what is left out; render nothing
 };
@@ -72,6 +87,9 @@ struct bd_frame_limits {
 
 // Whether the processor traces it instead of the device rendering it.
 bool bd_frame_request_is_traced(const struct bd_frame_request *request);
+
+// Whether its error is to be estimated: by `check_pixels`, or for `target_error`.
+bool bd_frame_request_is_checked(const struct bd_frame_request *request);
 
 // The checks that need no scene. Names the field and the limit.
 BD_MUST_CHECK

@@ -81,7 +81,8 @@ void bd_command_tick(struct bd_net *net)
     for (struct bd_command *command = net->commands; command; command = command->next) {
         if (!command->job || !command->events->progress || command->abandoned) continue;
         double share = bd_job_progress(command->job);
-        if (share > 0 && share < 1) command->events->progress(command->user, "render", share);
+        if (share > 0 && share < 1)
+            command->events->progress(command->user, bd_job_stage(command->job), share);
     }
 }
 

@@ -76,6 +76,24 @@ static enum bd_err read_region(const Bounced__FrameRequest *request, struct bd_f
     return BD_ERR_OK;
 }
 
+static enum bd_err read_check(const Bounced__FrameRequest *request, struct bd_frame_request *frame,
+                              struct bd_fault *fault)
+{
+    if (request->has_check) frame->check_pixels = request->check;
+    if (request->has_target_error) {
+        frame->target_error = request->target_error / 100;
+        if (!(request->target_error > 0))
+            return bd_fault_set(fault, BD_ERR_USAGE, "target_error", "%g: must be above 0",
+                                request->target_error);
+    }
+    const char *against = request->against ? request->against : "model";
+    frame->against = strcmp(against, "full") == 0 ? BD_AGAINST_FULL : BD_AGAINST_MODEL;
+    if (strcmp(against, bd_against_name(frame->against)) != 0)
+        return bd_fault_set(fault, BD_ERR_USAGE, "against", "against is model or full, not \"%s\"",
+                            against);
+    return BD_ERR_OK;
+}
+
 static enum bd_err read_exposure(const char *text, struct bd_encode_request *encode,
                                  struct bd_fault *fault)
 {
@@ -151,6 +169,7 @@ enum bd_err bd_frame_options_read(const Bounced__FrameRequest *request,
     if (!err) err = read_fresh(request, frame, fault);
     if (!err) err = read_region(request, frame, fault);
     if (!err) err = read_encoding(request, out, fault);
+    if (!err) err = read_check(request, frame, fault);
     if (request->has_aa) frame->aa = request->aa;
     if (request->has_seed) frame->seed = request->seed;
     if (request->has_deadline_ms) frame->deadline_ms = request->deadline_ms;

@@ -191,6 +191,26 @@ static bool set_deadline(char *value, Bounced__FrameRequest *request)
     return request->has_deadline_ms;
 }
 
+static bool set_check(char *value, Bounced__FrameRequest *request)
+{
+    request->has_check = read_u32(value, &request->check);
+    return request->has_check;
+}
+
+static bool set_target_error(char *value, Bounced__FrameRequest *request)
+{
+    char *end;
+    request->target_error = strtod(value, &end);
+    request->has_target_error = end != value && !*end;
+    return request->has_target_error;
+}
+
+static bool set_against(char *value, Bounced__FrameRequest *request)
+{
+    replace_text(&request->against, value);
+    return true;
+}
+
 static bool set_plan(char *value, Bounced__FrameRequest *request)
 {
     request->has_plan_only = read_flag(value, &request->plan_only);
@@ -221,6 +241,9 @@ static const struct option {
     {"quality", set_quality, "a whole number"},
     {"region", set_region, "X,Y,WIDTH,HEIGHT"},
     {"deadline_ms", set_deadline, "a whole number"},
+    {"check", set_check, "a whole number"},
+    {"target_error", set_target_error, "per cent"},
+    {"against", set_against, ""},
     {"plan", set_plan, "0 or 1"},
     {"fresh", set_fresh, ""},
     {"encoding", set_encoding, ""}, // last: where the path says it, the query may not

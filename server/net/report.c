@@ -43,7 +43,7 @@ static void fill_time(Bounced__Report *message, const struct bd_report *report, 
     BD_SET(time, load, report->time_ms.load + load_ms);
     BD_SET(time, compile, report->time_ms.compile);
     BD_SET(time, gpu, report->time_ms.gpu);
-    BD_SET(time, check, 0);
+    BD_SET(time, check, report->time_ms.check);
     BD_SET(time, readback, report->time_ms.readback);
     BD_SET(time, encode, encode_ms);
     message->time_ms = time;
@@ -95,6 +95,22 @@ static void fill_flags(Bounced__Report *message, const struct bd_report *report)
         message->flags[message->n_flags++] = bd_answer_text(report->flags[i]);
 }
 
+static void fill_errors(Bounced__Report *message, const struct bd_report *report)
+{
+    message->error = new_zeroed(report->error_count, sizeof(Bounced__ReportError *));
+    for (uint32_t i = 0; i < report->error_count; i++) {
+        Bounced__ReportError *error = new_zeroed(1, sizeof *error);
+        bounced__report_error__init(error);
+        error->metric = bd_answer_text(report->errors[i].metric);
+        BD_SET(error, value, report->errors[i].value);
+        BD_SET(error, low, report->errors[i].low);
+        BD_SET(error, high, report->errors[i].high);
+        BD_SET(error, samples, report->errors[i].samples);
+        error->against = bd_answer_text(report->errors[i].against);
+        message->error[message->n_error++] = error;
+    }
+}
+
 Bounced__Report *bd_report_message(const struct bd_report *report, uint64_t revision,
                                    double load_ms, double encode_ms, const float *exposure_stops)
 {
@@ -117,6 +133,7 @@ Bounced__Report *bd_report_message(const struct bd_report *report, uint64_t revi
     fill_passes(message, report);
     fill_counts(message, report);
     fill_flags(message, report);
+    fill_errors(message, report);
     BD_SET(message, nonfinite_pixels, report->nonfinite_pixels);
     if (exposure_stops) BD_SET(message, exposure_stops, (double)*exposure_stops);
     message->stopped = bd_answer_text(bd_stopped_name(report->stopped));

@@ -15,7 +15,7 @@
 // or a relative standard deviation so small that nobody minds.
 #define LEVELS_AT_FIRST 2u
 #define NOISE_SHARE     0.2
-#define NOISE_SMALL     0.005
+#define NOISE_SMALL     0.02
 
 // Samples of each half in one item of a loop; items in one loop.
 #define ITEM_SAMPLES BD_CHECK_LEVEL_SAMPLES

@@ -4,6 +4,7 @@
 
 #include "base/assert.h"
 #include "base/clock.h"
+#include "sched/job_check.h"
 
 struct bd_job *bd_job_create(const struct bd_job_request *request)
 {
@@ -12,8 +13,11 @@ struct bd_job *bd_job_create(const struct bd_job_request *request)
     atomic_init(&job->reference_count, 2);
     atomic_init(&job->cancelled, false);
     atomic_init(&job->progress_ppm, 0);
+    atomic_init(&job->checking, false);
     job->request = *request;
     bd_scene_retain(job->request.scene);
+    if (bd_frame_request_is_checked(&request->frame))
+        job->check = bd_job_check_create(&job->request.frame);
     uint32_t deadline_ms = request->frame.deadline_ms;
     if (deadline_ms) job->deadline_ns = bd_clock_ns() + deadline_ms * UINT64_C(1000000);
     BD_ASSERT(pthread_mutex_init(&job->lock, NULL) == 0);
@@ -26,6 +30,7 @@ void bd_job_drop(struct bd_job *job)
     if (atomic_fetch_sub(&job->reference_count, 1) > 1) return;
     for (int l = 0; l < BD_LAYER_COUNT; l++) bd_image_destroy(&job->result.layers[l]);
     bd_scene_release(&job->request.scene);
+    bd_job_check_destroy(&job->check);
     pthread_mutex_destroy(&job->lock);
     pthread_cond_destroy(&job->ended_changed);
     free(job);
@@ -72,6 +77,11 @@ void bd_job_cancel(struct bd_job *job)
 double bd_job_progress(const struct bd_job *job)
 {
     return 1e-6 * atomic_load(&job->progress_ppm);
+}
+
+const char *bd_job_stage(const struct bd_job *job)
+{
+    return atomic_load(&job->checking) ? "check" : "render";
 }
 
 void bd_job_wait(struct bd_job *job)

@@ -15,6 +15,9 @@ struct bd_job {
     struct bd_job_request request;
     uint64_t deadline_ns;      // 0 = none
     atomic_uint progress_ppm;  // share of the work that is done, in millionths
+    atomic_bool checking;      // the work is a spot check, not the frame
+    bool render_again;         // the check's verdict, on its way back to the render thread
+    struct bd_job_check *check; // NULL unless its error is to be estimated (sched/job_check.h)
     struct bd_job_result result;
     pthread_mutex_t lock; // of `ended`
     pthread_cond_t ended_changed;

@@ -11,7 +11,7 @@ struct bd_job;
 
 struct bd_job_queue {
     struct bd_job **jobs; // sorted: the next one last
-    uint32_t count, capacity;
+    uint32_t count, capacity, room; // jobs waiting, their bound, and what `jobs` has room for
 };
 
 void bd_job_queue_init(struct bd_job_queue *queue, uint32_t capacity);
@@ -19,6 +19,8 @@ void bd_job_queue_finish(struct bd_job_queue *queue);
 
 // False if the queue is full.
 bool bd_job_queue_push(struct bd_job_queue *queue, struct bd_job *job);
+// Takes back a job that was popped, whatever the bound: behind its priority.
+void bd_job_queue_return(struct bd_job_queue *queue, struct bd_job *job);
 // NULL if the queue is empty.
 struct bd_job *bd_job_queue_pop(struct bd_job_queue *queue);
 // Ends every job in it: the daemon is stopping.

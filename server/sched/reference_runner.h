@@ -1,7 +1,7 @@
 // The machine's share for the reference: one pool of threads, the scenes that are prepared for
 // tracing, and whose turn it is.
 //
-// Whole references (sched/reference_jobs.h) and spot checks of rendered frames share it. Nothing is
+// Whole references (sched/reference_trace.h) and spot checks of rendered frames share it. Nothing is
 // started or allocated before the first loop: a daemon that traces nothing pays nothing.
 //
 // To trace: take the reference of a snapshot, run loops over whatever is to be traced, give it

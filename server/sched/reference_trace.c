@@ -36,7 +36,7 @@ struct tracing {
     uint64_t total;
 };
 
-static struct bd_integrand integrand_of(const struct bd_params *params)
+struct bd_integrand bd_reference_integrand_of(const struct bd_params *params)
 {
     return (struct bd_integrand){
         .bounces_max = params->bounces,
@@ -204,7 +204,7 @@ enum bd_err bd_reference_trace_job(struct bd_reference_runner *runner, struct bd
         err = bd_plan_make(job->request.scene, &job->request.frame, &tracing.plan, &result->report,
                            &result->fault);
     if (!err && !job->request.frame.plan_only) {
-        tracing.integrand = integrand_of(&tracing.plan.params);
+        tracing.integrand = bd_reference_integrand_of(&tracing.plan.params);
         tracing.view = (struct bd_reference_view){job->request.frame.width_px,
                                                   job->request.frame.height_px,
                                                   (uint32_t)tracing.plan.camera};

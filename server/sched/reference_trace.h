@@ -1,6 +1,6 @@
 // One job of technique reference: plan, prepare, trace, layers.
 //
-// Private to sched/. Thread: the reference's coordinator; tracing itself runs on the runner's pool.
+// Private to sched/. Thread: the references' worker; tracing itself runs on the runner's pool.
 
 #ifndef BD_SCHED_REFERENCE_TRACE_H
 #define BD_SCHED_REFERENCE_TRACE_H
@@ -8,6 +8,9 @@
 #include "base/err.h"
 #include "sched/job.h"
 #include "sched/reference_runner.h"
+
+// The part of the rendering equation that parameters of technique reference name.
+struct bd_integrand bd_reference_integrand_of(const struct bd_params *params);
 
 // Fills job->result, also after a failure as far as it came; describes the fault but for a cancel
 // and a deadline.

@@ -9,9 +9,12 @@
 #include "base/clock.h"
 #include "base/log.h"
 #include "frame/frame.h"
+#include "sched/check_views.h"
 #include "sched/job.h"
+#include "sched/job_check.h"
 #include "sched/queue.h"
-#include "sched/reference_jobs.h"
+#include "sched/reference_trace.h"
+#include "sched/worker.h"
 
 #define GPU_MEMORY_UNKNOWN_MIB 2048
 // Share of the memory limit that may hold outputs for frames to come; and no more than so much of a
@@ -25,7 +28,8 @@ struct bd_sched {
     char cache_directory[4096];
     pthread_t thread;
     struct bd_reference_runner *reference_runner;
-    struct bd_reference_jobs *reference_jobs;
+    struct bd_job_worker *references, *checks;
+    struct bd_check_views *check_views; // the checks' worker only
 
     pthread_mutex_t lock; // of everything below
     pthread_cond_t work_changed;
@@ -168,12 +172,53 @@ static void account_memory(struct bd_sched *sched, const struct bd_job *job)
         stats->gpu_memory_peak_mib = job->result.report.memory_gpu_peak_mib;
 }
 
-static void account_traced(void *user, const struct bd_job *job)
+static void end_job(struct bd_sched *sched, struct bd_job *job)
 {
-    struct bd_sched *sched = user;
     pthread_mutex_lock(&sched->lock);
     account_job(&sched->stats, job);
     pthread_mutex_unlock(&sched->lock);
+    bd_job_end(job);
+}
+
+// --- references and checks, each on its worker's thread -------------------------------------
+
+static void run_reference(void *user, struct bd_job *job)
+{
+    struct bd_sched *sched = user;
+    job->result.err = bd_reference_trace_job(sched->reference_runner, job);
+    if (job->result.err) bd_job_describe_failure(job);
+}
+
+static void reference_ran(void *user, struct bd_job *job)
+{
+    end_job(user, job);
+}
+
+static void run_check(void *user, struct bd_job *job)
+{
+    struct bd_sched *sched = user;
+    job->render_again = bd_job_check_run(sched->reference_runner, sched->check_views, job);
+}
+
+// A job that comes back for its next frame was let in already: the queue's bound is for new ones.
+static bool render_again(struct bd_sched *sched, struct bd_job *job)
+{
+    pthread_mutex_lock(&sched->lock);
+    bool queued = !sched->stopping;
+    if (queued) bd_job_queue_return(&sched->queue, job);
+    pthread_cond_signal(&sched->work_changed);
+    pthread_mutex_unlock(&sched->lock);
+    return queued;
+}
+
+static void check_ran(void *user, struct bd_job *job)
+{
+    struct bd_sched *sched = user;
+    if (job->render_again && render_again(sched, job)) return;
+    if (job->render_again)
+        job->result.err =
+            bd_fault_set(&job->result.fault, BD_ERR_CANCELLED, "", "the daemon is stopping");
+    end_job(sched, job);
 }
 
 // --- the render thread ----------------------------------------------------------------------
@@ -189,14 +234,26 @@ static struct bd_job *wait_for_job(struct bd_sched *sched)
     return job;
 }
 
+// False: it goes on to its check, and is not this thread's any more.
+static bool is_at_its_end(struct bd_sched *sched, struct bd_job *job)
+{
+    if (!job->check) return true;
+    bd_job_check_settle(job);
+    if (job->result.err || job->result.report.stopped != BD_STOPPED_COMPLETE) return true;
+    if (bd_job_worker_push(sched->checks, job)) return false;
+    job->result.err = bd_fault_set(&job->result.fault, BD_ERR_BUSY, "check",
+                                   "%u frames are waiting for their check already",
+                                   sched->options.queue_length_max);
+    return true;
+}
+
 static void finish_job(struct bd_sched *sched, struct bd_job *job)
 {
     pthread_mutex_lock(&sched->lock);
     sched->running = NULL;
-    account_job(&sched->stats, job);
     account_memory(sched, job);
     pthread_mutex_unlock(&sched->lock);
-    bd_job_end(job);
+    if (is_at_its_end(sched, job)) end_job(sched, job);
 }
 
 static void *render_thread(void *user)
@@ -224,7 +281,9 @@ static void *render_thread(void *user)
 
 static void free_sched(struct bd_sched *sched)
 {
-    bd_reference_jobs_destroy(&sched->reference_jobs);
+    bd_job_worker_destroy(&sched->references);
+    bd_job_worker_destroy(&sched->checks);
+    bd_check_views_destroy(&sched->check_views);
     bd_reference_runner_destroy(&sched->reference_runner);
     bd_job_queue_finish(&sched->queue);
     pthread_mutex_destroy(&sched->lock);
@@ -253,8 +312,11 @@ enum bd_err bd_sched_create(const struct bd_sched_options *options, struct bd_sc
     BD_ASSERT(pthread_mutex_init(&sched->lock, NULL) == 0);
     BD_ASSERT(pthread_cond_init(&sched->work_changed, NULL) == 0);
     sched->reference_runner = bd_reference_runner_create(options->reference_threads);
-    sched->reference_jobs = bd_reference_jobs_create(
-        options->queue_length_max, sched->reference_runner, account_traced, sched);
+    sched->references = bd_job_worker_create(
+        options->queue_length_max, &(struct bd_job_work){run_reference, reference_ran, sched});
+    sched->check_views = bd_check_views_create();
+    sched->checks = bd_job_worker_create(options->queue_length_max,
+                                         &(struct bd_job_work){run_check, check_ran, sched});
     BD_ASSERT(pthread_create(&sched->thread, NULL, render_thread, sched) == 0);
     wait_until_started(sched);
     if (sched->start_err) {
@@ -299,7 +361,7 @@ enum bd_err bd_sched_submit(struct bd_sched *sched, const struct bd_job_request 
     if (err) return err;
     struct bd_job *job = bd_job_create(request);
     bool queued = bd_frame_request_is_traced(&request->frame)
-                      ? bd_reference_jobs_push(sched->reference_jobs, job)
+                      ? bd_job_worker_push(sched->references, job)
                       : push(sched, job);
     if (!queued) {
         bd_job_drop(job);
@@ -311,6 +373,14 @@ enum bd_err bd_sched_submit(struct bd_sched *sched, const struct bd_job_request 
     return BD_ERR_OK;
 }
 
+static void add_waiting(struct bd_job_worker *worker, struct bd_sched_stats *stats)
+{
+    uint32_t waiting, running;
+    bd_job_worker_count(worker, &waiting, &running);
+    stats->jobs_waiting += waiting;
+    stats->jobs_running += running;
+}
+
 void bd_sched_stats(struct bd_sched *sched, struct bd_sched_stats *out)
 {
     pthread_mutex_lock(&sched->lock);
@@ -318,10 +388,8 @@ void bd_sched_stats(struct bd_sched *sched, struct bd_sched_stats *out)
     out->jobs_waiting = sched->queue.count;
     out->jobs_running = sched->running != NULL;
     pthread_mutex_unlock(&sched->lock);
-    uint32_t waiting, running;
-    bd_reference_jobs_count(sched->reference_jobs, &waiting, &running);
-    out->jobs_waiting += waiting;
-    out->jobs_running += running;
+    add_waiting(sched->references, out);
+    add_waiting(sched->checks, out);
     struct bd_reference_runner_stats reference;
     bd_reference_runner_stats(sched->reference_runner, &reference);
     out->reference_memory_mib = (double)reference.memory_bytes / (1 << 20);

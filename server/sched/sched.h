@@ -56,15 +56,18 @@ enum bd_err bd_sched_submit(struct bd_sched *sched, const struct bd_job_request 
 
 // Asks a job to stop; it still ends by `done`, with BD_ERR_CANCELLED. Harmless when it has ended.
 void bd_job_cancel(struct bd_job *job);
-// Share of its work that is done, 0 to 1; stays 0 for what ends in a moment.
+// Share of the stage's work that is done, 0 to 1; stays 0 for what ends in a moment.
 double bd_job_progress(const struct bd_job *job);
+// "render", or "check" while its error is estimated. Static.
+const char *bd_job_stage(const struct bd_job *job);
 // Blocks until the job has ended.
 void bd_job_wait(struct bd_job *job);
 void bd_job_release(struct bd_job **job);
 
 // Valid once the job has ended; borrowed until its release. `layers[l]` is NULL unless asked for;
 // all are NULL after a failure or for a plan. After a passed deadline the result is
-// BD_ERR_DEADLINE and the report tells how far it came.
+// BD_ERR_DEADLINE and the report tells how far it came; but a frame that stands when its check or
+// refinement ran out of time is a result, with report.stopped = BD_STOPPED_DEADLINE.
 struct bd_job_result {
     enum bd_err err;
     struct bd_fault fault;

@@ -229,6 +229,12 @@ double bd_job_progress(const struct bd_job *job)
     return share < 1 ? share : 1;
 }
 
+const char *bd_job_stage(const struct bd_job *job)
+{
+    (void)job;
+    return "render";
+}
+
 void bd_job_wait(struct bd_job *job)
 {
     pthread_mutex_lock(&job->sched->lock);

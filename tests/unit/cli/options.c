@@ -45,12 +45,12 @@ static void defaults_depend_on_the_output(void **state)
 static void every_option_arrives(void **state)
 {
     (void)state;
-    const struct bd_cli_render *o =
-        parsed(WORDS("--size=640x480", "--camera", "Cam 2", "--technique", "direct", "--set",
-                     "vpls=256", "--set=brdf=lambert", "--aa", "4", "--layers", "direct,normal",
-                     "--exposure=-1.5", "--tonemap", "agx", "--seed", "18446744073709551615",
-                     "--deadline-ms", "1500", "--report", "r.json", "--fresh", "camera", "--json", "--quiet", "--server",
-                     "tcp:h:1", "--token-file", "t", "-o", "x.exr", "--", "-odd.glb"));
+    const struct bd_cli_render *o = parsed(WORDS(
+        "--size=640x480", "--camera", "Cam 2", "--technique", "direct", "--set", "vpls=256",
+        "--set=brdf=lambert", "--aa", "4", "--layers", "direct,normal", "--exposure=-1.5",
+        "--tonemap", "agx", "--seed", "18446744073709551615", "--deadline-ms", "1500", "--check",
+        "300", "--target-error", "2.5:full", "--report", "r.json", "--fresh", "camera", "--json",
+        "--quiet", "--server", "tcp:h:1", "--token-file", "t", "-o", "x.exr", "--", "-odd.glb"));
     assert_string_equal(o->scene, "-odd.glb");
     assert_int_equal(o->width_px, 640);
     assert_int_equal(o->height_px, 480);
@@ -66,6 +66,9 @@ static void every_option_arrives(void **state)
     assert_string_equal(o->tonemap, "agx");
     assert_true(o->seed == UINT64_MAX);
     assert_int_equal(o->deadline_ms, 1500);
+    assert_int_equal(o->check, 300);
+    assert_true(o->target_error == 2.5);
+    assert_string_equal(o->against, "full");
     assert_string_equal(o->fresh, "camera");
     assert_string_equal(o->report, "r.json");
     assert_true(o->common.json && o->common.quiet);
@@ -108,8 +111,16 @@ static void refusals_name_the_option_and_its_range(void **state)
     assert_refused(WORDS("a.glb", "-o", "x.png", "--set", "vpls"), "set", "KEY=VALUE");
     assert_refused(WORDS("a.glb", "-o", "x.png", "--set", "=1"), "set", "KEY=VALUE");
     assert_refused(WORDS("a.glb", "-o", "x.exr", "--layers", "direct,,normal"), "layers", "commas");
-    assert_refused(WORDS("a.glb", "-o", "x.png", "--target-error", "5"), "target-error",
-                   "not offered");
+    static const char *const targets[] = {"0", "-1", "nan", "inf", "20000", "", "3x", ":full"};
+    for (size_t i = 0; i < sizeof targets / sizeof targets[0]; i++)
+        assert_refused(WORDS("a.glb", "-o", "x.png", "--target-error", targets[i]), "target-error",
+                       "1e-06 to 10000");
+    assert_refused(WORDS("a.glb", "-o", "x.png", "--target-error", "3:half"), "target-error",
+                   "model or full");
+    assert_refused(WORDS("a.glb", "-o", "x.png", "--check", "15"), "check", "from 16 to 65536");
+    assert_refused(WORDS("a.glb", "-o", "x.png", "--check", "64:truth"), "check", "model or full");
+    assert_refused(WORDS("a.glb", "-o", "x.png", "--check", "64:full", "--target-error", "3:model"),
+                   "target-error", "one thing");
 }
 
 static void combinations_that_make_no_sense(void **state)

@@ -1,0 +1,22 @@
+// Climbing a technique's ladder: from a request's own parameters to better and better ones.
+//
+// A rung is laid over what was given: keys that the ladder does not vary stay. Any thread.
+
+#ifndef BD_FRAME_LADDER_H
+#define BD_FRAME_LADDER_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "technique/technique.h"
+
+// Where to begin: with what was given if it names a parameter that the ladder varies, otherwise on
+// the cheapest rung. Fills `out` and returns the rung that bd_ladder_climb goes on with.
+uint32_t bd_ladder_begin(const struct bd_technique *technique, const struct bd_param_list *given,
+                         struct bd_param_list *out);
+
+// The next setting, from `*rung` on; false past the last.
+bool bd_ladder_climb(const struct bd_technique *technique, const struct bd_param_list *given,
+                     uint32_t *rung, struct bd_param_list *out);
+
+#endif

@@ -1,0 +1,184 @@
+// What is decided after a checked frame, and how ladders are climbed: no device, no tracing.
+
+#include <math.h>
+#include <string.h>
+
+#include "frame/ladder.h"
+#include "sched/refine.h"
+#include "tests/unit/cmocka_all.h"
+
+#define TARGET 0.02
+
+static struct bd_refinement begin(void)
+{
+    struct bd_refinement refinement;
+    bd_refine_init(&refinement, TARGET, 256);
+    return refinement;
+}
+
+static struct bd_check_result found(double value, double high, uint32_t pixel_count)
+{
+    return (struct bd_check_result){.value = value, .high = high, .pixel_count = pixel_count};
+}
+
+static enum bd_refine_next decide(struct bd_refinement *refinement, double value, double high,
+                                  bool has_next_rung)
+{
+    bool better;
+    const struct bd_check_result result = found(value, high, refinement->pixel_count);
+    return bd_refine_decide(refinement, &result, has_next_rung, &better);
+}
+
+static void the_upper_end_decides(void **state)
+{
+    (void)state;
+    struct bd_refinement refinement = begin();
+    assert_int_equal(decide(&refinement, 0.05, 0.06, true), BD_REFINE_CLIMB);
+    assert_int_equal(decide(&refinement, 0.015, 0.0199, true), BD_REFINE_REACHED);
+}
+
+static void a_wide_interval_is_looked_at_more_closely(void **state)
+{
+    (void)state;
+    struct bd_refinement refinement = begin();
+    assert_int_equal(decide(&refinement, 0.019, 0.023, true), BD_REFINE_LOOK);
+    assert_int_equal(refinement.pixel_count, 512);
+    assert_int_equal(decide(&refinement, 0.03, INFINITY, true), BD_REFINE_LOOK);
+    assert_int_equal(refinement.pixel_count, 1024);
+    // There is a bound to it, and a picture has only so many pixels.
+    while (refinement.pixel_count < 8192)
+        assert_int_equal(decide(&refinement, 0.019, 0.023, true), BD_REFINE_LOOK);
+    assert_int_equal(decide(&refinement, 0.019, 0.023, true), BD_REFINE_CLIMB);
+    refinement = begin();
+    bool better;
+    const struct bd_check_result whole = found(0.019, 0.023, 100);
+    assert_int_equal(bd_refine_decide(&refinement, &whole, true, &better), BD_REFINE_CLIMB);
+}
+
+static void three_that_lower_nothing_are_the_floor(void **state)
+{
+    (void)state;
+    struct bd_refinement refinement = begin();
+    assert_int_equal(decide(&refinement, 0.2, 0.22, true), BD_REFINE_CLIMB);
+    assert_int_equal(decide(&refinement, 0.2, 0.22, true), BD_REFINE_CLIMB);
+    assert_int_equal(decide(&refinement, 0.3, 0.33, true), BD_REFINE_CLIMB);
+    // One that does begins the count anew.
+    assert_int_equal(decide(&refinement, 0.18, 0.2, true), BD_REFINE_CLIMB);
+    assert_int_equal(decide(&refinement, 0.18, 0.2, true), BD_REFINE_CLIMB);
+    assert_int_equal(decide(&refinement, 0.18, 0.199, true), BD_REFINE_CLIMB); // half a per cent
+    assert_int_equal(decide(&refinement, 0.18, 0.2, true), BD_REFINE_FLOOR);
+}
+
+static void the_last_rung_is_the_floor(void **state)
+{
+    (void)state;
+    struct bd_refinement refinement = begin();
+    assert_int_equal(decide(&refinement, 0.2, 0.22, false), BD_REFINE_FLOOR);
+}
+
+static void the_best_is_the_lowest_upper_end(void **state)
+{
+    (void)state;
+    struct bd_refinement refinement = begin();
+    static const struct {
+        double high;
+        bool better;
+    } frames[] = {{INFINITY, true}, {0.3, true}, {0.4, false}, {0.25, true}, {INFINITY, false}};
+    for (size_t i = 0; i < sizeof frames / sizeof frames[0]; i++) {
+        bool better;
+        const struct bd_check_result result = found(0.2, frames[i].high, 1);
+        (void)bd_refine_decide(&refinement, &result, true, &better);
+        assert_int_equal(better, frames[i].better);
+    }
+}
+
+// --- ladders --------------------------------------------------------------------------------
+
+static const char *const two_keys[] = {"vpls=16 rsm_size=32", "vpls=64 rsm_size=64",
+                                       "vpls=256 rsm_size=64", NULL};
+static const struct bd_technique technique = {.name = "made_up", .ladder = two_keys};
+
+static struct bd_param_list list_of(const char *first, const char *second)
+{
+    struct bd_param_list list = {0};
+    if (first) assert_int_equal(bd_param_list_add(&list, first, NULL), BD_ERR_OK);
+    if (second) assert_int_equal(bd_param_list_add(&list, second, NULL), BD_ERR_OK);
+    return list;
+}
+
+static const char *value_of(const struct bd_param_list *list, const char *key)
+{
+    const char *value = "none";
+    for (uint32_t i = 0; i < list->count; i++)
+        if (strcmp(list->pairs[i].key, key) == 0) value = list->pairs[i].value;
+    return value;
+}
+
+static void a_ladder_begins_at_its_foot(void **state)
+{
+    (void)state;
+    struct bd_param_list given = list_of("brdf=lambert", NULL), now;
+    uint32_t rung = bd_ladder_begin(&technique, &given, &now);
+    assert_string_equal(value_of(&now, "vpls"), "16");
+    assert_string_equal(value_of(&now, "rsm_size"), "32");
+    assert_string_equal(value_of(&now, "brdf"), "lambert");
+    assert_true(bd_ladder_climb(&technique, &given, &rung, &now));
+    assert_string_equal(value_of(&now, "vpls"), "64");
+    assert_true(bd_ladder_climb(&technique, &given, &rung, &now));
+    assert_string_equal(value_of(&now, "vpls"), "256");
+    assert_false(bd_ladder_climb(&technique, &given, &rung, &now));
+}
+
+static void a_ladder_begins_above_what_was_given(void **state)
+{
+    (void)state;
+    struct bd_param_list given = list_of("vpls=100", NULL), now;
+    uint32_t rung = bd_ladder_begin(&technique, &given, &now);
+    assert_string_equal(value_of(&now, "vpls"), "100");
+    assert_string_equal(value_of(&now, "rsm_size"), "none");
+    assert_true(bd_ladder_climb(&technique, &given, &rung, &now));
+    assert_string_equal(value_of(&now, "vpls"), "256");
+    assert_int_equal(now.count, 2);
+    assert_false(bd_ladder_climb(&technique, &given, &rung, &now));
+    // Nothing is lowered to climb.
+    given = list_of("vpls=16", "rsm_size=512");
+    rung = bd_ladder_begin(&technique, &given, &now);
+    assert_false(bd_ladder_climb(&technique, &given, &rung, &now));
+}
+
+static void a_key_given_twice_is_replaced(void **state)
+{
+    (void)state;
+    struct bd_param_list given = list_of("vpls=100", "vpls=20"), now;
+    uint32_t rung = bd_ladder_begin(&technique, &given, &now);
+    assert_true(bd_ladder_climb(&technique, &given, &rung, &now));
+    assert_string_equal(value_of(&now, "vpls"), "64");
+    for (uint32_t i = 0; i < now.count; i++)
+        if (strcmp(now.pairs[i].key, "vpls") == 0) assert_string_equal(now.pairs[i].value, "64");
+}
+
+static void a_technique_without_ladder_stays(void **state)
+{
+    (void)state;
+    static const struct bd_technique bare = {.name = "bare"};
+    struct bd_param_list given = list_of("brdf=full", NULL), now;
+    uint32_t rung = bd_ladder_begin(&bare, &given, &now);
+    assert_int_equal(now.count, 1);
+    assert_false(bd_ladder_climb(&bare, &given, &rung, &now));
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(the_upper_end_decides),
+        cmocka_unit_test(a_wide_interval_is_looked_at_more_closely),
+        cmocka_unit_test(three_that_lower_nothing_are_the_floor),
+        cmocka_unit_test(the_last_rung_is_the_floor),
+        cmocka_unit_test(the_best_is_the_lowest_upper_end),
+        cmocka_unit_test(a_ladder_begins_at_its_foot),
+        cmocka_unit_test(a_ladder_begins_above_what_was_given),
+        cmocka_unit_test(a_key_given_twice_is_replaced),
+        cmocka_unit_test(a_technique_without_ladder_stays),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
