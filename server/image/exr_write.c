@@ -73,12 +73,38 @@ static void aim_at_rows(exr_encode_pipeline_t *pipe, const struct bd_exr_picture
     }
 }
 
+typedef exr_result_t (*compress_fn)(exr_encode_pipeline_t *);
+
+// Readers take a chunk that is as long as its pixels for the pixels themselves. The core stores
+// those only where compression made it longer; where it comes out exactly as long, which happens
+// to chunks of a few pixels, we do.
+static exr_result_t compress(exr_encode_pipeline_t *pipe)
+{
+    const compress_fn *by_core = pipe->encoding_user_data;
+    exr_result_t rv = (*by_core)(pipe);
+    if (!rv && pipe->compressed_bytes == pipe->packed_bytes)
+        memcpy(pipe->compressed_buffer, pipe->packed_buffer, pipe->packed_bytes);
+    return rv;
+}
+
+static exr_result_t choose_routines(exr_context_t context, exr_encode_pipeline_t *pipe,
+                                    compress_fn *by_core)
+{
+    exr_result_t rv = exr_encoding_choose_default_routines(context, 0, pipe);
+    if (rv || !pipe->compress_fn) return rv;
+    *by_core = pipe->compress_fn;
+    pipe->encoding_user_data = by_core;
+    pipe->compress_fn = compress;
+    return rv;
+}
+
 static exr_result_t write_rows(exr_context_t context, const struct bd_exr_picture *picture)
 {
     int32_t rows_per_chunk = 0;
     exr_result_t rv = exr_get_scanlines_per_chunk(context, 0, &rows_per_chunk);
     if (rv) return rv;
     exr_encode_pipeline_t pipe = EXR_ENCODE_PIPELINE_INITIALIZER;
+    compress_fn by_core = NULL;
     for (int y_px = 0; !rv && y_px < (int)picture->height_px; y_px += rows_per_chunk) {
         exr_chunk_info_t chunk = {0};
         rv = exr_write_scanline_chunk_info(context, 0, y_px, &chunk);
@@ -87,7 +113,7 @@ static exr_result_t write_rows(exr_context_t context, const struct bd_exr_pictur
                        : exr_encoding_update(context, 0, &chunk, &pipe);
         if (rv) break;
         aim_at_rows(&pipe, picture, y_px);
-        if (y_px == 0) rv = exr_encoding_choose_default_routines(context, 0, &pipe);
+        if (y_px == 0) rv = choose_routines(context, &pipe, &by_core);
         if (!rv) rv = exr_encoding_run(context, 0, &pipe);
     }
     exr_encoding_destroy(context, &pipe);
