@@ -15,6 +15,9 @@ int bd_cmd_compare(const char *const *words, int count);
 int bd_cmd_scenes(const char *const *words, int count);
 int bd_cmd_scene(const char *const *words, int count); // add FILE | rm ID
 
+int bd_cmd_stability(const char *const *words, int count); // these two do not come back but to fail
+int bd_cmd_bench(const char *const *words, int count);
+
 // Says what went wrong: a line on standard error, and with `json` the same as an object on
 // standard output. Returns the exit code.
 int bd_cmd_fail(enum bd_err err, const struct bd_fault *fault, bool json);

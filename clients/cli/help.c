@@ -30,13 +30,15 @@ int bd_help(void)
           "  scenes                 the scenes that the daemon holds\n"
           "  scene add FILE         gives the daemon a scene; prints its id\n"
           "  scene rm ID            takes it away\n"
+          "  stability              every technique through the inputs that break renderers\n"
+          "  bench                  error against run time, as tables and one HTML page\n"
           "\n"
           "  bounce COMMAND --help  the options of one\n"
           "  bounce --version\n"
           "\n"
-          "Exit codes: 0 ok, 1 images differ, 2 usage, 3 no reference, 4 bad input, 5 budget "
-          "missed,\n"
-          "6 device wrong or missing, 7 server unreachable, 130 interrupted.\n",
+          "Exit codes: 0 ok, 1 images differ or a technique failed, 2 usage, 3 no reference,\n"
+          "4 bad input, 5 budget missed, 6 device wrong or missing, 7 server unreachable,\n"
+          "130 interrupted.\n",
           stdout);
     return 0;
 }

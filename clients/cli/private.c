@@ -14,7 +14,6 @@
 
 #include "clients/cli/transport.h"
 
-#define PATH_BYTES 4096
 #define PRIVATE_FD 3
 
 static bool is_executable(const char *path)
@@ -26,14 +25,14 @@ static bool is_executable(const char *path)
 static bool find_near(char *path)
 {
     static const char *const places[] = {"bounced", "../../server/bounced"};
-    char self[PATH_BYTES];
+    char self[BD_TRANSPORT_PATH_BYTES];
     ssize_t length = readlink("/proc/self/exe", self, sizeof self - 1);
     if (length <= 0) return false;
     self[length] = 0;
     const char *folder = dirname(self);
     for (size_t i = 0; i < sizeof places / sizeof places[0]; i++) {
-        int wrote = snprintf(path, PATH_BYTES, "%s/%s", folder, places[i]);
-        if (wrote < PATH_BYTES && is_executable(path)) return true;
+        int wrote = snprintf(path, BD_TRANSPORT_PATH_BYTES, "%s/%s", folder, places[i]);
+        if (wrote < BD_TRANSPORT_PATH_BYTES && is_executable(path)) return true;
     }
     return false;
 }
@@ -43,18 +42,18 @@ static bool find_on_path(char *path)
     const char *rest = getenv("PATH");
     while (rest && *rest) {
         size_t length = strcspn(rest, ":");
-        int wrote = snprintf(path, PATH_BYTES, "%.*s/bounced", (int)length, rest);
-        if (length && wrote < PATH_BYTES && is_executable(path)) return true;
+        int wrote = snprintf(path, BD_TRANSPORT_PATH_BYTES, "%.*s/bounced", (int)length, rest);
+        if (length && wrote < BD_TRANSPORT_PATH_BYTES && is_executable(path)) return true;
         rest += length + (rest[length] == ':');
     }
     return false;
 }
 
-static enum bd_err find_daemon(char *path, struct bd_fault *fault)
+enum bd_err bd_transport_find_daemon(char path[BD_TRANSPORT_PATH_BYTES], struct bd_fault *fault)
 {
     const char *named = getenv("BOUNCED");
     if (named && *named) {
-        snprintf(path, PATH_BYTES, "%s", named);
+        snprintf(path, BD_TRANSPORT_PATH_BYTES, "%s", named);
         if (is_executable(path)) return BD_ERR_OK;
         return bd_fault_set(fault, BD_ERR_UNREACHABLE, "BOUNCED", "$BOUNCED, %.200s: %s", named,
                             strerror(errno));
@@ -92,8 +91,8 @@ static void become_daemon(const char *path, const char *device, int fd)
 enum bd_err bd_transport_start_private(const char *device, int *fd, pid_t *child,
                                        struct bd_fault *fault)
 {
-    char path[PATH_BYTES];
-    enum bd_err err = find_daemon(path, fault);
+    char path[BD_TRANSPORT_PATH_BYTES];
+    enum bd_err err = bd_transport_find_daemon(path, fault);
     if (err) return err;
     int pair[2];
     if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, pair))

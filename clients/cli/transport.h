@@ -23,10 +23,15 @@ bool bd_transport_default_path(char *path, size_t size);
 // Connects to the default socket. False if nobody is there.
 bool bd_transport_connect_default(int *fd);
 
-// Starts `bounced --private 3` with one end of a socket pair as its descriptor 3, in a process
-// group of its own, so that the terminal's Ctrl-C reaches only us. Its executable is $BOUNCED, or
-// lies beside ours, or where a build tree has it, or on PATH. `device` may be NULL.
+#define BD_TRANSPORT_PATH_BYTES 4096
+
+// The daemon's executable: $BOUNCED, or beside ours, or where a build tree has it, or on PATH.
 // BD_ERR_UNREACHABLE names what was tried.
+BD_MUST_CHECK
+enum bd_err bd_transport_find_daemon(char path[BD_TRANSPORT_PATH_BYTES], struct bd_fault *fault);
+
+// Starts `bounced --private 3` with one end of a socket pair as its descriptor 3, in a process
+// group of its own, so that the terminal's Ctrl-C reaches only us. `device` may be NULL.
 BD_MUST_CHECK
 enum bd_err bd_transport_start_private(const char *device, int *fd, pid_t *child,
                                        struct bd_fault *fault);

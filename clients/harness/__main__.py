@@ -8,13 +8,21 @@
 Each has --help. $BOUNCE and $BOUNCED name the executables.
 """
 import importlib
+import os
 import signal
 import sys
 
-from .daemon import NoDevice
+EXIT_FAILED, EXIT_USAGE, EXIT_UNSUPPORTED, EXIT_DEVICE, EXIT_INTERRUPTED = 1, 2, 4, 6, 130
+
+try:
+    from .daemon import NoDevice
+except ModuleNotFoundError as missing:
+    if missing.name != "numpy":
+        raise
+    print("bounce: this command needs numpy (Debian: python3-numpy)", file=sys.stderr)
+    sys.exit(EXIT_UNSUPPORTED)
 
 COMMANDS = ("stability", "relations", "oracles", "bench")
-EXIT_USAGE, EXIT_DEVICE, EXIT_INTERRUPTED = 2, 6, 130
 
 
 def _ended(*_):
@@ -37,6 +45,14 @@ def main(words):
         return EXIT_DEVICE
     except KeyboardInterrupt:
         return EXIT_INTERRUPTED
+    except SystemExit as end:
+        if not isinstance(end.code, str):
+            raise
+        print(f"bounce {words[0]}: {end.code}", file=sys.stderr)  # a text: what was asked for wrongly
+        return EXIT_USAGE
+    except BrokenPipeError:  # whoever read our output has enough; nothing is left to flush to
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return EXIT_FAILED
 
 
 if __name__ == "__main__":

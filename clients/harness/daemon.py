@@ -209,6 +209,7 @@ class Daemon:
             result = subprocess.run(words, env=self.env, capture_output=True, timeout=timeout_s,
                                     check=False)
         except subprocess.TimeoutExpired:
+            self._process.kill()  # whoever hangs in a frame ends no better when asked
             self.restart()
             raise RenderTimeout(f"no picture within {timeout_s} s", shown) from None
         if result.returncode == 0:

@@ -1,0 +1,11 @@
+"""Rows about numbers inside a stage that no picture shows. A technique that declares one of the codes
+needs a unit test: its name goes here, or `bounce stability` fails for that technique."""
+from .row import unit_row
+
+unit_row(17, "exponent of a Phong lobe", "IP")  # glTF has none; a stage that fits one would
+unit_row(40, "ray through the map's own centre", "P")
+unit_row(41, "probability 0 of a cluster", "I")
+unit_row(42, "counts that do not sum up", "I")
+unit_row(45, "depth in few bits", "I")
+unit_row(56, "approximate reciprocals", "",
+         "tests/analytic/form_factor.c:clipped_quads_match_the_integral")
