@@ -1,0 +1,123 @@
+"""bounce stability as a user runs it, and what it says of itself."""
+import json
+import os
+import signal
+import subprocess
+import time
+
+from conftest import BOUNCE, SOURCE
+from harness.hazards import ROWS
+
+
+def failures(results):
+    return "\n".join(f"{o['technique']} row {o['row']}: expected {o['expected']}, saw {o['seen']}\n"
+                     f"    {o['command']}" for o in results if o["status"] == "FAIL")
+
+
+def test_every_technique_and_every_hazard(bounce):
+    result = bounce("stability", "--json")
+    assert result.stdout, result.stderr
+    results = json.loads(result.stdout)["results"]
+    assert result.returncode == 0, failures(results)
+    techniques = {o["technique"] for o in results}
+    assert {"direct", "rsm"} <= techniques
+    assert sorted((o["technique"], o["row"]) for o in results) == sorted(
+        (technique, row) for technique in techniques for row in range(1, 63))
+    assert all(o["note"] for o in results if o["status"] in ("-", "flag")), "a reason for each"
+    flagged = {o["row"] for o in results if o["status"] == "flag"}
+    assert {15, 18, 19, 20, 21, 26} <= flagged
+
+
+def test_rows_of_stages_hold_where_nothing_is_approximated(bounce):
+    """`rsm` gathers at every pixel: what later techniques may get wrong, it gets right."""
+    rows = [number for number, row in ROWS.items() if row.check and row.codes]
+    words = [word for number in rows for word in ("--row", number)]
+    result = bounce("stability", "--json", "--technique", "rsm", "--codes", "TNSIP", *words)
+    results = json.loads(result.stdout)["results"]
+    assert result.returncode == 0, failures(results)
+    assert sum(o["status"] == "pass" for o in results) >= 17
+
+
+def test_a_stage_without_its_unit_test_fails(bounce):
+    missing = [n for n, row in ROWS.items() if not row.check and not row.unit_test]
+    assert missing
+    result = bounce("stability", "--technique", "direct", "--codes", "TNSIP", "--row", missing[0])
+    assert result.returncode == 1 and "a unit test, named in" in result.stdout
+
+
+def test_unit_tests_that_rows_name_exist():
+    for row in ROWS.values():
+        assert row.check or row.codes or row.unit_test, f"row {row.number} holds nothing"
+        if row.unit_test:
+            path, name = row.unit_test.split(":")
+            assert f"cmocka_unit_test({name})" in (SOURCE / path).read_text(), row
+
+
+def test_a_table_for_people(bounce):
+    result = bounce("stability", "--row", 22, "--row", 36, "--row", 4, "--keep", "kept")
+    assert result.returncode == 0, result.stdout + result.stderr
+    lines = result.stdout.splitlines()
+    assert lines[0].split()[:2] == ["direct", "rsm"]
+    assert any(line.startswith(" 22  lit from behind") and line.count("pass") >= 2
+               for line in lines)
+    assert "leak ratio" in result.stdout
+    assert "- direct 4: concerns S, T alone" in lines
+    assert lines[-1].endswith("0 FAIL, 2 -")
+
+
+def test_kept_scenes_show_it_again(bounce, tmp_path):
+    result = bounce("stability", "--technique", "direct", "--row", 22, "--keep", "kept")
+    assert result.returncode == 0, result.stderr
+    assert sorted(path.name for path in (tmp_path / "kept").iterdir()) == [
+        "row22-double.glb", "row22-single.glb"]
+    assert bounce("render", "kept/row22-double.glb", "-o", "again.exr").returncode == 0
+
+
+def test_mistakes_are_one_line(bounce):
+    for words, code, says in ((["--row", 63], 2, "rows are 1 to 62"),
+                              (["--codes", "X"], 2, "letters of TNSIP"),
+                              (["--technique", "no"], 2, "no technique no"),
+                              (["--size", "huge"], 2, "huge")):
+        result = bounce("stability", *words)
+        assert result.returncode == code and says in result.stderr, (words, result.stderr)
+        assert "Traceback" not in result.stderr
+
+
+def test_what_it_needs_is_named(bounce, tmp_path):
+    result = bounce("stability", env={"BOUNCE_HARNESS": "/nowhere"})
+    assert result.returncode == 4 and "BOUNCE_HARNESS, /nowhere" in result.stderr
+    result = bounce("stability", env={"BOUNCED": "/nowhere"})
+    assert result.returncode == 7 and "/nowhere" in result.stderr
+    (tmp_path / "numpy").mkdir()
+    (tmp_path / "numpy/__init__.py").write_text("raise ModuleNotFoundError(name='numpy')\n")
+    result = bounce("stability", env={"PYTHONPATH": str(tmp_path)})
+    assert result.returncode == 4 and result.stderr.count("\n") == 1, result.stderr
+    assert "python3-numpy" in result.stderr
+
+
+def children(pid):
+    """Processes started by `pid`, and by those."""
+    found = []
+    for entry in os.listdir("/proc"):
+        try:
+            fields = open(f"/proc/{entry}/stat", encoding="utf-8").read().rsplit(")", 1)[1].split()
+        except (OSError, IndexError):
+            continue
+        if int(fields[1]) == pid:
+            found += [int(entry), *children(int(entry))]
+    return found
+
+
+def test_ctrl_c_ends_the_daemon_too(tmp_path):
+    env = {**os.environ, "TMPDIR": str(tmp_path)}
+    with subprocess.Popen([BOUNCE, "stability"], env=env, stdout=subprocess.PIPE,
+                          stderr=subprocess.PIPE) as process:
+        process.stdout.readline()  # a row has been through
+        started = children(process.pid)
+        assert started
+        process.send_signal(signal.SIGINT)
+        assert process.wait(timeout=60) == 130
+    time.sleep(0.1)
+    left = [pid for pid in started if os.path.exists(f"/proc/{pid}")]
+    assert not left
+    assert not list(tmp_path.iterdir()), "its folder is gone"
