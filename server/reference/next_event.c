@@ -8,6 +8,8 @@
 
 // So many lamps are weighed against each other at a vertex, exactly if there are no more.
 #define LAMPS_WEIGHED 16
+// So often each that gives anything is as likely as the others.
+#define EVEN_SHARE 0.0625f
 
 static bool is_lit_by(const struct bd_path *path, enum bd_reference_lights kind)
 {
@@ -46,41 +48,69 @@ static bool evaluate(const struct bd_path *path, const struct bd_vertex *vertex,
     return out->value[0] > 0 || out->value[1] > 0 || out->value[2] > 0;
 }
 
-// One lamp in proportion to what it gives here, were nothing in the way: of all, or of so many
-// drawn in proportion to flux (Talbot 2005, resampled importance sampling). `value` is then what
-// the chosen one stands for.
+// Draws candidates one after the other: `taken` in proportion to weight, `even` each as likely.
+struct draw {
+    struct candidate taken, even;
+    float taken_weight, even_weight;
+    float sum;
+    uint32_t count;
+    float u_taken, u_even; // what is left of each stays uniform
+};
+
+// True with probability `share`, by a number that is uniform before and after.
+static bool decide(float *u, float share)
+{
+    bool yes = *u < share;
+    *u = yes ? *u / share : (*u - share) / (1 - share);
+    return yes;
+}
+
+static void offer(struct draw *draw, const struct candidate *candidate, float weight)
+{
+    draw->sum += weight;
+    draw->count++;
+    if (decide(&draw->u_taken, weight / draw->sum)) {
+        draw->taken = *candidate;
+        draw->taken_weight = weight;
+    }
+    if (decide(&draw->u_even, 1 / (float)draw->count)) {
+        draw->even = *candidate;
+        draw->even_weight = weight;
+    }
+}
+
+// One lamp in proportion to what it gives here, were nothing in the way, of all or of so many
+// drawn in proportion to flux (Talbot 2005, resampled importance sampling); now and then any of
+// them with equal chances, since the strongest may shine on the other side of a wall. `value` is
+// then what the chosen one stands for.
 static bool choose_lamp(struct bd_path *path, const struct bd_vertex *vertex, float u,
                         struct candidate *chosen)
 {
     const struct bd_lamps *lamps = &path->reference->lamps;
     bool all = lamps->count <= LAMPS_WEIGHED;
     uint32_t count = all ? lamps->count : LAMPS_WEIGHED;
-    float sum = 0, weight_chosen = 1;
+    bool is_even = decide(&u, EVEN_SHARE);
+    struct draw draw = {.u_taken = u, .u_even = u};
     for (uint32_t i = 0; i < count; i++) {
         struct candidate candidate;
         const struct bd_lamp *lamp = &lamps->lamps[i];
         float share = 1;
         if (!all) {
-            uint32_t draw = bd_sampler_hash(&path->sampler, path->ray_index++);
-            lamp = bd_lamps_choose(lamps, ((float)i + (float)(draw >> 8) * 0x1p-24f) / (float)count);
+            uint32_t hash = bd_sampler_hash(&path->sampler, path->ray_index++);
+            lamp = bd_lamps_choose(lamps, ((float)i + (float)(hash >> 8) * 0x1p-24f) / (float)count);
             share = 1 / ((float)count * lamp->probability);
         }
         if (!evaluate(path, vertex, lamp, &candidate)) continue;
-        float weight = luminance(candidate.value) * share;
-        if (!(weight > 0)) continue;
-        sum += weight;
-        // One number decides all along: what is left of it stays uniform.
-        float taken = weight / sum;
-        if (u < taken) {
-            u /= taken;
-            *chosen = candidate;
-            weight_chosen = luminance(candidate.value);
-        } else {
-            u = (u - taken) / (1 - taken);
-        }
+        bd_vec3f_scale(candidate.value, candidate.value, share);
+        float weight = luminance(candidate.value);
+        if (weight > 0) offer(&draw, &candidate, weight);
     }
-    if (!(sum > 0)) return false;
-    bd_vec3f_scale(chosen->value, chosen->value, sum / weight_chosen);
+    if (!(draw.sum > 0)) return false;
+    *chosen = is_even ? draw.even : draw.taken;
+    float weight = is_even ? draw.even_weight : draw.taken_weight;
+    float probability =
+        (1 - EVEN_SHARE) * weight / draw.sum + EVEN_SHARE / (float)draw.count;
+    bd_vec3f_scale(chosen->value, chosen->value, 1 / probability);
     return true;
 }
 

@@ -87,7 +87,10 @@ static void step_off(const struct bd_vertex *vertex, const float direction[3], f
 struct bd_ray bd_path_ray(struct bd_path *path, const struct bd_vertex *vertex,
                           const float direction[3], float far)
 {
+    // A point on an edge may lie a rounding behind the other surface there.
+    float length = sqrtf(bd_vec3f_dot(direction, direction));
     struct bd_ray ray = {
+        .near = length > 0 ? vertex->clearance / length : 0,
         .far = far,
         .alpha = path->integrand->alpha,
         .coverage_seed = bd_sampler_hash(&path->sampler, path->ray_index++),
