@@ -2,6 +2,7 @@
 import numpy as np
 
 from . import answers
+from .case import SAMPLES_FEW
 from .row import row
 from .scene import DOWN, UP, Scene
 from .senders import sphere_room
@@ -24,7 +25,7 @@ def face_edges(case):
     path = case.save(scene, "corners")
     slack = case.technique.tolerance_direct
     for camera in range(3):
-        view = case.render(path, (97, 97), camera)
+        view = case.render(path, (97, 97), camera, samples=SAMPLES_FEW)
         e = view.irradiance("direct", 0.5)
         low, high = (1 - slack) * 3 ** -1.5, 1 + slack
         case.expect(((e >= low) & (e <= high)).all(), view, f"direct E from {low:.4f} to {high:.4f}",
@@ -54,7 +55,7 @@ def seams(case):
     scene.eye((0, 0, 0), (1, 1, 1), 1.2)
     path = case.save(scene)
     for camera in (1, 2):
-        view = case.render(path, (65, 65), camera)
+        view = case.render(path, (65, 65), camera, samples=SAMPLES_FEW)
         case.flat(view, "direct E", view.irradiance("direct", 0.5), 1.0,
                   case.technique.tolerance_direct + 5e-4)
         if case.model.indirect_bounces == 1:

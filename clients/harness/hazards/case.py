@@ -10,7 +10,7 @@ from .row import Failure, NotApplicable
 
 LIGHT = ("beauty", "direct", "indirect", "emission")
 PROBE_PX = 4  # a probe's side: its pixels see one point and so tell the noise, where there is any
-SAMPLES_USUAL, SAMPLES_MANY = 64, 1024
+SAMPLES_FEW, SAMPLES_USUAL, SAMPLES_MANY = 4, 16, 512  # a pixel
 
 
 class View:

@@ -145,7 +145,7 @@ def colours_of_chance(case):
     case.needs_indirect()
     unlimited = case.model.indirect_bounces > 64
     albedo = np.array([0.9 if unlimited else 1.0, 0.0, 0.5])
-    view = case.render(sphere_room(tuple(albedo)), (17, 17), best=True, samples=256)
+    view = case.render(sphere_room(tuple(albedo)), (9, 9), best=True, samples=128)
     count = None if unlimited else case.model.indirect_bounces
     for channel in range(3):
         e = answers.bounces_in_sphere(albedo[channel], count, 1.0)
