@@ -125,7 +125,7 @@ def hairlines(case):
         scene.quad((x, y, -0.8), 0.5 * along, 10 ** rng.uniform(-5, -2) * across, grey)
     scene.lamp((0, 0, 1))
     scene.eye((0, 0, 1), (0, 0, -1), 0.7)
-    view = case.render(scene, (49, 49))
+    view = case.render(scene, (49, 49), samples=128)
     e = view.irradiance("direct", 0.5)
     case.expect(view.covered().all() and e.max() < 0.32, view,
                 "every pixel covered, direct E below 0.31, that of the nearest hair", f"{e.max():.3g}")
