@@ -3,6 +3,7 @@ import csv
 import html.parser
 import json
 import re
+import xml.etree.ElementTree
 
 import numpy
 import pytest
@@ -232,6 +233,20 @@ def test_the_page_parses_and_fetches_nothing():
     used = set(re.findall(r'(?:xlink:href="#|url\(#)([^")]+)', text))
     assert used <= set(checker.ids)
     assert "full &lt;reference&gt;" in text and "n=0: &lt;too few&gt;" in text
+
+
+def test_the_overview_is_a_picture_of_every_scene(tmp_path):
+    made = result()
+    made["scenes"] += [{**made["scenes"][0], "name": name} for name in ("hall", "empty")]
+    made["points"].append(point("quick", "n=1", 5, 0.3, 0.2, scene="hall"))
+    plots.overview(plots.load(), made, tmp_path / "bench.svg")
+    root = xml.etree.ElementTree.parse(tmp_path / "bench.svg").getroot()
+    texts = {"".join(item.itertext()).strip() for item in root.iter()
+             if item.tag.endswith("}text")}
+    assert {"box", "hall", "quick", "exact", "spp=1024"} <= texts and "empty" not in texts
+    made["points"] = []
+    plots.overview(plots.load(), made, tmp_path / "nothing.svg")
+    assert not (tmp_path / "nothing.svg").exists()
 
 
 def test_pictures_are_cut_at_white_and_show_what_is_no_number():

@@ -25,6 +25,7 @@ def write_page(bench):
     sections = [scene_section(result, scene, svgs(pyplot, result, scene["name"], f"s{i}"),
                               _pictures(bench, scene)) for i, scene in enumerate(result["scenes"])]
     write(bench.store.folder / "bench.html", page(result, sections))
+    plots.overview(pyplot, result, bench.store.folder / "bench.svg")
     return 0
 
 

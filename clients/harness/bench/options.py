@@ -11,8 +11,8 @@ HELP = """Error against run time: every technique at every rung of its ladder, i
 
 Each point is rendered again and again, each time taking nothing over from earlier frames, and timed;
 its picture is compared with two references: the whole rendering equation ("full"), and the technique's
-own model of it ("model"). DIR gets bench.html, bench.csv and bench.json. Points that bench.json has
-are not run again; Ctrl-C keeps what there is."""
+own model of it ("model"). DIR gets bench.html, bench.svg, bench.csv and bench.json. Points that
+bench.json has are not run again; Ctrl-C keeps what there is."""
 
 
 def _size(text):

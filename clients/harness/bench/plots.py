@@ -124,6 +124,39 @@ def error_against_time(pyplot, result, scene, against, layer, salt):
     """Log-log: every point with its quartiles and its interval, each technique's Pareto front, the
     floors of the models."""
     figure, axes = pyplot.subplots(figsize=(6.4, 4.6))
+    _fill(axes, result, scene, against, layer)
+    axes.set_xlabel("time of a new frame, median and quartiles")
+    axes.set_ylabel(f"relative RMSE of {layer}")
+    axes.legend(loc="lower left", bbox_to_anchor=(0, 1.0), ncol=4, fontsize=10, borderaxespad=0.2)
+    truth = "the whole rendering equation" if against == "full" else "each technique’s own model"
+    return svg(pyplot, figure, salt, f"{scene}: error of {layer} against {truth} over time")
+
+
+def overview(pyplot, result, path):
+    """One file for a README: the beauty of every scene against the whole rendering equation."""
+    scenes = [s["name"] for s in result["scenes"] if techniques_of(result, s["name"])]
+    if not scenes:
+        return
+    columns = min(2, len(scenes))
+    rows = -(-len(scenes) // columns)
+    figure, grid = pyplot.subplots(rows, columns, figsize=(5.2 * columns, 3.9 * rows),
+                                   squeeze=False, layout="constrained")
+    for axes in grid.flat[len(scenes):]:
+        axes.set_visible(False)
+    for axes, scene in zip(grid.flat, scenes):
+        _fill(axes, result, scene, "full", "beauty")
+        axes.set_title(scene, loc="left", fontsize=11)
+    figure.supxlabel("time of a new frame, median and quartiles", fontsize=11)
+    figure.supylabel("relative RMSE against the whole rendering equation", fontsize=11)
+    names = dict(zip(*reversed(grid.flat[0].get_legend_handles_labels())))
+    figure.legend(names.values(), names.keys(), loc="lower center",
+                  bbox_to_anchor=(0.5, 1.0), ncol=6)
+    figure.savefig(path, format="svg", bbox_inches="tight", facecolor="white",
+                   metadata={"Date": None, "Creator": None})
+    pyplot.close(figure)
+
+
+def _fill(axes, result, scene, against, layer):
     axes.set_xscale("log")
     axes.set_yscale("log")
     for technique in techniques_of(result, scene):
@@ -137,11 +170,6 @@ def error_against_time(pyplot, result, scene, against, layer, salt):
     _times(axes.xaxis)
     _logarithmic(axes.yaxis, (1, 2, 5))
     _percents(axes.yaxis)
-    axes.set_xlabel("time of a new frame, median and quartiles")
-    axes.set_ylabel(f"relative RMSE of {layer}")
-    axes.legend(loc="lower left", bbox_to_anchor=(0, 1.0), ncol=4, fontsize=10, borderaxespad=0.2)
-    truth = "the whole rendering equation" if against == "full" else "each technique’s own model"
-    return svg(pyplot, figure, salt, f"{scene}: error of {layer} against {truth} over time")
 
 
 def pass_bars(pyplot, result, scene, salt):
