@@ -25,7 +25,7 @@ EMPTY = {"area", "base", "br", "col", "hr", "img", "input", "link", "meta", "sou
 def test_advice_names_the_technique_its_cost_and_what_stops_the_others():
     said = summary.advice(result(), "box")
     assert said.startswith("For 2 % error use exact (near spp=256): 5.12 s a frame.")
-    assert "quick cannot go below 12 %, most of it bounces 2 to 4" in said
+    assert "The model of quick alone is 12 % off, most of it bounces 2 to 4; quick comes down" in said
 
 
 def test_advice_where_nothing_is_good_enough():
@@ -213,7 +213,7 @@ class Checker(html.parser.HTMLParser):
 def made_page():
     made = result()
     pyplot = plots.load()
-    picture = thumbs.jpeg_uri(numpy.ones((4, 4, 3)), 0.5)
+    picture = thumbs.jpeg_uri(numpy.ones((4, 4, 3)), (0.5, 1.0))
     sections = [scene_section(made, scene, figures.svgs(pyplot, made, scene["name"], "s0"),
                               [(picture, "reference", "full <reference>", "64 samples", "")])
                 for scene in made["scenes"]]
@@ -249,11 +249,20 @@ def test_the_overview_is_a_picture_of_every_scene(tmp_path):
     assert not (tmp_path / "nothing.svg").exists()
 
 
-def test_pictures_are_cut_at_white_and_show_what_is_no_number():
-    shown = thumbs.displayed(numpy.array([[[0.0, 0, 0], [9, 9, 9], [numpy.nan, 0, 0]]]), 1.0)
-    assert shown[0] == pytest.approx(numpy.array([[0, 0, 0], [1, 1, 1], [1, 0, 1]]))
-    assert shown.max() <= 1
-    assert thumbs.exposure_of(numpy.zeros((2, 2, 3))) == 1
+def test_pictures_end_at_white_and_show_what_is_no_number():
+    row = numpy.array([[[0.0, 0, 0], [4, 4, 4], [9, 9, 9], [numpy.nan, 0, 0]]])
+    shown = thumbs.displayed(row, (1.0, 4.0))[0]
+    assert shown == pytest.approx(numpy.array([[0, 0, 0], [1, 1, 1], [1, 1, 1], [1, 0, 1]]))
+    grey = numpy.full((8, 8, 3), 50.0)
+    factor, white = thumbs.exposure_of(grey)
+    assert (factor * 50, white) == pytest.approx((thumbs.KEY, 1))
+    assert thumbs.exposure_of(numpy.zeros((2, 2, 3))) == (1, 1)
+
+
+def test_percents_have_two_digits():
+    shown = [summary.percent(e) for e in (1e-7, 0.00123, 0.0987, 0.123, 1.5)]
+    assert shown == ["0 %", "0.12 %", "9.9 %", "12 %", "150 %"]
+    assert summary.percent(-0.05, "+") == "-5 %" and summary.percent(0.2, "+") == "+20 %"
 
 
 # --- the command line -----------------------------------------------------------------------

@@ -49,7 +49,8 @@ quartiles. <i>Camera moved</i> makes anew only what follows the camera.</p>
 <p>Error is the debiased relative RMSE: the reference’s own noise is taken out by comparing with two
 independent halves of it; bars are 95 % intervals. <i>Full</i> is the whole rendering equation;
 <i>model</i> is the part of it that the technique declares to solve, so what is left there is the fault of
-its settings. The dashed line is a model’s own error against the full equation: no setting goes below.
+its settings. The dashed line, the floor, is a model’s own error against the full equation: settings tend to it, and go
+below only where their own error happens to cancel a part of it.
 Times at equal error lie on each technique’s Pareto front, straight between points on logarithmic
 axes.</p>
 """

@@ -217,7 +217,7 @@ def step_bars(pyplot, result, item, salt):
     axes.barh(range(len(values)), values, height=0.55, color=[color] * len(steps) + [GREY])
     axes.plot([abs(s) for s in signed], range(len(signed)), "|", color="black", ms=14, mew=1.6)
     for row, (value, mean) in enumerate(zip(values, signed)):
-        axes.annotate(f"{percent(value)}  (mean {100 * mean:+.2g} %)",
+        axes.annotate(f"{percent(value)}  (mean {percent(mean, '+')})",
                       (max(value, abs(mean)), row), xytext=(6, 0), textcoords="offset points",
                       va="center", fontsize=9, color="#334")
     axes.set_yticks(range(len(values)), [*(s["name"] for s in steps), "all together"], fontsize=9)

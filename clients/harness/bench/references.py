@@ -97,9 +97,14 @@ class References:
                    and strings.get("technique") == "reference"
                    and strings.get("seed") == str(SEED)
                    and planes["R"].shape == (height, width)
-                   and all(said.get(key) == value for key, value in settings.items())
-                   and said.get("spp", "").isdigit())
+                   and said.get("spp", "").isdigit()
+                   and _integrand(said) == _integrand(self._meant(path, settings)))
         return Reference(path, file, planes, int(said["spp"]), settings, 0.0) if matches else None
+
+    def _meant(self, path, settings):
+        """Every parameter that the settings come to: a plan says so."""
+        return self.stage.ask(self.stage.daemon.report, path, "reference", settings,
+                              extra=("--plan",))["parameters"]
 
     def _trace(self, path, file, settings, spp):
         """Has `bounce reference` write the file, or go on with the one that is there."""
@@ -120,6 +125,16 @@ class References:
             said = errors.strip() or "its file does not say that it is what was asked for"
             raise RenderError(f"reference: {said}", shlex.join(["bounce", *words]), code)
         return found
+
+
+def _integrand(parameters):
+    """Without what counts samples, and with numbers as such: "4" and 4.0 are the same."""
+    def value(text):
+        try:
+            return float(text)
+        except ValueError:
+            return text
+    return {k: value(v) for k, v in parameters.items() if k not in ("spp", "first_sample")}
 
 
 def _interruptible(words, env):

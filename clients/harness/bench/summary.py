@@ -43,8 +43,11 @@ def floor_of(result, scene, technique, against, layer):
     return None
 
 
-def percent(error):
-    return f"{100 * error:.2g} %" if error < 0.1 else f"{100 * error:.0f} %"
+def percent(error, sign=""):
+    """Two digits; what is below a hundred-thousandth is not told apart from nothing."""
+    if abs(error) < 1e-5:
+        return "0 %"
+    return f"{100 * error:{sign}.2g} %" if abs(error) < 0.1 else f"{100 * error:{sign}.0f} %"
 
 
 def duration(ms):
@@ -135,8 +138,8 @@ def _why_not(result, scene, name, points, wanted):
     if floor is not None and floor > wanted:
         step = largest_step(result, scene, name)
         cause = f", most of it {step['name']}" if step else ""
-        return f"{name} cannot go below {percent(floor)}{cause}; it gives {percent(best)} in " \
-               f"{duration(ms)}."
+        return (f"The model of {name} alone is {percent(floor)} off{cause}; {name} comes down to "
+                f"{percent(best)} in {duration(ms)}.")
     return f"{name} comes down to {percent(best)} in {duration(ms)}."
 
 

@@ -5,19 +5,27 @@ import io
 import numpy
 
 LUMINANCE = (0.2126, 0.7152, 0.0722)
-BRIGHT_SHARE = 99  # per cent of the pixels that the brightest displayed value is above (E5)
+KEY = 0.18          # grey that the log mean of luminances is shown as
+BRIGHT_SHARE = 99.5  # per cent of the pixels that are darker than what becomes white
 
 
 def exposure_of(reference):
-    """Factor that takes the reference's 99th percentile of luminance to white."""
-    bright = numpy.percentile(numpy.nan_to_num(reference) @ LUMINANCE, BRIGHT_SHARE)
-    return 1.0 / bright if bright > 0 else 1.0
+    """(factor, white): what takes the reference's log mean to KEY, and the brightest value then."""
+    luminance = numpy.nan_to_num(reference) @ LUMINANCE
+    lit = luminance[luminance > 0]
+    if lit.size == 0:
+        return 1.0, 1.0
+    factor = KEY / float(numpy.exp(numpy.log(lit).mean()))
+    return factor, max(1.0, float(numpy.percentile(lit, BRIGHT_SHARE)) * factor)
 
 
 def displayed(linear, exposure):
-    """sRGB in 0 to 1; what is brighter than white is cut, what is no number is magenta."""
+    """sRGB in 0 to 1 by the tone curve of Reinhard et al. 2002; what is no number is magenta."""
+    factor, white = exposure
     good = numpy.isfinite(linear).all(axis=-1, keepdims=True)
-    value = numpy.clip(numpy.nan_to_num(linear * exposure), 0, 1)
+    value = numpy.clip(numpy.nan_to_num(linear) * factor, 0, white)
+    value = value * (1 + value / white ** 2) / (1 + value)
+    value = numpy.clip(value, 0, 1)
     curve = numpy.where(value <= 0.0031308, 12.92 * value, 1.055 * value ** (1 / 2.4) - 0.055)
     return numpy.where(good, curve, (1.0, 0.0, 1.0))
 
