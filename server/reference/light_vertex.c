@@ -51,12 +51,22 @@ struct junction {
     float cosine; // at the light vertex, geometric
 };
 
+// Points of one plane see nothing of each other, whatever the rounding of their positions says
+// (hazards 3, 4).
+static bool is_above(const float normal[3], const struct junction *j, float clearance)
+{
+    return fabsf(bd_vec3f_dot(normal, j->wi)) * j->distance > clearance;
+}
+
 static bool join(struct bd_path *path, const struct bd_vertex *vertex, struct junction *j)
 {
     const struct bd_light_vertex *v = &path->light_vertex;
     bd_vec3f_add_scaled(j->wi, v->at.position, vertex->position, -1);
     j->distance = sqrtf(bd_vec3f_dot(j->wi, j->wi));
     if (!bd_vec3f_normalize(j->wi)) return false;
+    if (!is_above(vertex->surface.normal_geometric, j, vertex->clearance) ||
+        !is_above(v->at.hit.normal_geometric, j, v->at.clearance))
+        return false;
     bd_bsdf_eval(&vertex->surface, vertex->wo, j->wi, j->value, &j->scatter_density);
     if (!(j->value[0] > 0 || j->value[1] > 0 || j->value[2] > 0)) return false;
     struct bd_vertex sender;
