@@ -60,7 +60,8 @@ static enum bd_err open_sched(const struct bd_options *options, const char *data
         .gpu_memory_mib = options->gpu_memory_mib,
         .queue_length_max = (uint32_t)limits->jobs_waiting,
         .frame_limits = {.side_px_max = (uint32_t)limits->image_side_px,
-                         .pixel_count_max = limits->image_pixels},
+                         .pixel_count_max = limits->image_pixels,
+                         .reply_bytes_max = limits->reply_bytes},
         .lose_device_after_slices = (uint32_t)limits->debug_lose_device_after_slices,
     };
     return bd_sched_create(&sched, out, fault);

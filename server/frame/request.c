@@ -147,7 +147,25 @@ static enum bd_err check_check(const struct bd_frame_request *request, struct bd
     return BD_ERR_OK;
 }
 
-static enum bd_err check_traced(const struct bd_frame_request *request, struct bd_fault *fault)
+// Traced layers lie in the host's memory, many of them, and their samples take long: what would be
+// too large an answer is refused before.
+static enum bd_err check_traced_bytes(const struct bd_frame_request *request, uint64_t most,
+                                      struct bd_fault *fault)
+{
+    uint64_t channels = 0;
+    for (uint32_t l = 0; l < BD_LAYER_COUNT; l++)
+        if (l == BD_LAYER_BEAUTY || request->layers >> l & 1) channels += layers[l].channel_count;
+    uint64_t bytes = channels * sizeof(float) * request->width_px * request->height_px;
+    if (most == 0 || bytes <= most) return BD_ERR_OK;
+    return bd_fault_set(fault, BD_ERR_LIMIT, "reply_bytes",
+                        "%ux%u pixels of %llu planes are %llu bytes, above the limit reply_bytes "
+                        "of %llu",
+                        request->width_px, request->height_px, (unsigned long long)channels,
+                        (unsigned long long)bytes, (unsigned long long)most);
+}
+
+static enum bd_err check_traced(const struct bd_frame_request *request,
+                                const struct bd_frame_limits *limits, struct bd_fault *fault)
 {
     if (request->aa != 1)
         return bd_fault_set(fault, BD_ERR_USAGE, "aa",
@@ -166,7 +184,7 @@ static enum bd_err check_traced(const struct bd_frame_request *request, struct b
         return bd_fault_set(fault, BD_ERR_USAGE, "region",
                             "region %u,%u,%u,%u: must be pixels of the %ux%u picture", r[0], r[1],
                             r[2], r[3], request->width_px, request->height_px);
-    return BD_ERR_OK;
+    return check_traced_bytes(request, limits->reply_bytes_max, fault);
 }
 
 enum bd_err bd_frame_request_check(const struct bd_frame_request *request,
@@ -182,7 +200,7 @@ enum bd_err bd_frame_request_check(const struct bd_frame_request *request,
     const char *name = request->technique[0] ? request->technique : "rsm";
     const struct bd_technique *technique = bd_technique_find(name, fault);
     if (!technique) return BD_ERR_USAGE;
-    err = technique->is_reference ? check_traced(request, fault)
+    err = technique->is_reference ? check_traced(request, limits, fault)
                                   : check_rendered(request, name, fault);
     if (err) return err;
     err = check_check(request, fault);

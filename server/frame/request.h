@@ -83,6 +83,7 @@ extern const struct bd_frame_request bd_frame_request_default;
 struct bd_frame_limits {
     uint32_t side_px_max;     // width or height
     uint64_t pixel_count_max; // width x height
+    uint64_t reply_bytes_max; // layers of a traced frame, as floats; 0 = any
 };
 
 // Whether the processor traces it instead of the device rendering it.

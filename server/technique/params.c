@@ -11,6 +11,7 @@
 
 enum param_type {
     PARAM_COUNT,
+    PARAM_EVEN, // an even count
     PARAM_REAL,
     PARAM_CHOICE,    // one of the row's words, stored as its index
     PARAM_LIGHTS,    // several of them joined by +, stored as bits; the last word is all of them
@@ -21,10 +22,9 @@ struct param_row {
     const char *key;
     enum param_type type;
     size_t offset; // in struct bd_params
-    double minimum, maximum, standard;
+    double minimum, maximum;
+    double standard; // INFINITY: the number may be "inf" too
     const char *choices[4];
-    uint32_t step;     // of a count, 0 = 1
-    bool unlimited_ok; // of a number: "inf" too
 };
 
 #define UNLIMITED     "inf"
@@ -46,11 +46,9 @@ static const struct param_row table[BD_PARAM_COUNT] = {
     [BD_PARAM_NEAR_FIELD] = {"near_field", PARAM_REAL, FIELD(near_field), 0, 1000, 5, {0}},
     [BD_PARAM_PAPER_MODE] = {"paper_mode", PARAM_COUNT, FIELD(paper_mode), 0, 1, 0, {0}},
     [BD_PARAM_MODEL_OF] = {"model_of", PARAM_TECHNIQUE, FIELD(model_of), 0, 0, 0, {0}},
-    [BD_PARAM_SPP] = {"spp", PARAM_COUNT, FIELD(spp), 2, SPP_MAX, 64, {0}, .step = 2},
-    [BD_PARAM_FIRST_SAMPLE] = {"first_sample", PARAM_COUNT, FIELD(first_sample), 0, SPP_MAX, 0, {0},
-                               .step = 2},
-    [BD_PARAM_BOUNCES] = {"bounces", PARAM_COUNT, FIELD(bounces), 0, 64, INFINITY, {0},
-                          .unlimited_ok = true},
+    [BD_PARAM_SPP] = {"spp", PARAM_EVEN, FIELD(spp), 2, SPP_MAX, 64, {0}},
+    [BD_PARAM_FIRST_SAMPLE] = {"first_sample", PARAM_EVEN, FIELD(first_sample), 0, SPP_MAX, 0, {0}},
+    [BD_PARAM_BOUNCES] = {"bounces", PARAM_COUNT, FIELD(bounces), 0, 64, INFINITY, {0}},
     [BD_PARAM_INDIRECT_VISIBILITY] = {"indirect_visibility", PARAM_CHOICE,
                                       FIELD(indirect_visibility), 0, 0, 1, OFF_ON},
     [BD_PARAM_LIGHTS] = {"lights", PARAM_LIGHTS, FIELD(lights), 0, 0, ALL_LIGHTS,
@@ -58,8 +56,7 @@ static const struct param_row table[BD_PARAM_COUNT] = {
     [BD_PARAM_FILTER] = {"filter", PARAM_CHOICE, FIELD(filter), 0, 0, 0, {"point", "box"}},
     [BD_PARAM_ALPHA] = {"alpha", PARAM_CHOICE, FIELD(alpha_coverage), 0, 0, 1,
                         {"mask", "coverage"}},
-    [BD_PARAM_CLAMP] = {"clamp", PARAM_REAL, FIELD(clamp_per_m2), 0, 1e30, INFINITY, {0},
-                        .unlimited_ok = true},
+    [BD_PARAM_CLAMP] = {"clamp", PARAM_REAL, FIELD(clamp_per_m2), 0, 1e30, INFINITY, {0}},
     [BD_PARAM_SENDERS] = {"senders", PARAM_CHOICE, FIELD(senders_lambert), 0, 0, 0,
                           {"full", "lambert"}},
     [BD_PARAM_TRANSMISSION] = {"transmission", PARAM_CHOICE, FIELD(transmission), 0, 0, 1, OFF_ON},
@@ -115,15 +112,16 @@ static enum bd_err read_number(const struct param_row *row, const char *value,
 {
     char *end;
     double number = strtod(value, &end);
-    double step = row->step ? row->step : 1;
-    bool whole = row->type == PARAM_REAL || fmod(number, step) == 0;
-    bool unlimited = row->unlimited_ok && strcmp(value, UNLIMITED) == 0;
+    bool whole = row->type == PARAM_REAL || fmod(number, row->type == PARAM_EVEN ? 2 : 1) == 0;
+    bool unlimited = isinf(row->standard) && strcmp(value, UNLIMITED) == 0;
     bool in_range = number >= row->minimum && number <= row->maximum && whole;
-    const char *kind = row->type == PARAM_REAL ? "a" : row->step == 2 ? "an even" : "a whole";
+    const char *kind = row->type == PARAM_REAL   ? "a"
+                       : row->type == PARAM_EVEN ? "an even"
+                                                 : "a whole";
     if (end == value || *end || (!in_range && !unlimited))
         return bd_fault_set(fault, BD_ERR_USAGE, row->key,
                             "%s=%s: must be %s number from %g to %.9g%s", row->key, value, kind,
-                            row->minimum, row->maximum, row->unlimited_ok ? ", or " UNLIMITED : "");
+                            row->minimum, row->maximum, isinf(row->standard) ? ", or " UNLIMITED : "");
     store(row, number, out);
     return BD_ERR_OK;
 }
@@ -176,6 +174,7 @@ static enum bd_err read_value(const struct param_row *row, const char *value, st
 {
     switch (row->type) {
     case PARAM_COUNT:
+    case PARAM_EVEN:
     case PARAM_REAL: return read_number(row, value, out, fault);
     case PARAM_CHOICE: return read_choice(row, value, out, fault);
     case PARAM_LIGHTS: return read_lights(row, value, out, fault);
@@ -250,7 +249,7 @@ static void write_lights(const struct param_row *row, uint32_t bits, char *text,
 
 static void write_count(const struct param_row *row, uint32_t count, char *text, size_t size)
 {
-    if (row->unlimited_ok && count == UINT32_MAX)
+    if (isinf(row->standard) && count == UINT32_MAX)
         snprintf(text, size, UNLIMITED);
     else
         snprintf(text, size, "%u", count);
@@ -261,7 +260,8 @@ static void write_value(const struct param_row *row, struct bd_params *params, c
 {
     uint32_t count = row->type == PARAM_REAL ? 0 : *count_at(params, row->offset);
     switch (row->type) {
-    case PARAM_COUNT: write_count(row, count, text, size); break;
+    case PARAM_COUNT:
+    case PARAM_EVEN: write_count(row, count, text, size); break;
     case PARAM_REAL: snprintf(text, size, "%.9g", *real_at(params, row->offset)); break;
     case PARAM_CHOICE: snprintf(text, size, "%s", row->choices[count]); break;
     case PARAM_LIGHTS: write_lights(row, count, text, size); break;
@@ -279,7 +279,7 @@ void bd_param_describe(enum bd_param param, struct bd_param_info *out)
     *out = (struct bd_param_info){.key = row->key,
                                   .minimum = row->minimum,
                                   .maximum = row->maximum,
-                                  .whole = row->type == PARAM_COUNT,
+                                  .whole = row->type == PARAM_COUNT || row->type == PARAM_EVEN,
                                   .choices = row->choices};
     while (out->choice_count < 4 && row->choices[out->choice_count]) out->choice_count++;
     if (row->type == PARAM_TECHNIQUE) out->choices = bd_technique_names(&out->choice_count);

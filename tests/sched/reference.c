@@ -27,7 +27,8 @@ static struct bd_sched *create_sched(uint32_t threads)
     const struct bd_sched_options options = {
         .device = "auto",
         .queue_length_max = 4,
-        .frame_limits = {4096, 1u << 24},
+        .frame_limits = {.side_px_max = 4096, .pixel_count_max = 1u << 24,
+                         .reply_bytes_max = 64u << 20},
         .reference_threads = threads,
     };
     struct bd_sched *sched;
@@ -247,6 +248,12 @@ static void what_cannot_be_is_refused_by_name(void **state)
     memset(request.frame.region, 0, sizeof request.frame.region);
     request = request_of(scene, SIDE, "spp=5");
     assert_refused(*state, &request, "spp");
+    // 54 planes of 560x560 are 68 MB, of 512x512 57 MB.
+    struct bd_job *job;
+    struct bd_fault fault = {0};
+    request = request_of(scene, 560, "spp=2");
+    assert_int_equal(bd_sched_submit(*state, &request, &job, &fault), BD_ERR_LIMIT);
+    assert_string_equal(fault.field, "reply_bytes");
     // A frame of the device has neither halves nor regions.
     request = request_of(scene, SIDE, "");
     snprintf(request.frame.technique, sizeof request.frame.technique, "rsm");

@@ -25,7 +25,7 @@ static struct bd_sched *create_sched(uint32_t lose_after)
     const struct bd_sched_options options = {
         .device = "auto",
         .queue_length_max = 8,
-        .frame_limits = {4096, 1u << 24},
+        .frame_limits = {.side_px_max = 4096, .pixel_count_max = 1u << 24},
         .lose_device_after_slices = lose_after,
     };
     struct bd_sched *sched;

@@ -110,7 +110,7 @@ int main(int argc, char **argv)
     const struct bd_sched_options options = {
         .device = "auto",
         .queue_length_max = 4,
-        .frame_limits = {16384, UINT64_C(1) << 28},
+        .frame_limits = {.side_px_max = 16384, .pixel_count_max = UINT64_C(1) << 28},
     };
     struct bd_job_request request = {.frame = bd_frame_request_default};
     struct bd_sched *sched = NULL;
