@@ -10,7 +10,7 @@ build_packages=(
 device_packages=(libegl1 libegl-mesa0 libgl1-mesa-dri libopengl0)
 test_packages=(
   clang libclang-rt-14-dev llvm glslang-tools libcmocka-dev curl
-  python3-matplotlib python3-numpy python3-protobuf python3-pytest protobuf-compiler
+  python3-matplotlib python3-numpy python3-pil python3-protobuf python3-pytest protobuf-compiler
 )
 bundle_packages=(patchelf)
 

@@ -9,6 +9,8 @@ import zlib
 
 import numpy
 
+LINES_PER_CHUNK = {b"\x00": 1, b"\x03": 16}  # stored as it is, ZIP
+
 
 def _text(data, at):
     end = data.index(b"\0", at)
@@ -55,14 +57,14 @@ def read(data):
     attributes, at = _header(data)
     left, top, right, bottom = struct.unpack("<4i", attributes["dataWindow"][1])
     width, height = right - left + 1, bottom - top + 1
-    assert attributes["compression"][1] == b"\x03", "not ZIP"
+    lines = LINES_PER_CHUNK[attributes["compression"][1]]
     channels = _channels(attributes["channels"][1])
     planes = {name: numpy.empty((height, width), numpy.float32) for name, _ in channels}
     row_bytes = sum(numpy.dtype(kind).itemsize for _, kind in channels) * width
-    offsets = struct.unpack_from(f"<{(height + 15) // 16}Q", data, at)
+    offsets = struct.unpack_from(f"<{-(-height // lines)}Q", data, at)
     for offset in offsets:
         first, packed_size = struct.unpack_from("<ii", data, offset)
-        rows = min(16, height - (first - top))
+        rows = min(lines, height - (first - top))
         chunk = _unzip(data[offset + 8:offset + 8 + packed_size], rows * row_bytes)
         place = 0
         for row in range(first - top, first - top + rows):

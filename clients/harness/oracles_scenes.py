@@ -391,7 +391,7 @@ def white_metal_expected(alpha):
     return expected
 
 
-# --- D12: occlusion ---------------------------------------------------------------------------------
+# --- D12: occlusion ----------------------------------------------------------------------------
 
 
 def _ball(w, name, radius, material, inward=False, **placing):
