@@ -11,7 +11,7 @@ import time
 import numpy
 import pytest
 
-from conftest import BOUNCE, HERE
+from conftest import BOUNCE, BUILD, HERE
 from harness import exr
 
 GLB = HERE / "../scenes/cornell.glb"
@@ -21,13 +21,35 @@ ENDLESS = ("--size", "64x64", "--spp", "4000000")
 
 
 @pytest.fixture(scope="module", autouse=True)
-def device(tmp_path_factory):
-    """A private daemon wants a device, though the reference does not."""
-    env = {**os.environ, "XDG_RUNTIME_DIR": str(tmp_path_factory.mktemp("run"))}
-    result = subprocess.run([BOUNCE, "devices"], env=env, capture_output=True, timeout=120,
-                            check=False)
-    if result.returncode == 6:
-        pytest.skip("no device here: " + result.stderr.decode())
+def daemon(tmp_path_factory):
+    """One daemon for the tests that need none of their own; its XDG_RUNTIME_DIR."""
+    folder = tmp_path_factory.mktemp("daemon")
+    env = {**os.environ, "XDG_RUNTIME_DIR": str(folder)}
+    with subprocess.Popen([BUILD / "server/bounced", "--http", "none", "--data", folder / "data"],
+                          env=env, stderr=subprocess.PIPE) as process:
+        until = time.monotonic() + 60
+        while not (folder / "bounced.sock").exists() and process.poll() is None:
+            assert time.monotonic() < until
+            time.sleep(0.02)
+        if process.poll() == 6:  # the reference needs no device, but the daemon does
+            pytest.skip("no device here: " + process.stderr.read().decode())
+        assert process.poll() is None, process.stderr.read().decode()
+        yield str(folder)
+        process.send_signal(signal.SIGTERM)
+        assert process.wait(timeout=30) == 0
+
+
+@pytest.fixture
+def alone(bounce):
+    """bounce with no daemon to be found: it starts one."""
+    return bounce
+
+
+@pytest.fixture
+def served(bounce, daemon):
+    """bounce with a daemon on the default socket."""
+    bounce.env["XDG_RUNTIME_DIR"] = daemon
+    return bounce
 
 
 def ok(result):
@@ -53,23 +75,23 @@ def assert_alike(a, b, tolerance=2e-5):
         numpy.testing.assert_allclose(a[name], b[name], rtol=tolerance, atol=1e-7, err_msg=name)
 
 
-def test_a_file_says_all_about_itself(bounce):
-    result = ok(bounce("reference", GLB, "-o", "a.exr", *SMALL, "--spp", "6", "--json",
-                       "--report", "r.json", "--filter", "box", "--bounces", "3", "--seed", "5",
-                       "--set", "brdf=lambert"))
+def test_a_file_says_all_about_itself(alone):
+    result = ok(alone("reference", GLB, "-o", "a.exr", *SMALL, "--spp", "6", "--json",
+                      "--report", "r.json", "--filter", "box", "--bounces", "3", "--seed", "5",
+                      "--set", "brdf=lambert"))
     report = json.loads(result.stdout)
-    assert report == json.loads((bounce.folder / "r.json").read_text())
+    assert report == json.loads((alone.folder / "r.json").read_text())
     assert report["stopped"] == "complete" and report["parameters"]["spp"] == 6
     assert [p["name"] for p in report["passes"]] == ["bvh", "trace"]
     assert all(p["state"] == "ran" for p in report["passes"])
     assert report["memory_mib"]["reference"] > 0 and report["size"] == [24, 16]
-    strings = manifest(bounce, "a.exr")
+    strings = manifest(alone, "a.exr")
     assert strings["technique"] == "reference" and strings["filter"] == "box"
     assert strings["seed"] == "5" and strings["scene"] == report["scene"]
-    made = parameters(bounce, "a.exr")
+    made = parameters(alone, "a.exr")
     assert made["spp"] == "6" and made["first_sample"] == "0" and made["bounces"] == "3"
     assert made["brdf"] == "lambert"
-    planes = read(bounce, "a.exr")
+    planes = read(alone, "a.exr")
     assert len(planes) == 54
     for letter in "RGB":
         parts = sum(planes[f"{layer}.{letter}"] for layer in ("direct", "indirect", "emission"))
@@ -80,21 +102,21 @@ def test_a_file_says_all_about_itself(bounce):
 
 
 @pytest.mark.parametrize("filter_name", ["point", "box"])
-def test_a_resumed_file_is_an_uninterrupted_one(bounce, filter_name):
+def test_a_resumed_file_is_an_uninterrupted_one(served, filter_name):
     options = (*SMALL, "--filter", filter_name)
-    ok(bounce("reference", GLB, "-o", "whole.exr", *options, "--spp", "40"))
+    ok(served("reference", GLB, "-o", "whole.exr", *options, "--spp", "40"))
     for spp in ("4", "10", "40"):
-        ok(bounce("reference", GLB, "-o", "grown.exr", *options, "--spp", spp))
-        assert parameters(bounce, "grown.exr")["spp"] == spp
-    assert_alike(read(bounce, "grown.exr"), read(bounce, "whole.exr"))
-    assert manifest(bounce, "grown.exr") == manifest(bounce, "whole.exr")
+        ok(served("reference", GLB, "-o", "grown.exr", *options, "--spp", spp))
+        assert parameters(served, "grown.exr")["spp"] == spp
+    assert_alike(read(served, "grown.exr"), read(served, "whole.exr"))
+    assert manifest(served, "grown.exr") == manifest(served, "whole.exr")
 
 
-def test_what_is_done_is_not_done_again(bounce):
-    ok(bounce("reference", GLB, "-o", "a.exr", *SMALL, "--spp", "8"))
-    before = (bounce.folder / "a.exr").stat()
-    result = ok(bounce("reference", GLB, "-o", "a.exr", *SMALL, "--spp", "4", "--json"))
-    after = (bounce.folder / "a.exr").stat()
+def test_what_is_done_is_not_done_again(served):
+    ok(served("reference", GLB, "-o", "a.exr", *SMALL, "--spp", "8"))
+    before = (served.folder / "a.exr").stat()
+    result = ok(served("reference", GLB, "-o", "a.exr", *SMALL, "--spp", "4", "--json"))
+    after = (served.folder / "a.exr").stat()
     assert (before.st_ino, before.st_mtime_ns) == (after.st_ino, after.st_mtime_ns)
     report = json.loads(result.stdout)
     assert report["parameters"]["spp"] == 8
@@ -110,27 +132,27 @@ def test_what_is_done_is_not_done_again(bounce):
     (("--size", "16x24"), "size"),
     (("--environment", "1,1,1"), "scene"),
 ])
-def test_other_options_do_not_go_on_from_a_file(bounce, changed, word):
-    ok(bounce("reference", GLB, "-o", "a.exr", *SMALL, "--spp", "2"))
-    before = (bounce.folder / "a.exr").read_bytes()
-    result = bounce("reference", GLB, "-o", "a.exr", *SMALL, "--spp", "4", *changed)
+def test_other_options_do_not_go_on_from_a_file(served, changed, word):
+    ok(served("reference", GLB, "-o", "a.exr", *SMALL, "--spp", "2"))
+    before = (served.folder / "a.exr").read_bytes()
+    result = served("reference", GLB, "-o", "a.exr", *SMALL, "--spp", "4", *changed)
     assert result.returncode == 2 and word in result.stderr and "--force" in result.stderr
-    assert (bounce.folder / "a.exr").read_bytes() == before
-    ok(bounce("reference", GLB, "-o", "a.exr", *SMALL, "--spp", "4", *changed, "--force"))
-    assert (bounce.folder / "a.exr").read_bytes() != before
+    assert (served.folder / "a.exr").read_bytes() == before
+    ok(served("reference", GLB, "-o", "a.exr", *SMALL, "--spp", "4", *changed, "--force"))
+    assert (served.folder / "a.exr").read_bytes() != before
 
 
 @pytest.mark.parametrize("content", [b"", b"nonsense", b"\x76\x2f\x31\x01"])
-def test_a_file_of_another_kind_is_left_alone(bounce, content):
-    (bounce.folder / "a.exr").write_bytes(content)
-    result = bounce("reference", GLB, "-o", "a.exr", *SMALL, "--spp", "2")
+def test_a_file_of_another_kind_is_left_alone(served, content):
+    (served.folder / "a.exr").write_bytes(content)
+    result = served("reference", GLB, "-o", "a.exr", *SMALL, "--spp", "2")
     assert result.returncode in (2, 4) and "a.exr" in result.stderr
-    assert (bounce.folder / "a.exr").read_bytes() == content
+    assert (served.folder / "a.exr").read_bytes() == content
 
 
-def test_a_frame_is_no_reference(bounce):
-    ok(bounce("render", GLB, "-o", "a.exr", *SMALL, "--technique", "direct"))
-    result = bounce("reference", GLB, "-o", "a.exr", *SMALL)
+def test_a_frame_is_no_reference(served):
+    ok(served("render", GLB, "-o", "a.exr", *SMALL, "--technique", "direct"))
+    result = served("reference", GLB, "-o", "a.exr", *SMALL)
     assert result.returncode == 2 and "--force" in result.stderr
 
 
@@ -143,10 +165,10 @@ def test_a_frame_is_no_reference(bounce):
     (("--region", "20,0,5,1"), "region"), (("--camera", "Nobody"), "Nobody"),
     (("--environment", "1,1"), "environment"), (("--time-limit", "soon"), "time-limit"),
 ])
-def test_refusals_name_the_option_and_leave_no_file(bounce, words, word):
-    result = bounce("reference", GLB, "-o", "a.exr", *SMALL, *words)
+def test_refusals_name_the_option_and_leave_no_file(served, words, word):
+    result = served("reference", GLB, "-o", "a.exr", *SMALL, *words)
     assert result.returncode == 2 and word in result.stderr, result.stderr
-    assert not (bounce.folder / "a.exr").exists()
+    assert not (served.folder / "a.exr").exists()
 
 
 def wait_for_samples(process, limit_s=30):
@@ -160,8 +182,8 @@ def wait_for_samples(process, limit_s=30):
     os.set_blocking(process.stderr.fileno(), True)
 
 
-def test_ctrl_c_keeps_what_there_is(bounce):
-    process = bounce.start("reference", GLB, "-o", "a.exr", *ENDLESS)
+def test_ctrl_c_keeps_what_there_is(alone):
+    process = alone.start("reference", GLB, "-o", "a.exr", *ENDLESS)
     wait_for_samples(process)
     time.sleep(1.5)
     start = time.monotonic()
@@ -172,15 +194,15 @@ def test_ctrl_c_keeps_what_there_is(bounce):
     said = re.search(rb"a\.exr has (\d+) spp of 4000000", err)
     assert said, err
     spp = int(said[1])
-    assert spp >= 2 and parameters(bounce, "a.exr")["spp"] == str(spp)
-    assert len(list(bounce.folder.glob("*.exr*"))) == 1  # nothing half-written beside it
+    assert spp >= 2 and parameters(alone, "a.exr")["spp"] == str(spp)
+    assert len(list(alone.folder.glob("*.exr*"))) == 1  # nothing half-written beside it
     # And the same command goes on.
-    ok(bounce("reference", GLB, "-o", "a.exr", *ENDLESS[:2], "--spp", spp + 2))
-    assert parameters(bounce, "a.exr")["spp"] == str(spp + 2)
+    ok(alone("reference", GLB, "-o", "a.exr", *ENDLESS[:2], "--spp", spp + 2))
+    assert parameters(alone, "a.exr")["spp"] == str(spp + 2)
 
 
-def test_a_daemon_that_dies_leaves_the_samples(bounce):
-    process = bounce.start("reference", GLB, "-o", "a.exr", *ENDLESS)
+def test_a_daemon_that_dies_leaves_the_samples(alone):
+    process = alone.start("reference", GLB, "-o", "a.exr", *ENDLESS)
     wait_for_samples(process)
     time.sleep(1.5)
     children = subprocess.run(["ps", "--ppid", str(process.pid), "-o", "pid="], check=True,
@@ -189,74 +211,74 @@ def test_a_daemon_that_dies_leaves_the_samples(bounce):
     os.kill(int(children[0]), signal.SIGKILL)
     _, err = process.communicate(timeout=30)
     assert process.returncode == 7 and b"signal 9" in err and b"a.exr has" in err, err
-    assert int(parameters(bounce, "a.exr")["spp"]) >= 2
+    assert int(parameters(alone, "a.exr")["spp"]) >= 2
 
 
-def test_a_time_limit_keeps_what_fits(bounce):
+def test_a_time_limit_keeps_what_fits(served):
     start = time.monotonic()
-    result = ok(bounce("reference", GLB, "-o", "a.exr", "--size", "32x32", "--time-limit", "1.5",
+    result = ok(served("reference", GLB, "-o", "a.exr", "--size", "32x32", "--time-limit", "1.5",
                        "--json"))
     assert 1 < time.monotonic() - start < 20
     report = json.loads(result.stdout)
     spp = report["parameters"]["spp"]
     assert report["stopped"] == "deadline" and spp >= 2
     assert f"time is up; a.exr has {spp} spp" in result.stderr
-    assert parameters(bounce, "a.exr")["spp"] == str(spp)
+    assert parameters(served, "a.exr")["spp"] == str(spp)
 
 
-def test_a_limit_that_nothing_fits(bounce):
-    result = bounce("reference", GLB, "-o", "a.exr", "--size", "2000x2000", "--time-limit",
+def test_a_limit_that_nothing_fits(served):
+    result = served("reference", GLB, "-o", "a.exr", "--size", "2000x2000", "--time-limit",
                     "0.005", "--bounces", "64")
     assert result.returncode == 5 and "time-limit" in result.stderr
-    assert not (bounce.folder / "a.exr").exists()
+    assert not (served.folder / "a.exr").exists()
 
 
-def test_a_region_alone_is_traced(bounce):
-    ok(bounce("reference", GLB, "-o", "a.exr", *SMALL, "--spp", "2", "--region", "4,3,10,7"))
-    ok(bounce("reference", GLB, "-o", "whole.exr", *SMALL, "--spp", "2"))
-    part, whole = read(bounce, "a.exr"), read(bounce, "whole.exr")
+def test_a_region_alone_is_traced(served):
+    ok(served("reference", GLB, "-o", "a.exr", *SMALL, "--spp", "2", "--region", "4,3,10,7"))
+    ok(served("reference", GLB, "-o", "whole.exr", *SMALL, "--spp", "2"))
+    part, whole = read(served, "a.exr"), read(served, "whole.exr")
     inside = numpy.zeros(part["R"].shape, bool)
     inside[3:10, 4:14] = True
     assert (part["R"][inside] == whole["R"][inside]).all()
     assert (part["R"][~inside] == 0).all() and (part["A"][~inside] == 0).all()
-    assert manifest(bounce, "a.exr")["region"] == "4,3,10,7"
+    assert manifest(served, "a.exr")["region"] == "4,3,10,7"
 
 
-def test_a_sky_lights_and_is_seen(bounce):
-    ok(bounce("reference", GLB, "-o", "dark.exr", *SMALL, "--spp", "2", "--lights", "environment"))
-    ok(bounce("reference", GLB, "-o", "lit.exr", *SMALL, "--spp", "2", "--lights", "environment",
+def test_a_sky_lights_and_is_seen(served):
+    ok(served("reference", GLB, "-o", "dark.exr", *SMALL, "--spp", "2", "--lights", "environment"))
+    ok(served("reference", GLB, "-o", "lit.exr", *SMALL, "--spp", "2", "--lights", "environment",
               "--environment", "1,2,4"))
-    dark, lit = read(bounce, "dark.exr"), read(bounce, "lit.exr")
+    dark, lit = read(served, "dark.exr"), read(served, "lit.exr")
     assert dark["R"].max() == 0 and lit["direct.R"].max() > 0
     sky = lit["A"] == 0
     if sky.any():
         assert (lit["emission.B"][sky] == 4).all()
     # The same constant as a map.
-    ok(bounce("render", GLB, "-o", "map.exr", "--size", "8x4", "--technique", "direct"))
-    ok(bounce("reference", GLB, "-o", "mapped.exr", *SMALL, "--spp", "2", "--environment",
+    ok(served("render", GLB, "-o", "map.exr", "--size", "8x4", "--technique", "direct"))
+    ok(served("reference", GLB, "-o", "mapped.exr", *SMALL, "--spp", "2", "--environment",
               "map.exr"))
-    assert parameters(bounce, "mapped.exr")["lights"] == "all"
+    assert parameters(served, "mapped.exr")["lights"] == "all"
 
 
-def test_a_rasterized_frame_says_that_the_sky_does_not_light(bounce):
-    result = ok(bounce("render", GLB, "-o", "a.exr", *SMALL, "--environment", "1,1,1", "--technique",
+def test_a_rasterized_frame_says_that_the_sky_does_not_light(served):
+    result = ok(served("render", GLB, "-o", "a.exr", *SMALL, "--environment", "1,1,1", "--technique",
                        "direct"))
     assert "environment_not_lighting" in result.stderr
 
 
-def test_a_picture_of_the_reference(bounce):
-    ok(bounce("render", GLB, "-o", "a.png", *SMALL, "--technique", "reference", "--set", "spp=2"))
-    assert (bounce.folder / "a.png").read_bytes().startswith(b"\x89PNG")
-    ok(bounce("render", GLB, "-o", "a.exr", *SMALL, "--technique", "reference", "--set", "spp=2",
+def test_a_picture_of_the_reference(served):
+    ok(served("render", GLB, "-o", "a.png", *SMALL, "--technique", "reference", "--set", "spp=2"))
+    assert (served.folder / "a.png").read_bytes().startswith(b"\x89PNG")
+    ok(served("render", GLB, "-o", "a.exr", *SMALL, "--technique", "reference", "--set", "spp=2",
               "--layers", "direct,halves"))
-    names = set(read(bounce, "a.exr"))
+    names = set(read(served, "a.exr"))
     assert "half_b.indirect.G" in names and "variance.R" not in names and "depth.Z" not in names
 
 
-def test_a_bar_with_what_is_left_on_a_terminal(bounce):
+def test_a_bar_with_what_is_left_on_a_terminal(alone):
     terminal, end = pty.openpty()
     process = subprocess.Popen([BOUNCE, "reference", GLB, "-o", "a.exr", *ENDLESS[:2], "--spp",
-                                "4000000", "--time-limit", "3"], cwd=bounce.folder, env=bounce.env,
+                                "4000000", "--time-limit", "3"], cwd=alone.folder, env=alone.env,
                                stdout=subprocess.PIPE, stderr=end)
     os.close(end)
     text = b""
