@@ -48,6 +48,10 @@ class Case:
         low, high = edit.corners(self.glb)
         self.size_m = float(np.linalg.norm(high - low))
 
+    def offset(self, power):
+        """A translation by 10^power sizes of the scene."""
+        return [float(v) for v in OUTWARD * self.size_m * 10.0 ** power]
+
     def has_finest(self):
         """Whether the ladder goes on beyond the finer rung."""
         return self.rungs["finest"] != self.rungs["finer"]
@@ -147,12 +151,12 @@ def colour_channels(case):
 
 def translation(case):
     base = case.render("base")
-    mask = measure.silhouettes(base)
+    mask = measure.silhouettes(base) | measure.map_edges(base)
     for power in (0, 3, 5, 7) if case.long else (7,):
-        offset = [float(v) for v in OUTWARD * case.size_m * 10.0 ** power]
-        moved = case.render(f"moved{power}", edit.under_a_root(case.glb, translation=offset))
+        moved = case.render(f"moved{power}", edit.under_a_root(case.glb,
+                                                               translation=case.offset(power)))
         yield from exact(case, base, moved, f"by 1e{power} sizes, {100 * mask.mean():.0f} % of "
-                         "pixels on silhouettes", mask=mask, tolerance=TRANSLATED)
+                         "pixels on edges", mask=mask, tolerance=TRANSLATED)
 
 
 # --- statistical -------------------------------------------------------------------------------
@@ -193,7 +197,7 @@ def _statistical(case, tag, glb, note):
                 for name in ("base", tag)]
 
     yield from within_own_error(case, measure.lit(base), measure.lit(other), sides, note,
-                                measure.seen_otherwise(base, other))
+                                measure.seen_otherwise(base, other) + measure.corners(base))
 
 
 def rotation(case):

@@ -65,6 +65,17 @@ def silhouettes(frame):
         normal, lambda a, b: ~((a * b).sum(-1) > 0.9))
 
 
+def map_edges(frame):
+    """Pixels on either side of where what a map says doubles: a rounded texture coordinate moves
+    the filter's weights there."""
+    out = np.zeros(frame.planes["A"].shape, bool)
+    for name in ("albedo", "emission"):
+        values = frame.layer(name).astype(np.float64)
+        out |= _differs_from_neighbours(
+            values, lambda a, b: (np.maximum(a, b) > 2 * np.minimum(a, b)).any(-1))
+    return out
+
+
 def lit(frame):
     """direct + indirect: what lights add, without what shines by itself."""
     return frame.layer("direct").astype(np.float64) + frame.layer("indirect")
@@ -116,6 +127,21 @@ def seen_otherwise(frame, other):
     """Per pixel, by how much the albedo differs that the two show: where a change to the scene
     rounds texture coordinates, the filtered texel does too, and light with it."""
     return np.minimum(relative(frame.layer("albedo"), other.layer("albedo")), 0.01)
+
+
+SUBPIXELS = 256  # places that a rasteriser knows between two pixels (GL_SUBPIXEL_BITS = 8)
+
+
+def corners(frame):
+    """Per pixel on a silhouette, how much it changes by moving one such place: where triangles are
+    smaller than pixels, rounding decides on which side of its corners a pixel is."""
+    light = lit(frame)
+    padded = np.pad(light, ((1, 1), (1, 1), (0, 0)), mode="edge")
+    around = np.stack([padded[y:y + light.shape[0], x:x + light.shape[1]]
+                       for y in range(3) for x in range(3)])
+    change = np.abs(around - light).max(axis=0) / SUBPIXELS
+    unit = np.maximum(np.abs(light), FLOOR_STATISTICAL * np.abs(light).mean() + 1e-300)
+    return np.where(silhouettes(frame), (change / unit).max(axis=-1), 0)
 
 
 def over_levels(image, other, allowed, slack=0.0):
