@@ -37,6 +37,18 @@ def test_advice_where_nothing_is_good_enough():
     assert summary.advice(made, "box") == "Nothing could be measured."
 
 
+def test_a_reference_that_stopped_early_is_extrapolated_and_nothing_else_is():
+    made = result()
+    made["points"] = [p for p in made["points"] if p["settings"] in ({"spp": "1"}, {"n": "1"})]
+    cells = {r["technique"]: r["cells"] for r in summary.equal_error(made, "box", "full", "beauty")}
+    # 32 % in 20 ms: a sixteenth of it, at 2 %, takes 256 times as long.
+    assert cells["exact"][1]["ms"] is None
+    assert cells["exact"][1]["text"] == "≈ 5.12 s (not measured)"
+    assert "≈" not in "".join(c["text"] for c in cells["quick"])
+    made["points"] = made["points"][1:]
+    assert "would take about 5.12 s" in summary.advice(made, "box")
+
+
 def test_equal_error_says_floor_best_or_time():
     rows = {r["technique"]: r["cells"] for r in
             summary.equal_error(result(), "box", "full", "beauty")}
@@ -54,6 +66,29 @@ def test_equal_error_says_floor_best_or_time():
 def test_an_error_below_the_noise_is_shown_at_its_upper_end():
     assert summary.plotted({"value": 0.0, "high": 0.003}) == 0.003
     assert summary.plotted({"value": 0.02, "high": 0.03}) == 0.02
+    assert summary.plotted({"value": 0.0, "high": 0.0}) == summary.EXACT
+    assert summary.plotted({"value": None, "high": None}) is None
+
+
+@pytest.mark.filterwarnings("error")
+def test_no_error_at_all_is_reached_at_once_and_drawn_nowhere():
+    made = result()
+    for p in made["points"]:
+        if p["technique"] == "quick" and p["state"] == "done":
+            p["error"]["model"]["indirect"].update(value=0.0, low=0.0, high=0.0)
+    cells = summary.equal_error(made, "box", "model", "indirect")[0]["cells"]
+    assert [c["text"] for c in cells] == ["≤ 10 ms"] * 5
+    made["points"] = [p for p in made["points"] if p["technique"] == "quick"]
+    assert ("curve", "model", "indirect") not in figures.svgs(plots.load(), made, "box", "s")
+
+
+def test_an_unknown_error_is_no_point_of_a_curve():
+    made = result()
+    for layers in made["points"][0]["error"].values():
+        for error in layers.values():
+            error.update(value=None, low=None, high=None)
+    assert len(summary.curve(made, "box", "quick")) == 5
+    assert summary.summarize(made) and not [w for w in summary.warnings(made) if "noise" in w]
 
 
 def test_noise_above_a_tenth_of_the_error_is_said():

@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from harness.bench.stats import decades, error_at_time, front, quartiles, time_at_error
+from harness.bench.stats import decades, error_at_time, front, quartiles, slope, time_at_error
 
 
 def test_quartiles_of_known_lists():
@@ -59,6 +59,11 @@ def test_error_at_time_is_its_inverse():
         assert error_at_time(points, time_at_error(points, error)) == pytest.approx(error)
     assert error_at_time(points, 9) is None
     assert error_at_time(points, 5000) == 0.001
+
+
+def test_slope_is_the_power_of_time():
+    assert slope([(1, 0.8), (4, 0.4), (16, 0.2), (9, 0.7)]) == pytest.approx(-0.5)
+    assert slope([(1, 0.5), (2, 0.6)]) is None  # only one of them is on the front
 
 
 def test_decades():

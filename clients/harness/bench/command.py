@@ -151,7 +151,7 @@ class Bench:
 
     def _measured(self, scene, technique, settings, key):
         path, asked = self.paths[scene["name"]], self.asked
-        time, report = measure.timed(self.stage, path, technique.name, settings, asked.runs,
+        time, report = measure.timed(self.stage, path, technique, settings, asked.runs,
                                      asked.seeds[0])
         seeds = measure.pictures(self.stage, path, technique.name, settings, asked.seeds,
                                  lambda seed: self.store.pictures / f"{key}-{seed}.exr")
@@ -177,7 +177,8 @@ class Bench:
     def _decompose(self, scene, technique):
         """The steps from the full reference to the technique's most exact picture."""
         done = [p for p in self.result["points"] if p["scene"] == scene["name"]
-                and p["technique"] == technique.name and p["state"] == "done"]
+                and p["technique"] == technique.name and p["state"] == "done"
+                and p["error"]["model"]["beauty"]["value"] is not None]
         if technique.is_reference or not done:
             return
         best = min(done, key=lambda p: p["error"]["model"]["beauty"]["value"])
@@ -220,4 +221,5 @@ def _outcome(point):
     if point["state"] != "done":
         return f"failed: {point['fault']}"
     error = point["error"]["full"]["beauty"]["value"]
-    return f"{point['time_ms']['frame']['median']:.4g} ms, error {100 * error:.3g} %"
+    text = "unknown" if error is None else f"{100 * error:.3g} %"
+    return f"{point['time_ms']['frame']['median']:.4g} ms, error {text}"

@@ -34,7 +34,7 @@ def svgs(pyplot, result, scene, salt):
     found = {}
     for against in AGAINST:
         for layer in LAYERS:
-            if any(curve(result, scene, t, against, layer) for t in techniques_of(result, scene)):
+            if any(plots.drawn(result, scene, t, against, layer) for t in techniques_of(result, scene)):
                 found["curve", against, layer] = plots.error_against_time(
                     pyplot, result, scene, against, layer, f"{salt}{against}{layer}")
     for item in result["decomposition"]:

@@ -84,15 +84,16 @@ def timed(stage, path, technique, settings, runs, seed):
     """Times of new frames and of frames after the camera moved, and the last report.
 
     One frame of either kind warms up; then they take turns, so that what slows the machine down
-    for a while slows both."""
+    for a while slows both. A reference keeps nothing between frames: to it they are one kind."""
     def frame(fresh):
-        return stage.ask(stage.daemon.report, path, technique, settings, seed=seed,
+        return stage.ask(stage.daemon.report, path, technique.name, settings, seed=seed,
                          layers=("beauty", "indirect"), extra=("--fresh", fresh))
 
-    frame("all")
-    frame("camera")
-    pairs = [(frame("all"), frame("camera")) for _ in range(runs)]
-    anew, moved = zip(*pairs)
+    kinds = ("all",) if technique.is_reference else ("all", "camera")
+    for kind in kinds:
+        frame(kind)
+    rounds = [[frame(kind) for kind in kinds] for _ in range(runs)]
+    anew, moved = [[r[end] for r in rounds] for end in (0, -1)]
     return {**times_of(anew), "camera_moved": times_of(moved)["frame"]}, anew[-1]
 
 

@@ -71,8 +71,7 @@ def _table(head, rows):
 
 def _said(text):
     """Escaped, and no line ends between a number and its unit."""
-    return re.sub(r"(\d) (%|ms|s)\b|(\d) (%)", lambda m: f"{m[1] or m[3]}&nbsp;{m[2] or m[4]}",
-                  escape(text))
+    return re.sub(r"(\d) (%|(?:ms|s|min)\b)", r"\1&nbsp;\2", escape(text))
 
 
 def _cell(text, kind=""):
@@ -97,9 +96,10 @@ def _equal_time_table(result, scene, against, layer):
     times, rows = equal_time(result, scene, against, layer)
     if not times:
         return ""
-    body = [[_cell(row["technique"]), *(_cell(c["text"], "no" if c["error"] is None else "")
-                                        for c in row["cells"])] for row in rows]
-    return _table(["error in", *(duration(ms) for ms in times)], body)
+    body = [[_cell(row["technique"]),
+             *(_cell(c["text"], "no" if c["error"] is None else "") for c in row["cells"]),
+             _cell("–" if row["slope"] is None else f"time^{row['slope']:.2f}")] for row in rows]
+    return _table(["error in", *(duration(ms) for ms in times), "falls as"], body)
 
 
 def _points_table(result, scene):

@@ -4,7 +4,7 @@ import math
 import re
 
 from .store import settings_text
-from .summary import HEADLINE_ERROR, curve, duration, floor_of, front_rows, percent, techniques_of
+from .summary import EXACT, HEADLINE_ERROR, curve, duration, floor_of, front_rows, percent, techniques_of
 
 # Told apart by people who see few colours too, and by marker (Okabe and Ito 2008).
 COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
@@ -85,8 +85,13 @@ def _bars(row, against, layer):
     return max(ms - time["q1"], 0), max(time["q3"] - ms, 0), below, above
 
 
+def drawn(result, scene, technique, against, layer):
+    """The rows of a curve that have an error at all: the others would stretch the axis to nothing."""
+    return [row for row in curve(result, scene, technique, against, layer) if row[1] > EXACT]
+
+
 def _draw_curve(axes, result, scene, technique, against, layer):
-    rows = curve(result, scene, technique, against, layer)
+    rows = drawn(result, scene, technique, against, layer)
     if not rows:
         return
     color, marker = style_of(result, technique)

@@ -73,6 +73,17 @@ def error_at_time(points, time):
     raise AssertionError("the front ends before a time that it spans")
 
 
+def slope(points):
+    """p of error ~ time^p over the front, by least squares on logarithmic axes: -0.5 for samples
+    that know nothing of each other. None for fewer than two points."""
+    path = [(math.log(t), math.log(e)) for t, e, *_ in front(points)]
+    if len(path) < 2:
+        return None
+    mean_t, mean_e = (sum(column) / len(path) for column in zip(*path))
+    return (sum((t - mean_t) * (e - mean_e) for t, e in path)
+            / sum((t - mean_t) ** 2 for t, _ in path))
+
+
 def decades(low, high):
     """1, 3, 10, 30, ... from at least `low` to at most `high`."""
     if not 0 < low <= high:

@@ -1,18 +1,21 @@
 """What a reader wants to know: which technique for which error, and what it costs."""
 import math
 
-from .stats import decades, error_at_time, front, time_at_error
+from .stats import decades, error_at_time, front, slope, time_at_error
 from .store import settings_text
 
 EQUAL_ERRORS = (0.01, 0.02, 0.05, 0.10, 0.20)
 HEADLINE_ERROR = 0.02
+EXACT = 1e-6
 AGAINST = ("full", "model")
 LAYERS = ("beauty", "indirect")
 
 
 def plotted(error):
-    """Where an error goes on a logarithmic axis: its upper end where the noise hides its value."""
-    return error["value"] if error["value"] > 0 else error["high"]
+    """Where an error goes on a logarithmic axis: its upper end where the noise hides its value;
+    EXACT where there is none, as of indirect light that neither side has. None if unknown."""
+    shown = error["value"] or error["high"]
+    return shown if shown is None else max(shown, EXACT)
 
 
 def curve(result, scene, technique, against="full", layer="beauty"):
@@ -51,14 +54,29 @@ def percent(error, sign=""):
 
 
 def duration(ms):
+    if ms >= 99_950:
+        return f"{ms / 60_000:.3g} min"
     if ms >= 999.5:
         return f"{ms / 1000:.3g} s"
     return f"{ms:.3g} ms"
 
 
-def _unreached(points, floor, wanted):
+def extrapolated(result, technique, points, wanted):
+    """Time at which more samples would bring an unbiased reference there: error ~ 1 / sqrt(time).
+
+    None for other techniques, whose error need not go on as it began."""
+    unbiased = any(t["name"] == technique and t["is_reference"] for t in result["techniques"])
+    if not (unbiased and points):
+        return None
+    ms, error, _ = min(points, key=lambda row: row[1])
+    return ms * (error / wanted) ** 2
+
+
+def _unreached(points, floor, wanted, later):
     if not points:
         return "not measured"
+    if later is not None:
+        return f"≈ {duration(later)} (not measured)"
     if floor is not None and floor > wanted:
         return f"not reached (floor {percent(floor)})"
     return f"not reached (best {percent(min(p[1] for p in points))})"
@@ -74,7 +92,8 @@ def equal_error(result, scene, against, layer):
         cells = []
         for wanted, ms in zip(EQUAL_ERRORS, times):
             if ms is None:
-                text = _unreached(points, floor, wanted)
+                later = extrapolated(result, technique, points, wanted)
+                text = _unreached(points, floor, wanted, later)
             else:
                 cheapest = wanted >= front(points)[0][1]
                 text = ("≤ " if cheapest else "") + duration(ms)
@@ -84,14 +103,14 @@ def equal_error(result, scene, against, layer):
 
 
 def equal_time(result, scene, against, layer):
-    """(times, rows (technique, [error that each buys]))."""
+    """(times, rows (technique, slope, [error that each buys]))."""
     curves = {t: curve(result, scene, t, against, layer) for t in techniques_of(result, scene)}
     all_times = [row[0] for points in curves.values() for row in points]
     times = decades(min(all_times), max(all_times)) if all_times else []
     rows = []
     for technique, points in curves.items():
         errors = [error_at_time(points, ms) for ms in times]
-        rows.append({"technique": technique, "cells": [
+        rows.append({"technique": technique, "slope": slope(points), "cells": [
             {"ms": ms, "error": e, "text": "–" if e is None else percent(e)}
             for ms, e in zip(times, errors)]})
     return times, rows
@@ -126,7 +145,8 @@ def advice(result, scene, wanted=HEADLINE_ERROR):
         best = min(missed, key=lambda name: min(row[1] for row in curves[name]))
         row = min(curves[best], key=lambda row: row[1])
         text = (f"Nothing measured here reaches {percent(wanted)} error; {best} comes closest with "
-                f"{percent(row[1])} in {duration(row[0])} ({settings_text(row[2]['settings'])}).")
+                f"{percent(row[1])} in {duration(row[0])} ({settings_text(row[2]['settings'])})"
+                f"{_later(result, best, curves[best], wanted)}.")
         missed.remove(best)
     return " ".join([text, *(_why_not(result, scene, name, curves[name], wanted)
                              for name in missed)])
@@ -140,7 +160,14 @@ def _why_not(result, scene, name, points, wanted):
         cause = f", most of it {step['name']}" if step else ""
         return (f"The model of {name} alone is {percent(floor)} off{cause}; {name} comes down to "
                 f"{percent(best)} in {duration(ms)}.")
-    return f"{name} comes down to {percent(best)} in {duration(ms)}."
+    return (f"{name} comes down to {percent(best)} in {duration(ms)}"
+            f"{_later(result, name, points, wanted)}.")
+
+
+def _later(result, name, points, wanted):
+    ms = extrapolated(result, name, points, wanted)
+    return "" if ms is None else (f" and would take about {duration(ms)}, since its error falls "
+                                  "with the square root of time")
 
 
 def largest_step(result, scene, technique, layer="beauty"):
@@ -161,10 +188,11 @@ def warnings(result):
             continue
         for against, layers in p["error"].items():
             for layer, error in layers.items():
-                if error["noise"] and error["noise"] > plotted(error) / 10:
+                shown = plotted(error)
+                if shown and error["noise"] and error["noise"] > shown / 10:
                     lines.append(f"{name}: {layer} against {against}: the reference's noise "
                                  f"{percent(error['noise'])} is above a tenth of the error "
-                                 f"{percent(plotted(error))}; the interval has it, more samples "
+                                 f"{percent(shown)}; the interval has it, more samples "
                                  "would narrow it")
     return lines
 
