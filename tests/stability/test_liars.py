@@ -1,6 +1,7 @@
 """Techniques that render wrongly must not pass: pictures are spoilt on their way to the checks."""
 import os
 import signal
+import threading
 
 import numpy as np
 import pytest
@@ -68,9 +69,12 @@ def scaled(factor):
     return spoil
 
 
+ONCE = pytest.mark.skipif(IS_SANITIZED, reason="Python is the same in both builds")
+
+
+@ONCE
 @pytest.mark.parametrize("number", [1, 5, 11, 24, 37, 48, 51, 53, 57, 59, 60])
 def test_a_missing_pi(liar, number):
-    assert outcome(liar, number, None).status == "pass"
     assert outcome(liar, number, scaled(np.pi)).status == "FAIL"
     assert outcome(liar, number, scaled(1 / np.pi)).status == "FAIL"
 
@@ -102,6 +106,7 @@ def mottled(light, serial):
 NOT_ABOUT_LIGHT = {29: "depth", 34: "that something comes at all"}
 
 
+@ONCE
 def test_no_row_believes_everything(liar):
     """Each row is failed by at least one kind of wrong picture."""
     believing = []
@@ -109,7 +114,7 @@ def test_no_row_believes_everything(liar):
         if row.check is None or number in NOT_ABOUT_LIGHT:
             continue
         statuses = []
-        for spoil in (grey, black, drifting, mottled):
+        for spoil in (mottled, grey, black, drifting):  # what catches most first
             statuses.append(outcome(liar, number, spoil).status)
             if statuses[-1] in ("FAIL", "-"):
                 break
@@ -156,30 +161,22 @@ def test_a_count_of_bad_pixels_is_looked_at(liar, monkeypatch):
     assert outcome(liar, 22, None).status == "FAIL"
 
 
-class Striking(Liar):
-    """A daemon that is struck by `blow` at its second picture."""
-    blow = signal.SIGKILL
+class Hanging(Liar):
+    """Stops at its second picture."""
 
     def render(self, *arguments, **keywords):
         self.asked = getattr(self, "asked", 0) + 1
-        if self.asked == 2:
-            os.kill(self._process.pid, self.blow)
-        return super().render(*arguments, **keywords)
-
-    def _run(self, words, shown, timeout_s):
-        return super()._run(words, shown, 20 if IS_SANITIZED else 5)
+        if self.asked != 2:
+            return super().render(*arguments, **keywords)
+        os.kill(self._process.pid, signal.SIGSTOP)
+        return super().render(*arguments, **{**keywords, "timeout_s": 2})
 
 
-class Hanging(Striking):
-    blow = signal.SIGSTOP
-
-
-@pytest.mark.parametrize("kind,says", [(Hanging, "no picture within")])
-def test_after_a_hang_the_matrix_goes_on(capsys, kind, says):
-    code = stability.main(["--technique", "direct", "--row", "22", "--row", "23", "--row", "13"],
-                          make_daemon=kind)
+def test_after_a_hang_the_matrix_goes_on(capsys):
+    code = stability.main(["--technique", "direct", "--row", "22", "--row", "62", "--row", "13"],
+                          make_daemon=Hanging)
     out = capsys.readouterr().out
-    assert code == 1 and says in out and "2 pass, 0 flag, 1 FAIL" in out, out
+    assert code == 1 and "no picture within" in out and "2 pass, 0 flag, 1 FAIL" in out, out
     assert "bounce stability --technique direct --row " in out
 
 
@@ -188,16 +185,12 @@ def test_a_crash_is_a_failure(liar):
     class Crashing(Liar):
         def _run(self, words, shown, timeout_s):
             os.kill(self._process.pid, signal.SIGSTOP)
-            killer = os.fork()
-            if killer == 0:
-                import time
-                time.sleep(0.3)
-                os.kill(self._process.pid, signal.SIGKILL)
-                os._exit(0)
+            killer = threading.Timer(0.3, self._process.kill)
+            killer.start()
             try:
                 return super()._run(words, shown, timeout_s)
             finally:
-                os.waitpid(killer, 0)
+                killer.join()
 
     with Crashing() as daemon:
         technique = techniques.chosen(daemon, ["direct"])[0]
