@@ -26,7 +26,7 @@ from .hazards import ROWS
 from .hazards.case import Case
 from .hazards.row import run
 
-FRAME_SECONDS = 120
+FRAME_SECONDS = {"small": 120, "full": 600}
 
 
 def _words(words):
@@ -128,7 +128,7 @@ def main(words, make_daemon=Daemon):
     if options.list:
         _list_rows()
         return 0
-    with make_daemon(device=options.device, timeout_s=FRAME_SECONDS) as daemon:
+    with make_daemon(device=options.device, timeout_s=FRAME_SECONDS[options.size]) as daemon:
         folder = options.keep or daemon.folder / "scenes"
         folder.mkdir(parents=True, exist_ok=True)
         groups = outcomes(daemon, options, folder)

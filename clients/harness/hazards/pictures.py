@@ -141,7 +141,8 @@ def largest(case):
                    ((4096, 4096), [(x, y, 128, 128) for x in (0, 1984, 3968)
                                    for y in (0, 1984, 3968)])]
     for size, crops in wholes:
-        few = {"vpls": 96} if case.technique.has("vpls") and case.full else {}
+        cheap = {"vpls": 96, "bounces": 0} if case.full else {}
+        few = {key: value for key, value in cheap.items() if case.technique.has(key)}
         path = case.save(_facade(size, crops), f"{size[0]}x{size[1]}")
         whole = _if_it_fits(case, path, size, few)
         if whole is None:
