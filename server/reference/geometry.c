@@ -9,7 +9,8 @@
 #include "reference/sampler.h"
 #include "reference/vec3f.h"
 
-static _Thread_local uint64_t ray_count;
+// Counted at every ray: not through the loader's general model of such variables.
+static _Thread_local uint64_t ray_count __attribute__((tls_model("initial-exec")));
 
 uint64_t bd_geometry_ray_count(void)
 {
@@ -285,15 +286,22 @@ static void set_normal(struct bd_meeting *m, bd_dvec3 across, double twice_area)
                  (float)(across.z * scale));
 }
 
+static double larger(double a, double b)
+{
+    return a > b ? a : b;
+}
+
 // How far off the triangle a ray must start that is not to meet it, or its neighbours in the same
 // plane, again: the rounding of the position and of what Embree computes from it. The normal of a
 // needle is less certain than that of a fat triangle, by the ratio of its longest edge's square to
 // its area.
-static float clearance_at(const float position[3], double longest_squared, double twice_area)
+static float clearance_at(const float position[3], double longest, double twice_area)
 {
-    double largest = fmax(fabs(position[0]), fmax(fabs(position[1]), fabs(position[2])));
-    double needle = longest_squared * sqrt(longest_squared) / fmax(twice_area, 1e-30);
-    return (float)fmin(0x1p-21 * (largest + 0.5) + 0x1p-22 * needle, 1e-4);
+    double largest =
+        larger(fabs(position[0]), larger(fabs(position[1]), fabs(position[2])));
+    double needle = longest * longest * longest / larger(twice_area, 1e-30);
+    double clearance = 0x1p-21 * (largest + 0.5) + 0x1p-22 * needle;
+    return (float)(clearance < 1e-4 ? clearance : 1e-4);
 }
 
 // The position comes from the corners, not from the ray's length, which is less exact. It is drawn
@@ -309,15 +317,16 @@ void bd_geometry_point(const struct bd_part *part, uint32_t triangle, float u, f
     bd_dvec3 ac = bd_dvec3_sub(corner(part, triangle, 2), a);
     bd_dvec3 bc = bd_dvec3_sub(ac, ab);
     double longest_squared =
-        fmax(bd_dvec3_dot(ab, ab), fmax(bd_dvec3_dot(ac, ac), bd_dvec3_dot(bc, bc)));
-    const double drawn_in = fmin(0.25, 0x1p-22 / sqrt(fmax(longest_squared, 1e-30)));
+        larger(bd_dvec3_dot(ab, ab), larger(bd_dvec3_dot(ac, ac), bd_dvec3_dot(bc, bc)));
+    double longest = sqrt(longest_squared);
+    double drawn_in = longest > 0x1p-20 ? 0x1p-22 / longest : 0.25;
     double s = u + (1.0 / 3 - u) * drawn_in, t = v + (1.0 / 3 - v) * drawn_in;
     bd_vec3f_set(out->position, (float)(a.x + s * ab.x + t * ac.x),
                  (float)(a.y + s * ab.y + t * ac.y), (float)(a.z + s * ab.z + t * ac.z));
     bd_dvec3 across = bd_dvec3_cross(ab, ac);
     double twice_area = bd_dvec3_length(across);
     set_normal(out, across, twice_area);
-    out->clearance = clearance_at(out->position, longest_squared, twice_area);
+    out->clearance = clearance_at(out->position, longest, twice_area);
 }
 
 bool bd_meeting_is_behind(const struct bd_meeting *meeting, const float direction[3])

@@ -113,7 +113,7 @@ static float cone_falloff(const struct bd_lamp *lamp, const float from_lamp[3])
 {
     if (lamp->kind != BD_LIGHT_SPOT) return 1;
     float ramp = (bd_vec3f_dot(from_lamp, lamp->axis) - lamp->cos_outer) * lamp->cos_ramp_inverse;
-    ramp = fminf(fmaxf(ramp, 0), 1);
+    ramp = bd_minf(bd_maxf(ramp, 0), 1);
     return ramp * ramp;
 }
 
@@ -121,7 +121,7 @@ static float cone_falloff(const struct bd_lamp *lamp, const float from_lamp[3])
 static float range_window(const struct bd_lamp *lamp, float distance)
 {
     float x = distance * lamp->range_inverse;
-    return fminf(fmaxf(1 - x * x * x * x, 0), 1);
+    return bd_minf(bd_maxf(1 - x * x * x * x, 0), 1);
 }
 
 static bool from_afar(const struct bd_lamps *lamps, const struct bd_lamp *lamp,
@@ -174,7 +174,7 @@ const struct bd_lamp *bd_lamps_choose(const struct bd_lamps *lamps, float choice
 // squared ramp outside of it, which is the largest of three uniform numbers along the ramp.
 static float spot_cosine(const struct bd_lamp *lamp, float u)
 {
-    float ramp_width = fminf(1 / lamp->cos_ramp_inverse, 1 - lamp->cos_outer);
+    float ramp_width = bd_minf(1 / lamp->cos_ramp_inverse, 1 - lamp->cos_outer);
     float flat_width = 1 - lamp->cos_outer - ramp_width;
     float flat_share = flat_width / (flat_width + ramp_width / 3);
     if (u < flat_share) return 1 - flat_width * (u / flat_share);
@@ -200,7 +200,7 @@ const struct bd_lamp *bd_lamps_sample_ray(const struct bd_lamps *lamps, float ch
         return lamp;
     }
     float cosine = lamp->kind == BD_LIGHT_SPOT ? spot_cosine(lamp, u[0]) : 1 - 2 * u[0];
-    float sine = sqrtf(fmaxf(1 - cosine * cosine, 0));
+    float sine = sqrtf(bd_maxf(1 - cosine * cosine, 0));
     combine(lamp, sine * cosf(phi), sine * sinf(phi), cosine, direction);
     bd_vec3f_normalize(direction);
     set_vector(origin, lamp->position);

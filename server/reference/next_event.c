@@ -141,8 +141,9 @@ void bd_path_add_lamps(struct bd_path *path, const struct bd_vertex *vertex, flo
 {
     if (!is_lit_by(path, BD_REFERENCE_PUNCTUAL) || path->reference->lamps.count == 0) return;
     if (bd_bsdf_is_delta(&vertex->surface)) return;
-    float u[2];
-    bd_sampler_pair(&path->sampler, bd_path_pair(path, BD_PAIR_LAMP_AND_EMITTER), u);
+    float u[2] = {0, 0};
+    if (path->reference->lamps.count > 1)
+        bd_sampler_pair(&path->sampler, bd_path_pair(path, BD_PAIR_LAMP_AND_EMITTER), u);
     struct candidate chosen;
     if (!choose_lamp(path, vertex, u[0], &chosen)) return;
     if (!reaches_lamp(path, vertex, &chosen)) return;

@@ -121,10 +121,10 @@ float bd_path_survival(const struct bd_path *path, const struct bd_vertex *verte
 {
     if (path->events < EVENTS_WITHOUT_ROULETTE) return 1;
     const struct bd_surface *s = &vertex->surface;
-    float albedo = fmaxf(s->base_color[0], fmaxf(s->base_color[1], s->base_color[2]));
+    float albedo = bd_maxf(s->base_color[0], bd_maxf(s->base_color[1], s->base_color[2]));
     // A specular coat that is mostly seen at an angle reflects more than its least.
-    if (!s->lambert) albedo = fmaxf(albedo, 0.25f);
-    return fminf(fmaxf(albedo, SURVIVAL_MIN), SURVIVAL_MAX);
+    if (!s->lambert) albedo = bd_maxf(albedo, 0.25f);
+    return bd_minf(bd_maxf(albedo, SURVIVAL_MIN), SURVIVAL_MAX);
 }
 
 // --- what a ray meets ---------------------------------------------------------------------------
@@ -138,7 +138,7 @@ static void prefer_front(const struct bd_reference *reference, const struct bd_r
     if (!bd_meeting_is_behind(at, ray->direction)) return;
     const float tolerance = 0x1p-20f;
     struct bd_ray slice = *ray;
-    slice.near = fmaxf(at->distance * (1 - tolerance) - at->clearance, ray->near);
+    slice.near = bd_maxf(at->distance * (1 - tolerance) - at->clearance, ray->near);
     slice.far = at->distance * (1 + tolerance) + at->clearance;
     struct bd_meeting front;
     if (bd_geometry_meet(&reference->geometry, &slice, BD_SIGHT_FRONTS_ONLY, &front)) *at = front;
@@ -190,10 +190,10 @@ struct step {
 // Chooses a direction and the chance of going on. False: the path ends.
 static bool scatter(struct bd_path *path, const struct bd_vertex *vertex, struct step *step)
 {
-    float u[4];
+    float u[4] = {0, 0, 0, 0}, survival = bd_path_survival(path, vertex);
     bd_sampler_pair(&path->sampler, bd_path_pair(path, BD_PAIR_DIRECTION), u);
-    bd_sampler_pair(&path->sampler, bd_path_pair(path, BD_PAIR_LOBE_AND_SURVIVAL), u + 2);
-    float survival = bd_path_survival(path, vertex);
+    if (survival < 1 || !vertex->surface.lambert)
+        bd_sampler_pair(&path->sampler, bd_path_pair(path, BD_PAIR_LOBE_AND_SURVIVAL), u + 2);
     if (u[3] >= survival) return false;
     struct bd_bsdf_sample sample;
     if (!bd_bsdf_sample(&vertex->surface, vertex->wo, u, &sample)) return false;

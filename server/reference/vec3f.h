@@ -10,6 +10,17 @@
 
 #define BD_PI_F 3.14159265358979f
 
+// Without the library's calls, which cost more than the comparison. The second if the first is NaN.
+static inline float bd_minf(float a, float b)
+{
+    return a < b ? a : b;
+}
+
+static inline float bd_maxf(float a, float b)
+{
+    return a > b ? a : b;
+}
+
 static inline void bd_vec3f_set(float out[3], float x, float y, float z)
 {
     out[0] = x, out[1] = y, out[2] = z;
