@@ -254,9 +254,10 @@ static enum bd_err take_piece(struct command *command, const struct bd_cli_answe
     if (err)
         return bd_fault_set(fault, BD_ERR_INTERNAL, "server", "the daemon's answer: %s",
                             inner.message);
-    double traced_s = 1e-3 * bd_cli_reference_report_trace_ms(report);
+    double traced_s = 1e-3 * bd_cli_reference_report_pass_ms(report, "trace");
+    double once_s = 1e-3 * bd_cli_reference_report_pass_ms(report, "bvh");
     command->sample_s = traced_s / command->piece_spp;
-    command->overhead_s = fmax(since_s(asked_ns) - traced_s, 0);
+    command->overhead_s = fmax(since_s(asked_ns) - traced_s - once_s, 0);
     return bd_cli_reference_report_add(&command->report, report, fault);
 }
 

@@ -47,10 +47,10 @@ static const Bounced__ReportPass *find_pass(const Bounced__Report *report, const
     return NULL;
 }
 
-double bd_cli_reference_report_trace_ms(const Bounced__Report *report)
+double bd_cli_reference_report_pass_ms(const Bounced__Report *report, const char *pass)
 {
-    const Bounced__ReportPass *trace = find_pass(report, "trace");
-    return trace ? trace->ms : 0;
+    const Bounced__ReportPass *found = find_pass(report, pass);
+    return found && strcmp(or_none(found->state), "ran") == 0 ? found->ms : 0;
 }
 
 // What ran for one piece and was reused for others ran.

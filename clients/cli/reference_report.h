@@ -28,8 +28,8 @@ enum bd_err bd_cli_reference_report_add(struct bd_cli_reference_report *report,
 char *bd_cli_reference_report_json(struct bd_cli_reference_report *report, uint32_t spp,
                                    const char *stopped);
 
-// Of the pass `trace`; 0 if it has none.
-double bd_cli_reference_report_trace_ms(const Bounced__Report *report);
+// What a pass took, 0 if it did not run.
+double bd_cli_reference_report_pass_ms(const Bounced__Report *report, const char *pass);
 
 // BD_ERR_USAGE, with the first thing that differs, unless `file` (read from `path`) is of the same
 // scene, size, region, seed and options, by the same build.

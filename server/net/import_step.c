@@ -151,6 +151,8 @@ static void import_files(struct bd_command *command, const struct import *import
                       (unsigned long long)sky->negative_count);
     uint64_t file_bytes = 0;
     for (uint32_t i = 0; i < import->file_count; i++) file_bytes += import->files[i].size_bytes;
+    const struct bd_sky_map *map = sky ? sky->environment.map : NULL;
+    if (map) file_bytes += (uint64_t)map->width_px * map->height_px * 3 * sizeof *map->rgb;
     bd_import_cache_put(net->import_cache, key, file_bytes, command->scene);
 }
 
