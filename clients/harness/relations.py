@@ -22,6 +22,8 @@ from .verdicts import FAIL, SKIP, Table, Verdict, judged
 LAYERS = ("beauty", "direct", "indirect", "emission", "albedo", "normal", "depth")
 EXACT = 1e-6
 TRANSLATED = 1e-4
+# Samples all over a pixel, or its variance would not know of what its centre just missed.
+REFERENCE_SETTINGS = {"filter": "box"}
 REFERENCE_RUNG = 3  # of its ladder: whatever it is, the variance layer says what noise there is
 OUTWARD = np.array([0.6, -0.64, 0.48])  # a unit vector along no axis
 TURN = [0.1830127, 0.3061862, 0.2041241, 0.9083396]  # about no axis of the scenes
@@ -71,7 +73,7 @@ class Case:
 def _own_rungs(technique):
     ladder = technique.ladder or ({},)
     if technique.is_reference:
-        ladder = ladder[REFERENCE_RUNG:][:1]
+        ladder = [{**settings, **REFERENCE_SETTINGS} for settings in ladder[REFERENCE_RUNG:][:1]]
     last = len(ladder) - 1
     return {name: ladder[min(last // 2 + ahead * FAR, last)]
             for ahead, name in enumerate(("middle", "finer", "finest"))}
