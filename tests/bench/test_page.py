@@ -10,7 +10,6 @@ import pytest
 
 from harness.bench import figures, options, plots, rungs, store, summary, thumbs
 from harness.bench.compare import headline, over_seeds
-from harness.bench.measure import times_of, whole_frame_ms
 from harness.bench.page import page, scene_section
 from harness.techniques import Model, Technique
 from made_up import point, result
@@ -100,7 +99,7 @@ def test_noise_above_a_tenth_of_the_error_is_said():
     assert any("failed: n=0" in line for line in summary.warnings(made))
 
 
-# --- figures of compare and of frames -------------------------------------------------------
+# --- figures of compare ---------------------------------------------------------------------
 
 def test_headline_of_compare():
     figures_of = {"rel_rmse": {"value": 0.03, "low": 0.02, "high": 0.04},
@@ -117,20 +116,6 @@ def test_seeds_are_joined_by_their_mean_square():
     assert joined["value"] == pytest.approx((12.5) ** 0.5)
     assert (joined["low"], joined["high"], joined["signed"]) == (2, 5, -0.5)
     assert over_seeds(each[:1]) is each[0]
-
-
-def frame(total, gather, state="ran"):
-    return {"time_ms": {"total": total, "load": 5, "compile": 7, "encode": 1, "gpu": gather + 1},
-            "passes": [{"name": "gather", "ms": gather, "state": state},
-                       {"name": "rsm", "ms": 9, "state": "reused"}]}
-
-
-def test_times_leave_out_what_a_new_frame_does_not_do_again():
-    assert whole_frame_ms(frame(20, 4)) == 7
-    times = times_of([frame(20, 4), frame(22, 6), frame(30, 5)])
-    assert times["frame"] == {"median": 9, "q1": 8, "q3": 13}
-    assert times["passes"] == {"gather": {"median": 5, "q1": 4.5, "q3": 5.5}}
-    assert times["runs"] == 3
 
 
 # --- the ladder of models -------------------------------------------------------------------
