@@ -52,7 +52,7 @@ static struct bd_frame_request small_request(void)
     struct bd_frame_request request = bd_frame_request_default;
     struct bd_fault fault;
     request.width_px = request.height_px = SIDE;
-    request.layers = (1u << BD_LAYER_COUNT) - 1;
+    request.layers = (1u << BD_LAYER_RENDERED_COUNT) - 1;
     for (int i = 0; i < 3; i++)
         assert_int_equal(bd_param_list_add(&request.params, settings[i], &fault), BD_ERR_OK);
     return request;
@@ -70,16 +70,17 @@ static struct outcome render(struct world *w, enum bd_err (*should_stop)(void *)
     struct outcome o = {0};
     o.err = bd_frame_render(&w->renderer, w->scene, &request, should_stop, user, o.layers,
                             &w->report, &o.fault);
-    for (int l = 0; l < BD_LAYER_COUNT; l++) assert_true((o.layers[l] != NULL) == (o.err == 0));
+    for (int l = 0; l < BD_LAYER_RENDERED_COUNT; l++)
+        assert_true((o.layers[l] != NULL) == (o.err == 0));
     return o;
 }
 
 static void assert_same_frame(const struct outcome *a, const struct outcome *b)
 {
-    const size_t channels[BD_LAYER_COUNT] = {4, 3, 3, 3, 3, 3, 1};
+    const size_t channels[BD_LAYER_RENDERED_COUNT] = {4, 3, 3, 3, 3, 3, 1};
     assert_int_equal(a->err, BD_ERR_OK);
     assert_int_equal(b->err, BD_ERR_OK);
-    for (int l = 0; l < BD_LAYER_COUNT; l++)
+    for (int l = 0; l < BD_LAYER_RENDERED_COUNT; l++)
         assert_memory_equal(a->layers[l]->pixels, b->layers[l]->pixels,
                             SIDE * SIDE * channels[l] * sizeof(float));
 }

@@ -272,6 +272,7 @@ static void sleep_ms(long ms)
     nanosleep(&time, NULL);
 }
 
+// The best of six: what other processes take of the machine is not ours.
 static void a_cancelled_job_ends_within_a_fifth_of_a_second(void **state)
 {
     struct bd_scene *scene = create_scene();
@@ -279,7 +280,7 @@ static void a_cancelled_job_ends_within_a_fifth_of_a_second(void **state)
     const int after_ms[] = {0, 30, 300};
     for (int i = 0; i < 3; i++) {
         double best = INFINITY;
-        for (int k = 0; k < 3; k++) {
+        for (int k = 0; k < 6; k++) {
             struct bd_job *job = submit(*state, &request);
             sleep_ms(after_ms[i]);
             uint64_t start_ns = bd_clock_ns();
