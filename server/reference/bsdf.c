@@ -1,6 +1,7 @@
 #include "reference/bsdf.h"
 
 #include <math.h>
+#include <stddef.h>
 
 #include "reference/bsdf_albedo.h"
 #include "reference/bsdf_microfacet.h"
@@ -28,7 +29,7 @@ struct view {
     float opaque, transmissive, metal;
     float diffuse_factor[3]; // bsdf_albedo.h, of the eye's direction
     float micro_probability; // of choosing the microfacet lobe, else the diffuse one
-    bool delta_reflection, delta_transmission;
+    bool delta_reflection, delta_transmission, wants_density;
 };
 
 static float f0_of_ior(float ior)
@@ -65,11 +66,13 @@ static float micro_probability_of(const struct view *view)
         view->opaque * fresnel + view->metal * mean_of_metal(base, grazing) + view->transmissive;
     if (diffuse <= 0) return 1;
     float share = micro / (micro + diffuse);
-    return fminf(fmaxf(share, SHARE_MIN), 1 - SHARE_MIN);
+    return bd_minf(bd_maxf(share, SHARE_MIN), 1 - SHARE_MIN);
 }
 
-static void view_begin(const struct bd_surface *s, const float wo[3], struct view *view)
+static void view_begin(const struct bd_surface *s, const float wo[3], bool wants_density,
+                       struct view *view)
 {
+    view->wants_density = wants_density;
     view->surface = s;
     view->metal = s->metallic;
     view->transmissive = (1 - s->metallic) * s->transmission;
@@ -87,10 +90,10 @@ static void view_begin(const struct bd_surface *s, const float wo[3], struct vie
     bd_vec3f_frame(view->z, view->x, view->y);
     bd_vec3f_set(view->o, bd_vec3f_dot(wo, view->x), bd_vec3f_dot(wo, view->y),
                  bd_vec3f_dot(wo, view->z));
-    view->cos_o = fmaxf(fabsf(view->o[2]), BD_GGX_COSINE_MIN);
+    view->cos_o = bd_maxf(fabsf(view->o[2]), BD_GGX_COSINE_MIN);
     if (view->opaque > 0)
         bd_albedo_diffuse_factor(s->base_color, s->roughness, view->cos_o, view->diffuse_factor);
-    view->micro_probability = micro_probability_of(view);
+    view->micro_probability = wants_density ? micro_probability_of(view) : 0;
 }
 
 static void to_world(const struct view *view, const float local[3], float out[3])
@@ -138,7 +141,7 @@ static void diffuse_reflection(const struct view *view, float fresnel, float cos
     float factor[3], scale = view->opaque * (1 - fresnel) / BD_PI_F;
     bd_albedo_diffuse_factor(s->base_color, s->roughness, cos_i, factor);
     for (int k = 0; k < 3; k++)
-        out[k] = s->base_color[k] * scale * fminf(factor[k], view->diffuse_factor[k]);
+        out[k] = s->base_color[k] * scale * bd_minf(factor[k], view->diffuse_factor[k]);
 }
 
 static void add_reflection(const struct view *view, const float i[3], struct value *to)
@@ -153,8 +156,10 @@ static void add_reflection(const struct view *view, const float i[3], struct val
     if (!view->delta_reflection && h[2] > 0 && o_h > 0) {
         float d = bd_ggx_distribution(h, view->alpha);
         specular = d * bd_ggx_visibility(i[2], view->cos_o, view->alpha);
-        to->density += view->micro_probability * facet.q *
-                       bd_ggx_visible_density(view->o, view->cos_o, h, d, view->alpha) / (4 * o_h);
+        if (view->wants_density)
+            to->density += view->micro_probability * facet.q *
+                           bd_ggx_visible_density(view->o, view->cos_o, h, d, view->alpha) /
+                           (4 * o_h);
     }
     for (int k = 0; k < 3; k++) to->f_cos[k] += (diffuse[k] + facet.reflected[k] * specular) * i[2];
 }
@@ -244,19 +249,33 @@ static struct value value_of(const struct view *view, const float i[3], const fl
     return value;
 }
 
+// Most light that is sought lies behind the surface: told apart before anything else.
+static bool is_reached(const struct bd_surface *s, const float wi[3])
+{
+    return s->transmission > 0 ||
+           (bd_vec3f_dot(s->normal_geometric, wi) > 0 &&
+            (bd_vec3f_dot(s->normal, wi) > 0 || bd_ggx_alpha(s->roughness) == 0));
+}
+
 void bd_bsdf_eval(const struct bd_surface *surface, const float wo[3], const float wi[3],
                   float out[3], float *density)
 {
+    float unused;
     if (surface->lambert) {
-        evaluate_lambert(surface, wi, out, density);
+        evaluate_lambert(surface, wi, out, density ? density : &unused);
+        return;
+    }
+    if (!is_reached(surface, wi)) {
+        bd_vec3f_set(out, 0, 0, 0);
+        if (density) *density = 0;
         return;
     }
     struct view view;
-    view_begin(surface, wo, &view);
+    view_begin(surface, wo, density != NULL, &view);
     float i[3] = {bd_vec3f_dot(wi, view.x), bd_vec3f_dot(wi, view.y), bd_vec3f_dot(wi, view.z)};
     struct value value = value_of(&view, i, wi);
     bd_vec3f_copy(out, value.f_cos);
-    *density = value.density;
+    if (density) *density = value.density;
 }
 
 // --- sampling ---------------------------------------------------------------------------------
@@ -264,7 +283,7 @@ void bd_bsdf_eval(const struct bd_surface *surface, const float wo[3], const flo
 static void cosine_direction(const float u[2], float out[3])
 {
     float r = sqrtf(u[0]), phi = 2 * BD_PI_F * u[1];
-    bd_vec3f_set(out, r * cosf(phi), r * sinf(phi), sqrtf(fmaxf(1 - u[0], 0)));
+    bd_vec3f_set(out, r * cosf(phi), r * sinf(phi), sqrtf(bd_maxf(1 - u[0], 0)));
 }
 
 static bool sample_lambert(const struct bd_surface *s, const float u[3], struct bd_bsdf_sample *out)
@@ -284,7 +303,7 @@ static bool sample_lambert(const struct bd_surface *s, const float u[3], struct 
 static bool refract(const float o[3], const float h[3], float eta_o, float eta_i, float out[3])
 {
     float ratio = eta_o / eta_i, cos_o = bd_vec3f_dot(o, h);
-    float sin2 = ratio * ratio * fmaxf(1 - cos_o * cos_o, 0);
+    float sin2 = ratio * ratio * bd_maxf(1 - cos_o * cos_o, 0);
     if (!(sin2 < 1)) return false;
     bd_vec3f_scale(out, o, -ratio);
     bd_vec3f_add_scaled(out, out, h, ratio * cos_o - sqrtf(1 - sin2));
@@ -375,7 +394,7 @@ bool bd_bsdf_sample(const struct bd_surface *surface, const float wo[3], const f
 {
     if (surface->lambert) return sample_lambert(surface, u, out);
     struct view view;
-    view_begin(surface, wo, &view);
+    view_begin(surface, wo, true, &view);
     float p = view.micro_probability;
     if (u[2] < p) return sample_micro(&view, u, u[2] / p, out);
     return sample_diffuse(&view, u, out);

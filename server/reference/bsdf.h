@@ -46,8 +46,9 @@ struct bd_bsdf_sample {
 };
 
 // f(wo, wi) x |cos(wi, shading normal)| in `out`, and the density with which bd_bsdf_sample would
-// have chosen wi, per steradian. Delta lobes contribute nothing to either. Zero where the geometric
-// and the shading normal disagree about the side of wi (hazard 61).
+// have chosen wi, per steradian (NULL: not wanted, which is quicker). Delta lobes contribute
+// nothing to either. Zero where the geometric and the shading normal disagree about the side of wi
+// (hazard 61).
 void bd_bsdf_eval(const struct bd_surface *surface, const float wo[3], const float wi[3],
                   float out[3], float *density);
 

@@ -4,6 +4,7 @@
 #include <stdint.h>
 
 #include "reference/bsdf_albedo_table.h"
+#include "reference/vec3f.h"
 
 // Between two nodes of an axis.
 struct node {
@@ -13,8 +14,8 @@ struct node {
 
 static struct node node_of(float position)
 {
-    float x = fminf(fmaxf(position, 0), 1) * (BD_ALBEDO_NODES - 1);
-    uint32_t below = (uint32_t)fminf(x, BD_ALBEDO_NODES - 2);
+    float x = bd_minf(bd_maxf(position, 0), 1) * (BD_ALBEDO_NODES - 1);
+    uint32_t below = (uint32_t)bd_minf(x, BD_ALBEDO_NODES - 2);
     return (struct node){below, x - (float)below};
 }
 
@@ -26,7 +27,12 @@ static float along(const float *row, struct node at)
 void bd_albedo_diffuse_factor(const float base_color[3], float roughness, float cosine,
                               float out[3])
 {
-    struct node row = node_of(roughness), column = node_of(sqrtf(fmaxf(cosine, 0)));
+    float brightest = bd_maxf(base_color[0], bd_maxf(base_color[1], base_color[2]));
+    if (cosine >= 0.5f && brightest <= 1 - BD_ALBEDO_SPECULAR_FLAT) {
+        out[0] = out[1] = out[2] = 1;
+        return;
+    }
+    struct node row = node_of(roughness), column = node_of(sqrtf(bd_maxf(cosine, 0)));
     float smoother = along(bd_albedo_specular[row.below], column);
     float rougher = along(bd_albedo_specular[row.below + 1], column);
     float specular = smoother + (rougher - smoother) * row.share;

@@ -81,6 +81,9 @@ def main():
     for j in range(NODES):
         print('    ' + row_of(specular(c, j / (NODES - 1)) for c in cosines) + ',')
     print('};')
+    flat = max(specular(c, j / (NODES - 1)) for c in cosines if c >= 0.45 for j in range(NODES))
+    print('// The most of all roughnesses for cosines from a half on.')
+    print(f'#define BD_ALBEDO_SPECULAR_FLAT {flat:.6f}f')
     print('static const float bd_albedo_diffuse[BD_ALBEDO_NODES] = '
           + row_of(diffuse(c) for c in cosines) + ';')
 

@@ -37,9 +37,22 @@ static void trace(struct bd_path *path, struct bd_light_vertex *v)
         bd_lamps_sample_ray(lamps, choice[0], u, ray.origin, ray.direction);
     if (!bd_path_meet(path, &ray, &v->at)) return;
     if (!bd_lamp_illuminates(lamps, lamp, v->at.position, &v->light)) return;
-    v->density = v->light.density *
-                 fabsf(bd_vec3f_dot(v->at.hit.normal_geometric, v->light.direction));
+    v->density =
+        v->light.density * fabsf(bd_vec3f_dot(v->at.hit.normal_geometric, v->light.direction));
     v->found = v->density > 0;
+}
+
+// The light vertex as a vertex that sends light towards `wo`; its own `wo` is an earlier one's.
+static const struct bd_vertex *sender_towards(struct bd_path *path, const float wo[3])
+{
+    struct bd_light_vertex *v = &path->light_vertex;
+    int side = bd_vec3f_dot(v->at.hit.normal_geometric, wo) < 0;
+    struct bd_vertex *sender = &v->sender[side];
+    if (v->has_sender[side]) return sender;
+    bd_path_vertex(path, &v->at, wo, sender);
+    bd_path_make_sender(path, &sender->surface);
+    v->has_sender[side] = true;
+    return sender;
 }
 
 // What the junction's two ends say about the direction between them.
@@ -69,17 +82,15 @@ static bool join(struct bd_path *path, const struct bd_vertex *vertex, struct ju
         return false;
     bd_bsdf_eval(&vertex->surface, vertex->wo, j->wi, j->value, &j->scatter_density);
     if (!(j->value[0] > 0 || j->value[1] > 0 || j->value[2] > 0)) return false;
-    struct bd_vertex sender;
-    float wo[3], reflected[3], density;
+    float wo[3], reflected[3];
     bd_vec3f_scale(wo, j->wi, -1);
-    bd_path_vertex(path, &v->at, wo, &sender);
-    bd_path_make_sender(path, &sender.surface);
-    bd_bsdf_eval(&sender.surface, wo, v->light.direction, reflected, &density);
+    const struct bd_vertex *sender = sender_towards(path, wo);
+    bd_bsdf_eval(&sender->surface, wo, v->light.direction, reflected, NULL);
     bd_vec3f_filter(reflected, reflected, v->light.normal_illuminance);
-    bd_path_absorb(&sender, v->light.direction, NULL, v->light.distance, reflected);
+    bd_path_absorb(sender, v->light.direction, NULL, v->light.distance, reflected);
     bd_vec3f_filter(j->value, j->value, reflected);
-    bd_path_absorb(vertex, j->wi, &sender, j->distance, j->value);
-    j->cosine = fabsf(bd_vec3f_dot(sender.surface.normal_geometric, wo));
+    bd_path_absorb(vertex, j->wi, sender, j->distance, j->value);
+    j->cosine = fabsf(bd_vec3f_dot(sender->surface.normal_geometric, wo));
     return j->value[0] > 0 || j->value[1] > 0 || j->value[2] > 0;
 }
 

@@ -39,11 +39,10 @@ static float luminance(const float rgb[3])
 static bool evaluate(const struct bd_path *path, const struct bd_vertex *vertex,
                      const struct bd_lamp *lamp, struct candidate *out)
 {
-    float density;
     out->lamp = lamp;
     if (!bd_lamp_illuminates(&path->reference->lamps, lamp, vertex->position, &out->light))
         return false;
-    bd_bsdf_eval(&vertex->surface, vertex->wo, out->light.direction, out->value, &density);
+    bd_bsdf_eval(&vertex->surface, vertex->wo, out->light.direction, out->value, NULL);
     bd_vec3f_filter(out->value, out->value, out->light.normal_illuminance);
     return out->value[0] > 0 || out->value[1] > 0 || out->value[2] > 0;
 }
@@ -97,7 +96,8 @@ static bool choose_lamp(struct bd_path *path, const struct bd_vertex *vertex, fl
         float share = 1;
         if (!all) {
             uint32_t hash = bd_sampler_hash(&path->sampler, path->ray_index++);
-            lamp = bd_lamps_choose(lamps, ((float)i + (float)(hash >> 8) * 0x1p-24f) / (float)count);
+            lamp =
+                bd_lamps_choose(lamps, ((float)i + (float)(hash >> 8) * 0x1p-24f) / (float)count);
             share = 1 / ((float)count * lamp->probability);
         }
         if (!evaluate(path, vertex, lamp, &candidate)) continue;
@@ -108,8 +108,7 @@ static bool choose_lamp(struct bd_path *path, const struct bd_vertex *vertex, fl
     if (!(draw.sum > 0)) return false;
     *chosen = is_even ? draw.even : draw.taken;
     float weight = is_even ? draw.even_weight : draw.taken_weight;
-    float probability =
-        (1 - EVEN_SHARE) * weight / draw.sum + EVEN_SHARE / (float)draw.count;
+    float probability = (1 - EVEN_SHARE) * weight / draw.sum + EVEN_SHARE / (float)draw.count;
     bd_vec3f_scale(chosen->value, chosen->value, 1 / probability);
     return true;
 }
@@ -159,8 +158,7 @@ void bd_path_add_lamps(struct bd_path *path, const struct bd_vertex *vertex, flo
 static float emitter_density(const struct bd_path *path, const struct bd_meeting *at,
                              const float direction[3], float distance)
 {
-    float per_area =
-        bd_emitters_density(&path->reference->emitters, at->part, at->hit.triangle);
+    float per_area = bd_emitters_density(&path->reference->emitters, at->part, at->hit.triangle);
     float cosine = fabsf(bd_vec3f_dot(at->hit.normal_geometric, direction));
     return cosine > 0 ? per_area * distance * distance / cosine : 0;
 }

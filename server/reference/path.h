@@ -35,9 +35,9 @@ struct bd_reference {
 // A point where light is scattered towards the eye.
 struct bd_vertex {
     struct bd_surface surface;
-    float wo[3];       // towards the eye
-    float position[3]; // reference space
-    float clearance;   // rays start this far off the surface
+    float wo[3];                    // towards the eye
+    float position[3];              // reference space
+    float clearance;                // rays start this far off the surface
     const struct bd_medium *behind; // what fills the solid that it bounds; NULL: nothing
 };
 
@@ -48,14 +48,18 @@ struct bd_light_vertex {
     struct bd_meeting at;
     struct bd_illumination light;
     float density; // of being found, per area
+    // Its surface as seen from before and from behind, made when first asked for: all vertices of a
+    // path look at it, and what they see differs in its side alone.
+    bool has_sender[2];
+    struct bd_vertex sender[2];
 };
 
 struct bd_path {
     const struct bd_reference *reference;
     const struct bd_integrand *integrand;
     struct bd_sampler sampler;
-    uint32_t events;     // scattering events between the eye and what is looked at now
-    uint32_t ray_index;  // numbers the rays of this path
+    uint32_t events;    // scattering events between the eye and what is looked at now
+    uint32_t ray_index; // numbers the rays of this path
     float throughput[3];
     float scatter_density; // of the last direction, with the chance of its survival; per steradian
     bool is_specular;      // no other way could have found the last direction
@@ -74,7 +78,8 @@ bool bd_path_from_camera(struct bd_path *path, struct bd_ray *ray, struct bd_ver
 // Follows what arrives at a vertex.
 void bd_path_from_vertex(struct bd_path *path, const struct bd_vertex *vertex);
 
-// --- for the files of the path only ---------------------------------------------------------------
+// --- for the files of the path only
+// ---------------------------------------------------------------
 
 // Pairs of random numbers: the first is the camera's, each vertex has so many.
 enum bd_path_pair {

@@ -5,6 +5,7 @@
 
 #include "reference/surface.h"
 #include "reference/texture_srgb.h"
+#include "reference/vec3f.h"
 
 float bd_srgb_to_linear(uint8_t value)
 {
@@ -17,19 +18,27 @@ struct span {
     float share;
 };
 
+// floorf without a call. From 2^23 on a float has no fraction; NaN stays.
+static float floor_of(float x)
+{
+    if (!(fabsf(x) < 0x1p23f)) return x;
+    float whole = (float)(int32_t)x;
+    return whole - (float)(x < whole);
+}
+
 // Brings a coordinate near enough to 0 for integers, without changing which texels it means.
 static float reduce(float u, enum bd_wrap wrap)
 {
     float reduced = 0;
     switch (wrap) {
     case BD_WRAP_REPEAT:
-        reduced = u - floorf(u);
+        reduced = u - floor_of(u);
         break;
     case BD_WRAP_MIRROR:
-        reduced = u - 2 * floorf(0.5f * u);
+        reduced = u - 2 * floor_of(0.5f * u);
         break;
     case BD_WRAP_CLAMP:
-        reduced = fminf(fmaxf(u, 0), 1);
+        reduced = bd_minf(bd_maxf(u, 0), 1);
         break;
     }
     return reduced >= 0 && reduced <= 2 ? reduced : 0; // not finite: 0
@@ -59,7 +68,7 @@ static uint32_t wrap_index(int32_t i, int32_t size, enum bd_wrap wrap)
 static struct span span_of(float u, uint32_t size, enum bd_wrap wrap, bool nearest)
 {
     float x = reduce(u, wrap) * (float)size - (nearest ? 0 : 0.5f);
-    float below = floorf(x);
+    float below = floor_of(x);
     int32_t i = (int32_t)below;
     struct span span = {wrap_index(i, (int32_t)size, wrap), 0, 0};
     if (nearest) {
@@ -100,7 +109,7 @@ static float linear_channel(const struct footprint *f, int channel)
 {
     float sum = 0;
     for (int t = 0; t < 4; t++) sum += f->weight[t] * (float)f->texel[t][channel];
-    return sum / 255;
+    return sum * (1 / 255.0f);
 }
 
 static float srgb_channel(const struct footprint *f, int channel)
