@@ -13,10 +13,11 @@
 #include "image/image.h"
 #include "reference/reference.h"
 
-// Makes the layers in `wanted` (bits), and beauty: black, with nothing at any depth. All NULL after
-// a failure.
+// Makes the layers that a request asks for, and beauty: black, with nothing at any depth. Asks
+// `should_stop` between them, since clearing all takes its time. All NULL after a failure.
 BD_MUST_CHECK
-enum bd_err bd_reference_picture_create(uint32_t width_px, uint32_t height_px, uint32_t wanted,
+enum bd_err bd_reference_picture_create(const struct bd_frame_request *request,
+                                        enum bd_err (*should_stop)(void *user), void *user,
                                         struct bd_image *layers[BD_LAYER_COUNT],
                                         struct bd_fault *fault);
 
