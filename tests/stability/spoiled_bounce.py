@@ -65,7 +65,7 @@ FAULTS = {
     "a_length_in_metres": lambda p: p.scale(
         p.planes["depth.Z"].astype(float) / (p.planes["depth.Z"].astype(float) + 1e-3)),
     "by_the_file": lambda p: p.scale(1 + 1e-4 * (zlib.crc32(p.scene.dumps()) % 97)),
-    "by_the_axes": lambda p: p.scale(1 + 0.05 * p.planes["normal.X"]),
+    "by_the_axes": lambda p: p.scale(1 + 0.3 * p.planes["normal.X"]),
     "by_the_lights": lambda p: p.scale(1 + 0.01 * p.report["counts"]["lights"]),
     "by_the_triangles": lambda p: p.scale(1 + 0.01 * math.log2(p.report["counts"]["triangles"])),
     "digits_lost_far_away": far_away,
