@@ -1,5 +1,6 @@
-// `bounce stability` and `bounce bench`: commands written in Python (clients/harness/). This file finds
-// the package and becomes its interpreter, so that Ctrl-C and the exit code are the package's own.
+// `bounce stability` and `bounce bench`: commands written in Python (clients/harness/). This file
+// finds the package and becomes its interpreter, so that Ctrl-C and the exit code are the package's
+// own.
 
 #include <errno.h>
 #include <libgen.h>
@@ -83,7 +84,8 @@ static enum bd_err become_python(char *package, const char *command, const char 
     execv(PYTHON, (char *const *)argv);
     return bd_fault_set(fault, BD_ERR_UNSUPPORTED, "",
                         "%s: %s; this command is written in Python 3 (Debian: python3 "
-                        "python3-numpy)", PYTHON, strerror(errno));
+                        "python3-numpy)",
+                        PYTHON, strerror(errno));
 }
 
 static int run(const char *command, const char *const *words, int count)
@@ -95,8 +97,8 @@ static int run(const char *command, const char *const *words, int count)
     if (!err) err = find_package(self, given, &fault);
     // A symbolic link, or a folder named "..", is no name of a module.
     if (!err && !realpath(given, package))
-        err = bd_fault_set(&fault, BD_ERR_IO, "BOUNCE_HARNESS", "%.200s: %s", given,
-                           strerror(errno));
+        err =
+            bd_fault_set(&fault, BD_ERR_IO, "BOUNCE_HARNESS", "%.200s: %s", given, strerror(errno));
     if (!err) err = bd_transport_find_daemon(daemon, &fault);
     if (!err) {
         setenv("BOUNCE", self, 1);

@@ -11,8 +11,8 @@
     --relations, --oracles  other tests of every technique; --help behind them says more
 
 Prints pass, flag (rendered, and the report says what was repaired), FAIL or - for each technique
-and row, then what was expected and seen and the commands that show it again. Exit code: 0 if nothing
-failed, 1 otherwise.
+and row, then what was expected and seen and the commands that show it again. Exit code: 0 if
+nothing failed, 1 otherwise.
 """
 import argparse
 import dataclasses

@@ -54,8 +54,8 @@ def one_negative(light, _):
     light["direct.B"][-1, 0] = -1e-30
 
 
-@pytest.mark.parametrize("spoil,says", [(one_nan, "nan in indirect"), (one_infinity, "inf in beauty"),
-                                        (one_negative, "in direct")])
+@pytest.mark.parametrize("spoil,says", [
+    (one_nan, "nan in indirect"), (one_infinity, "inf in beauty"), (one_negative, "in direct")])
 def test_what_no_picture_may_hold(liar, spoil, says):
     result = outcome(liar, 13, spoil)
     assert result.status == "FAIL" and says in result.seen, result

@@ -26,7 +26,7 @@ def disk_kernel_factor(count):
 
 
 def wall_bounce(height, distance):
-    """E / (albedo E0) on a floor `distance` before a wall lit evenly by E0, infinitely wide (D6)."""
+    """E / (albedo E0) on a floor `distance` before an endless wall lit evenly by E0 (D6)."""
     return 0.5 * (1 - distance / math.hypot(height, distance))
 
 

@@ -28,8 +28,8 @@ def face_edges(case):
         view = case.render(path, (97, 97), camera, samples=SAMPLES_FEW)
         e = view.irradiance("direct", 0.5)
         low, high = (1 - slack) * 3 ** -1.5, 1 + slack
-        case.expect(((e >= low) & (e <= high)).all(), view, f"direct E from {low:.4f} to {high:.4f}",
-                    f"{e.min():.4f} to {e.max():.4f}")
+        case.expect(((e >= low) & (e <= high)).all(), view,
+                    f"direct E from {low:.4f} to {high:.4f}", f"{e.min():.4f} to {e.max():.4f}")
     if case.model.indirect_bounces > 0:
         hold_cube_room(case)
 

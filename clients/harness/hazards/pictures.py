@@ -1,4 +1,4 @@
-"""Rows about the picture itself: where the eye is, what it sees, how large and odd the picture is."""
+"""Rows about the picture itself: where the eye is, what it sees, how large and odd it is."""
 import numpy as np
 
 from ..daemon import RenderError

@@ -3,7 +3,7 @@ import numpy as np
 
 from . import answers
 from .row import row
-from .scene import DOWN, UP, Scene
+from .scene import UP, Scene
 
 
 def steps_room(scale=1.0, power=1.0, offset=None, sun=True):

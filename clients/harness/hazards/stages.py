@@ -1,5 +1,5 @@
-"""Rows about stages that some techniques have: T multiresolution splatting, N image-space radiosity,
-S bias compensation, I importance-driven points, P photons, R the reference."""
+"""Rows about stages that some techniques have: T multiresolution splatting, N image-space
+radiosity, S bias compensation, I importance-driven points, P photons, R the reference."""
 import numpy as np
 
 from . import answers
@@ -13,8 +13,8 @@ from .senders import one_plane, sphere_room
 
 @row(5, "grazing receivers", "S")
 def grazing(case):
-    """A wall lit by 1 lx before a floor, seen at every angle to the wall: never more than the closed
-    form, and all of it but where the wall is seen at over 75 degrees."""
+    """A wall lit by 1 lx before a floor, seen at every angle to the wall: never more than the
+    closed form, and all of it but where the wall is seen at over 75 degrees."""
     settings = case.bounces(1)
     scene = Scene()
     grey = scene.grey()
@@ -165,7 +165,7 @@ def self_hits(case):
 
 @row(43, "senders at no distance", "I")
 def no_distance(case):
-    """At 1e-6 from walls and corners: no E above that of a half space as bright as the brightest."""
+    """At 1e-6 from walls and corners: no E above that of a half space of the brightest point."""
     settings = case.bounces(1)
     scene = Scene()
     scene.room(scene.grey())

@@ -111,8 +111,8 @@ def from_behind(case):
 
 @row(47, "hairlines")
 def hairlines(case):
-    """A hundred hairs thinner than a pixel before a wall, all lit from the eye: whatever is filtered
-    or interpolated finds no weight there. Shadow maps may lose light in gaps below their texel."""
+    """A hundred hairs thinner than a pixel before a wall, all lit from the eye: whatever is
+    interpolated finds no weight there. Shadow maps may lose light in gaps below their texel."""
     rng = np.random.default_rng(47)
     scene = Scene()
     grey = scene.grey()
@@ -128,7 +128,8 @@ def hairlines(case):
     view = case.render(scene, (49, 49), samples=128)
     e = view.irradiance("direct", 0.5)
     case.expect(view.covered().all() and e.max() < 0.32, view,
-                "every pixel covered, direct E below 0.31, that of the nearest hair", f"{e.max():.3g}")
+                "every pixel covered, direct E below 0.31, that of the nearest hair",
+                f"{e.max():.3g}")
     shadowed = int((e == 0).sum())
     case.expect(shadowed < 0.01 * e.size, view, "direct light in 99 % of the pixels",
                 f"none in {shadowed} of {e.size}")

@@ -1,5 +1,5 @@
-"""Rows about numbers inside a stage that no picture shows. A technique that declares one of the codes
-needs a unit test: its name goes here, or `bounce stability` fails for that technique."""
+"""Rows about numbers inside a stage that no picture shows. A technique that declares one of the
+codes needs a unit test: its name goes here, or `bounce stability` fails for that technique."""
 from .row import unit_row
 
 unit_row(17, "exponent of a Phong lobe", "IP")  # glTF has none; a stage that fits one would
