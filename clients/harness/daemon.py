@@ -14,6 +14,7 @@ import os
 import shlex
 import shutil
 import signal
+import socket
 import subprocess
 import tempfile
 import time
@@ -113,12 +114,17 @@ class Daemon:
             self._process = subprocess.Popen(words, stderr=log, stdout=log, env=self.env,
                                              stdin=subprocess.DEVNULL, start_new_session=True)
         deadline = time.monotonic() + START_SECONDS
-        while not (self.folder / "bounced.sock").exists():
+        while not self._listens():
             if self._process.poll() == EXIT_DEVICE:
                 raise NoDevice(self.last_words())
             if self._process.poll() is not None or time.monotonic() > deadline:
                 raise RuntimeError(f"bounced does not listen: {self.last_words()}")
             time.sleep(0.01)
+
+    def _listens(self):
+        """A socket is in its folder a moment before anybody listens to it."""
+        with socket.socket(socket.AF_UNIX) as peer:
+            return peer.connect_ex(str(self.folder / "bounced.sock")) == 0
 
     def _stop(self):
         if self._process and self._process.poll() is None:
