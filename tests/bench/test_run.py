@@ -18,7 +18,7 @@ EXIT_DEVICE = 6
 def bench(folder, *more, scenes=(SCENE,)):
     words = [sys.executable, "-m", "harness", "bench", *map(str, scenes), *SETTINGS, "--cache",
              str(folder / "cache"), "-o", str(folder / "out"), *more]
-    return subprocess.run(words, capture_output=True, text=True, timeout=200, check=False,
+    return subprocess.run(words, capture_output=True, text=True, timeout=240, check=False,
                           env={**os.environ, "MPLCONFIGDIR": str(folder)})
 
 

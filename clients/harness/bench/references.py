@@ -93,18 +93,20 @@ class References:
             return None
         said = dict(word.split("=", 1) for word in strings.get("parameters", "").split())
         width, height = self.stage.size
+        plan = self._plan(path, settings)
         matches = (strings.get("scene") == self.stage.scene(path).hash
                    and strings.get("technique") == "reference"
+                   and strings.get("build") == plan["build"]
                    and strings.get("seed") == str(SEED)
                    and planes["R"].shape == (height, width)
                    and said.get("spp", "").isdigit()
-                   and _integrand(said) == _integrand(self._meant(path, settings)))
+                   and _integrand(said) == _integrand(plan["parameters"]))
         return Reference(path, file, planes, int(said["spp"]), settings, 0.0) if matches else None
 
-    def _meant(self, path, settings):
-        """Every parameter that the settings come to: a plan says so."""
+    def _plan(self, path, settings):
+        """Every parameter that the settings come to, and who would trace it."""
         return self.stage.ask(self.stage.daemon.report, path, "reference", settings,
-                              extra=("--plan",))["parameters"]
+                              extra=("--plan",))
 
     def _trace(self, path, file, settings, spp):
         """Has `bounce reference` write the file, or go on with the one that is there."""
