@@ -160,10 +160,9 @@ static enum bd_err read_technique(const struct param_row *row, const char *value
     uint32_t *index = count_at(out, row->offset);
     *index = 0;
     if (strcmp(value, NO_TECHNIQUE) == 0) return BD_ERR_OK;
-    if (!bd_technique_find(value, fault)) {
-        if (fault) snprintf(fault->field, sizeof fault->field, "%s", row->key);
-        return BD_ERR_USAGE;
-    }
+    struct bd_fault unknown;
+    if (!bd_technique_find(value, &unknown))
+        return bd_fault_set(fault, BD_ERR_USAGE, row->key, "%s=%s", row->key, unknown.message);
     while (strcmp(bd_technique_at(*index)->name, value) != 0) ++*index;
     ++*index;
     return BD_ERR_OK;
