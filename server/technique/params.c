@@ -56,7 +56,7 @@ static const struct param_row table[BD_PARAM_COUNT] = {
     [BD_PARAM_FILTER] = {"filter", PARAM_CHOICE, FIELD(filter), 0, 0, 0, {"point", "box"}},
     [BD_PARAM_ALPHA] = {"alpha", PARAM_CHOICE, FIELD(alpha_coverage), 0, 0, 1,
                         {"mask", "coverage"}},
-    [BD_PARAM_CLAMP] = {"clamp", PARAM_REAL, FIELD(clamp_per_m2), 0, 1e30, INFINITY, {0}},
+    [BD_PARAM_CLAMP] = {"clamp", PARAM_REAL, FIELD(clamp_per_m2), 0, 1e12, INFINITY, {0}},
     [BD_PARAM_SENDERS] = {"senders", PARAM_CHOICE, FIELD(senders_lambert), 0, 0, 0,
                           {"full", "lambert"}},
     [BD_PARAM_TRANSMISSION] = {"transmission", PARAM_CHOICE, FIELD(transmission), 0, 0, 1, OFF_ON},
