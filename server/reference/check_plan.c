@@ -229,7 +229,7 @@ static void draw_lots(const struct bd_image *beauty, const float *scores, const 
         if (!is_measured(beauty, i)) continue;
         uint32_t s = bins->stratum[bin_of(scores[i])];
         struct lot *heap = lots + plan->strata[s].first;
-        const struct lot lot = {lot_of(seed, (uint32_t)i), {(uint32_t)i, scores[i]}};
+        const struct lot lot = {lot_of(seed, (uint32_t)i), {(uint32_t)i, scores[i], 0}};
         if (filled[s] < plan->strata[s].sample_count) {
             heap[filled[s]] = lot;
             sift_up(heap, filled[s]++);
@@ -252,7 +252,10 @@ static void choose(const struct bd_check_frame *frame, const float *scores, cons
     plan->samples = calloc(plan->sample_count + 1, sizeof *plan->samples);
     BD_ASSERT(lots && plan->samples);
     draw_lots(frame->beauty, scores, bins, seed, plan, lots);
-    for (uint32_t i = 0; i < plan->sample_count; i++) plan->samples[i] = lots[i].sample;
+    for (uint32_t i = 0; i < plan->sample_count; i++) {
+        plan->samples[i] = lots[i].sample;
+        plan->samples[i].contrast = bd_check_contrast(frame->beauty, lots[i].sample.index);
+    }
     free(lots);
 }
 

@@ -15,6 +15,8 @@ struct bd_check_stratum {
 struct bd_check_sample {
     uint32_t index; // y * width + x
     float score;
+    float contrast; // largest squared difference to a neighbour: what an edge in the wrong place
+                    // costs
 };
 
 struct bd_check_plan {
@@ -36,5 +38,8 @@ void bd_check_plan_finish(struct bd_check_plan *plan);
 // The score of every pixel, rows from the top, adding up to about 1; 0 where beauty is not finite.
 // NULL without memory. The caller frees it.
 float *bd_check_scores(const struct bd_check_frame *frame);
+
+// Of a pixel whose beauty is finite.
+float bd_check_contrast(const struct bd_image *beauty, uint32_t index);
 
 #endif

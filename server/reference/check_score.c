@@ -165,6 +165,14 @@ static void features_at(const struct bd_check_frame *frame, uint32_t x, uint32_t
         out[FEATURE_LEVEL] = (double)*bd_image_at(frame->level, x, y) * out[FEATURE_LUMINANCE];
 }
 
+float bd_check_contrast(const struct bd_image *beauty, uint32_t index)
+{
+    const struct bd_check_frame frame = {.beauty = beauty};
+    double features[FEATURE_COUNT];
+    features_at(&frame, index % beauty->width_px, index / beauty->width_px, features);
+    return (float)features[FEATURE_CONTRAST];
+}
+
 // What each feature counts for, so that the scores add up to 1 over the frame.
 static void weigh_features(const double total[FEATURE_COUNT], double weight[FEATURE_COUNT])
 {

@@ -1,0 +1,168 @@
+"""How often the interval of a spot check holds the error of the whole frame.
+
+usage: check_coverage.py [SCENE...] [-o RESULT.json] [--size N] [--spp N] [--seeds N]
+
+Scenes x (direct, and rsm on three rungs of its ladder) x (model, full) x numbers of pixels x seeds:
+each is one `bounce render --check`. The error of the whole frame is measured here, on all pixels
+of the same frame, with the two halves of a reference of its own seed (algorithms.md E1, E2).
+Exits with 1 if fewer than 90 % of the intervals that are not flagged hold it, or more than a quarter
+are flagged. $BOUNCE and $BOUNCED name the executables.
+"""
+import argparse
+import itertools
+import json
+import shlex
+import sys
+from pathlib import Path
+
+import numpy
+
+from harness.bench.store import machine
+from harness.daemon import Daemon, NoDevice
+
+SETTINGS = [("direct", {}), ("rsm", {"vpls": 16}), ("rsm", {"vpls": 256}), ("rsm", {"vpls": 4096})]
+AGAINST = ("model", "full")
+PIXELS = (128, 256, 512)
+REFERENCE_SEED = 77001  # unlike any that a check below is given
+HELD_LEAST, FLAGGED_MOST = 0.9, 0.25
+SKIPPED = 77
+
+
+def full_error(frame, reference):
+    """Relative RMSE of all pixels that are finite, as image/metric.h has it; and its relative standard
+    deviation by the reference's noise (None where no error is left above it)."""
+    image, a, b = (picture.layer(name).astype(float) for picture, name in
+                   ((frame, "beauty"), (reference, "half_a"), (reference, "half_b")))
+    finite = numpy.isfinite(image) & numpy.isfinite(a) & numpy.isfinite(b)
+    square = ((image - a) * (image - b))[finite]
+    mean = ((a + b) / 2)[finite].mean()
+    # d = (I - R)^2 - (A - B)^2 / 4, of which noise makes I - R vary by half of A - B.
+    noise = (((image - (a + b) / 2) * (a - b))[finite] ** 2).sum() ** 0.5 / square.size
+    error = max(square.mean(), 0) ** 0.5 / mean
+    return float(error), float(noise / (2 * square.mean())) if error else None
+
+
+class Stage:
+    def __init__(self, daemon, size, spp):
+        self.daemon, self.size, self.spp = daemon, (size, size), spp
+        self.references = {}
+        self.seeds = itertools.count(1)
+
+    def render(self, scene, technique, settings, **more):
+        return self.daemon.render(scene, technique, settings, size=self.size, timeout_s=1200, **more)
+
+    def reference(self, scene, technique, against):
+        model = {"model_of": technique} if against == "model" else {}
+        key = scene, *model.values()
+        if key not in self.references:
+            # Direct light has next to no noise: its model has neither bounces nor soft shadows.
+            spp = self.spp if model.get("model_of") != "direct" else max(self.spp // 8, 2)
+            self.references[key] = self.render(scene, "reference", {**model, "spp": spp},
+                                               seed=REFERENCE_SEED,
+                                               layers=("beauty", "half_a", "half_b"))
+        return self.references[key]
+
+
+def cases_of(stage, name, scene, seeds):
+    for technique, settings in SETTINGS:
+        frame = stage.render(scene, technique, settings, layers=("beauty",))
+        for against in AGAINST:
+            full, noise = full_error(frame, stage.reference(scene, technique, against))
+            for turn in range(seeds):
+                # A seed of its own for each case: those of one scene that share a seed trace nearly
+                # the same pixels, and are lucky or not together.
+                seed = next(stage.seeds)
+                pixels = PIXELS[turn % len(PIXELS)]
+                report = stage.daemon.report(scene, technique, settings, stage.size,
+                                             seed=seed, timeout_s=600,
+                                             extra=("--check", f"{pixels}:{against}"))
+                error = report["error"][0]
+                flagged = "error_tail" in report["flags"]
+                held = error["low"] <= full and (error["high"] is None or full <= error["high"])
+                yield {"scene": name, "technique": technique, "settings": settings,
+                       "against": against, "pixels": pixels, "seed": seed, "full": full,
+                       "full_noise": noise, "value": error["value"], "low": error["low"],
+                       "high": error["high"], "flagged": flagged, "held": held,
+                       "check_ms": report["time_ms"]["check"]}
+
+
+def summary(cases):
+    sure = [case for case in cases if not case["flagged"]]
+    widths = [case["high"] / case["low"] for case in sure if case["low"]]
+    return {"cases": len(cases), "flagged": len(cases) - len(sure),
+            "held": sum(case["held"] for case in sure), "unflagged": len(sure),
+            "held_share": sum(case["held"] for case in sure) / max(len(sure), 1),
+            "flagged_share": 1 - len(sure) / max(len(cases), 1),
+            "above": sum(case["full"] > case["high"] for case in sure),
+            "below": sum(case["full"] < case["low"] for case in sure),
+            "median_high_over_low": float(numpy.median(widths)) if widths else None,
+            "median_check_ms": float(numpy.median([case["check_ms"] for case in cases]))}
+
+
+def by(cases, key):
+    return {str(value): summary([case for case in cases if case[key] == value])
+            for value in sorted({case[key] for case in cases})}
+
+
+def rounded(value):
+    if isinstance(value, float):
+        return float(f"{value:.5g}")
+    if isinstance(value, dict):
+        return {key: rounded(item) for key, item in value.items()}
+    return [rounded(item) for item in value] if isinstance(value, list) else value
+
+
+def write(path, result):
+    """One case a line: figures, not prose."""
+    cases = result.pop("cases")
+    text = json.dumps(result, indent=1)
+    lines = ",\n  ".join(json.dumps(case) for case in cases)
+    Path(path).write_text(text[:-2] + f',\n "cases": [\n  {lines}\n ]\n}}\n', encoding="utf-8")
+
+
+def measure(options):
+    cases = []
+    with Daemon(options.device) as daemon:
+        stage = Stage(daemon, options.size, options.spp)
+        for path in options.scenes:
+            scene = "scene:" + daemon.hold(path)["id"]
+            new = list(cases_of(stage, path.stem, scene, options.seeds))
+            cases += new
+            figures = summary(new)
+            print(f"{path.stem:24} {figures['held']:3} of {figures['unflagged']:3} held, "
+                  f"{figures['flagged']:2} flagged", file=sys.stderr, flush=True)
+    return cases
+
+
+def parse(words):
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("scenes", nargs="+", type=Path)
+    parser.add_argument("-o", "--output", type=Path)
+    parser.add_argument("--size", type=int, default=64)
+    parser.add_argument("--spp", type=int, default=256)
+    parser.add_argument("--seeds", type=int, default=3)
+    parser.add_argument("--device")
+    return parser.parse_args(words)
+
+
+def main(words):
+    options = parse(words)
+    try:
+        cases = measure(options)
+    except NoDevice as none:
+        print(f"skipped: {none}")
+        return SKIPPED
+    total = summary(cases)
+    shown = [Path(word).name if word.endswith((".glb", ".json")) else word for word in words]
+    result = {"machine": machine(), "command": shlex.join(["check_coverage.py", *shown]),
+              "total": total, "by_against": by(cases, "against"), "by_pixels": by(cases, "pixels"),
+              "by_technique": by(cases, "technique"), "cases": cases}
+    if options.output:
+        write(options.output, rounded(result))
+    print(json.dumps({key: rounded(result[key]) for key in ("total", "by_against")}, indent=1))
+    good = total["held_share"] >= HELD_LEAST and total["flagged_share"] <= FLAGGED_MOST
+    return 0 if good else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
