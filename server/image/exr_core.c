@@ -2,18 +2,14 @@
 
 #include <stdio.h>
 
-static _Thread_local struct bd_exr_complaint *listening;
-
-void bd_exr_listen(struct bd_exr_complaint *complaint)
-{
-    listening = complaint;
-}
-
 void bd_exr_keep_complaint(exr_const_context_t context, exr_result_t code, const char *message)
 {
-    (void)context, (void)code;
-    if (!listening || listening->message[0]) return;
-    snprintf(listening->message, sizeof listening->message, "%s", message);
+    (void)code;
+    void *user = NULL;
+    if (exr_get_user_data(context, &user) != EXR_ERR_SUCCESS || !user) return;
+    struct bd_exr_complaint *complaint = user;
+    if (complaint->message[0]) return;
+    snprintf(complaint->message, sizeof complaint->message, "%s", message);
 }
 
 const char *bd_exr_why(const struct bd_exr_complaint *complaint, exr_result_t code)

@@ -13,7 +13,7 @@ const struct bd_exr_limits bd_exr_limits_default = {
 #define DEFLATE_RATIO_MAX 1032u
 
 struct read_stream {
-    struct bd_exr_complaint complaint;
+    struct bd_exr_complaint complaint; // first: see image/exr_core.h
     const uint8_t *bytes;
     uint64_t size_bytes;
 };
@@ -280,12 +280,10 @@ enum bd_err bd_exr_read(const void *bytes, size_t size_bytes, const struct bd_ex
     // picture would be a guess.
     init.flags = EXR_CONTEXT_FLAG_DISABLE_CHUNK_RECONSTRUCTION;
     exr_context_t context = NULL;
-    bd_exr_listen(&stream.complaint);
     exr_result_t rv = exr_start_read(&context, "memory", &init);
-    enum bd_err err = rv ? fault_of(rv, &stream, fault)
-                         : read_part(context, &stream, limits, out, fault);
-    if (!rv) exr_finish(&context);
-    bd_exr_listen(NULL);
+    if (rv) return fault_of(rv, &stream, fault);
+    enum bd_err err = read_part(context, &stream, limits, out, fault);
+    exr_finish(&context);
     if (err) bd_exr_destroy(out);
     return err;
 }

@@ -9,7 +9,7 @@
 #define ZIP_LEVEL 4
 
 struct write_stream {
-    struct bd_exr_complaint complaint;
+    struct bd_exr_complaint complaint; // first: see image/exr_core.h
     struct bd_bytes *out;
 };
 
@@ -141,13 +141,11 @@ enum bd_err bd_exr_write(const struct bd_exr_picture *picture, struct bd_bytes *
     init.write_fn = write_bytes;
     init.error_handler_fn = bd_exr_keep_complaint;
     exr_context_t context = NULL;
-    bd_exr_listen(&stream.complaint);
     exr_result_t rv = exr_start_write(&context, "memory", EXR_WRITE_FILE_DIRECTLY, &init);
     if (!rv) rv = write_header(context, picture);
     if (!rv) rv = write_rows(context, picture);
     // The offset table is written on the way out, so closing can fail like any write.
     exr_result_t closed = context ? exr_finish(&context) : EXR_ERR_SUCCESS;
-    bd_exr_listen(NULL);
     if (!rv) rv = closed;
     if (!rv) return BD_ERR_OK;
     bd_bytes_finish(out);

