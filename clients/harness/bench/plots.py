@@ -106,10 +106,13 @@ def _draw_curve(axes, result, scene, technique, against, layer):
     path = front_rows(rows)
     axes.plot([r[0] for r in path], [r[1] for r in path], color=color, lw=1.8, alpha=0.85, zorder=2)
     for ms, error, point in path[:1] + path[1:][-1:]:
+        # To the left of a last point there is room only where the front has some length.
         first = point is path[0][2]
+        right = first or ms < 4 * path[0][0]
         axes.annotate(settings_text(point["settings"]), (ms, error), color=color, fontsize=8,
-                      xytext=(6, 5) if first else (-7, -4), textcoords="offset points",
-                      ha="left" if first else "right", va="bottom" if first else "top", zorder=4)
+                      xytext=(6 if right else -7, 5 if first else -4),
+                      textcoords="offset points", ha="left" if right else "right",
+                      va="bottom" if first else "top", zorder=4, annotation_clip=True)
 
 
 def _draw_floors(axes, result, scene, against, layer):
