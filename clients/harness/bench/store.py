@@ -38,6 +38,18 @@ def write(path, text):
     beside.replace(path)
 
 
+def as_text(result):
+    """JSON with a line for each entry of a list: figures to be compared between runs, not prose."""
+    parts = []
+    for key, value in finite(result).items():
+        body = json.dumps(value, allow_nan=False)
+        if isinstance(value, list) and value:
+            entries = ",\n  ".join(json.dumps(entry, allow_nan=False) for entry in value)
+            body = f"[\n  {entries}\n ]"
+        parts.append(f" {json.dumps(key)}: {body}")
+    return "{\n" + ",\n".join(parts) + "\n}\n"
+
+
 def settings_text(settings):
     return " ".join(f"{key}={value}" for key, value in settings.items())
 
@@ -69,8 +81,7 @@ class Store:
         return None
 
     def save(self):
-        text = json.dumps(finite(self.result), indent=1, allow_nan=False)
-        write(self.folder / "bench.json", text + "\n")
+        write(self.folder / "bench.json", as_text(self.result))
         self._save_csv()
 
     def _save_csv(self):
