@@ -18,7 +18,7 @@
 #include "base/assert.h"
 #include "reference/pool.h"
 #include "reference/reference.h"
-#include "scene/gltf.h"
+#include "tests/tools/load_scene.h"
 
 #define TURNS 5
 
@@ -167,22 +167,6 @@ static void measure(struct work *work, const char *scene)
     printf("\"ratio\": %.3f}\n", traced[TURNS / 2] / asked[TURNS / 2]);
 }
 
-static enum bd_err load(const char *path, struct bd_scene **scene, struct bd_fault *fault)
-{
-    FILE *file = fopen(path, "rb");
-    if (!file) return bd_fault_set(fault, BD_ERR_IO, path, "cannot be opened");
-    fseek(file, 0, SEEK_END);
-    size_t size = (size_t)ftell(file);
-    rewind(file);
-    void *bytes = malloc(size + 1);
-    BD_ASSERT(bytes);
-    const struct bd_import_file source = {path, bytes, fread(bytes, 1, size, file)};
-    fclose(file);
-    enum bd_err err = bd_gltf_read(&source, 1, &bd_import_default_limits, scene, fault);
-    free(bytes);
-    return err ? err : bd_scene_finish(*scene, fault);
-}
-
 static const char *name_of(const char *path)
 {
     const char *slash = strrchr(path, '/');
@@ -200,7 +184,7 @@ int main(int argc, char **argv)
     struct bd_scene *scene = NULL;
     struct bd_reference *reference = NULL;
     struct bd_fault fault = {0};
-    enum bd_err err = load(argv[1], &scene, &fault);
+    enum bd_err err = load_scene(argv[1], &scene, &fault);
     if (!err) err = bd_reference_create(scene, 0, &reference, &fault);
     if (!err) {
         int32_t camera = bd_scene_find_camera(scene, argv[3]);

@@ -24,7 +24,7 @@
 #include "reference/geometry.h"
 #include "reference/texture.h"
 #include "reference/vec3f.h"
-#include "scene/gltf.h"
+#include "tests/tools/load_scene.h"
 
 #define GRID     8  // rays along a pixel's side
 #define LAYERS   16 // surfaces behind each other that let light pass
@@ -278,21 +278,6 @@ static bool read_habit(const char *text, struct habits *habits)
     return false;
 }
 
-static enum bd_err load(const char *path, struct bd_scene **scene, struct bd_fault *fault)
-{
-    FILE *file = fopen(path, "rb");
-    if (!file) return bd_fault_set(fault, BD_ERR_IO, path, "cannot be opened");
-    fseek(file, 0, SEEK_END);
-    size_t size = (size_t)ftell(file);
-    rewind(file);
-    void *bytes = malloc(size + 1);
-    const struct bd_import_file source = {path, bytes, bytes ? fread(bytes, 1, size, file) : 0};
-    fclose(file);
-    enum bd_err err = bd_gltf_read(&source, 1, &bd_import_default_limits, scene, fault);
-    free(bytes);
-    return err ? err : bd_scene_finish(*scene, fault);
-}
-
 // Copies of the snapshot that share all but their materials.
 static void copy_scenes(struct work *work)
 {
@@ -341,7 +326,7 @@ int main(int argc, char **argv)
         return 2;
     }
     struct bd_fault fault = {0};
-    enum bd_err err = load(argv[1], &work.scene, &fault);
+    enum bd_err err = load_scene(argv[1], &work.scene, &fault);
     if (!err) err = run(&work, argv[3], &fault);
     bd_scene_release(&work.scene);
     if (err) fprintf(stderr, "witness_direct: %s: %s\n", fault.field, fault.message);

@@ -17,6 +17,7 @@
 #include "reference/pool.h"
 #include "reference/reference.h"
 #include "scene/import.h"
+#include "tests/tools/load_scene.h"
 
 struct options {
     struct bd_integrand integrand;
@@ -31,23 +32,6 @@ struct picture {
     struct bd_reference_pixel *pixels;
     _Atomic uint64_t ray_count;
 };
-
-static enum bd_err load(const char *path, struct bd_scene **scene, struct bd_fault *fault)
-{
-    FILE *file = fopen(path, "rb");
-    if (!file) return bd_fault_set(fault, BD_ERR_IO, path, "cannot be opened");
-    fseek(file, 0, SEEK_END);
-    size_t size = (size_t)ftell(file);
-    rewind(file);
-    void *bytes = malloc(size);
-    size_t got = fread(bytes, 1, size, file);
-    fclose(file);
-    const struct bd_import_file source = {path, bytes, got};
-    enum bd_err err = bd_import(getenv("BOUNCED"), &source, 1, &bd_import_default_limits, scene,
-                                fault);
-    free(bytes);
-    return err;
-}
 
 static bool read_option(const char *text, struct options *o)
 {
@@ -268,7 +252,7 @@ int main(int argc, char **argv)
     struct options options = {.integrand = bd_integrand_full};
     struct picture picture = {.options = &options};
     struct bd_scene *scene = NULL;
-    enum bd_err err = load(argv[1], &scene, &fault);
+    enum bd_err err = import_scene(argv[1], &scene, &fault);
     if (!err) err = read_arguments(argc, argv, scene, &options, &fault);
     if (!err) err = run(&picture, scene, argv[2], &fault);
     bd_scene_release(&scene);

@@ -10,23 +10,7 @@
 #include "image/encode.h"
 #include "scene/import.h"
 #include "sched/sched.h"
-
-static enum bd_err load(const char *path, struct bd_scene **scene, struct bd_fault *fault)
-{
-    FILE *file = fopen(path, "rb");
-    if (!file) return bd_fault_set(fault, BD_ERR_IO, path, "cannot be opened");
-    fseek(file, 0, SEEK_END);
-    size_t size = (size_t)ftell(file);
-    rewind(file);
-    void *bytes = malloc(size);
-    size_t got = fread(bytes, 1, size, file);
-    fclose(file);
-    const struct bd_import_file source = {path, bytes, got};
-    enum bd_err err = bd_import(getenv("BOUNCED"), &source, 1, &bd_import_default_limits, scene,
-                                fault);
-    free(bytes);
-    return err;
-}
+#include "tests/tools/load_scene.h"
 
 static void print_report(const struct bd_report *r)
 {
@@ -115,7 +99,7 @@ int main(int argc, char **argv)
     };
     struct bd_job_request request = {.frame = bd_frame_request_default};
     struct bd_sched *sched = NULL;
-    enum bd_err err = load(argv[1], &request.scene, &fault);
+    enum bd_err err = import_scene(argv[1], &request.scene, &fault);
     if (!err) err = read_arguments(argc, argv, &request.frame, &fault);
     if (!err) err = bd_sched_create(&options, &sched, &fault);
     if (!err) err = run(sched, &request, argv[2], &fault);

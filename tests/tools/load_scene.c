@@ -1,0 +1,47 @@
+#include "tests/tools/load_scene.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "base/assert.h"
+#include "scene/gltf.h"
+#include "scene/import.h"
+
+// `*bytes` is the caller's to free.
+static enum bd_err read_file(const char *path, void **bytes, size_t *size, struct bd_fault *fault)
+{
+    FILE *file = fopen(path, "rb");
+    if (!file) return bd_fault_set(fault, BD_ERR_IO, path, "cannot be opened");
+    fseek(file, 0, SEEK_END);
+    size_t end = (size_t)ftell(file);
+    rewind(file);
+    *bytes = malloc(end + 1);
+    BD_ASSERT(*bytes);
+    *size = fread(*bytes, 1, end, file);
+    fclose(file);
+    return BD_ERR_OK;
+}
+
+enum bd_err load_scene(const char *path, struct bd_scene **out, struct bd_fault *fault)
+{
+    struct bd_import_file source = {.uri = path};
+    void *bytes;
+    enum bd_err err = read_file(path, &bytes, &source.size_bytes, fault);
+    if (err) return err;
+    source.bytes = bytes;
+    err = bd_gltf_read(&source, 1, &bd_import_default_limits, out, fault);
+    free(bytes);
+    return err ? err : bd_scene_finish(*out, fault);
+}
+
+enum bd_err import_scene(const char *path, struct bd_scene **out, struct bd_fault *fault)
+{
+    struct bd_import_file source = {.uri = path};
+    void *bytes;
+    enum bd_err err = read_file(path, &bytes, &source.size_bytes, fault);
+    if (err) return err;
+    source.bytes = bytes;
+    err = bd_import(getenv("BOUNCED"), &source, 1, &bd_import_default_limits, out, fault);
+    free(bytes);
+    return err;
+}
