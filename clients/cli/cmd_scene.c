@@ -8,20 +8,10 @@
 #include "clients/cli/commands.h"
 #include "clients/cli/conn.h"
 #include "clients/cli/help.h"
+#include "clients/cli/list.h"
 #include "clients/cli/options.h"
 #include "clients/cli/progress.h"
-#include "clients/cli/report.h"
 #include "clients/cli/source.h"
-
-// The answer as JSON on standard output.
-static enum bd_err print_json(const ProtobufCMessage *message, struct bd_fault *fault)
-{
-    char *text = bd_cli_report_json(message);
-    if (!text) return bd_fault_set(fault, BD_ERR_NO_MEMORY, "", "no memory for the answer");
-    fputs(text, stdout);
-    free(text);
-    return BD_ERR_OK;
-}
 
 static void print_scene(const Bounced__Scene *scene)
 {
@@ -33,40 +23,32 @@ static void print_scene(const Bounced__Scene *scene)
     putchar('\n');
 }
 
-static enum bd_err list_scenes(const struct bd_cli_common *common, struct bd_fault *fault)
+static void print_scenes(const Bounced__Envelope *answer)
 {
-    struct bd_cli_conn *conn = NULL;
-    enum bd_err err = bd_cli_conn_open(common, BD_CLI_CONN_RUNNING, &conn, fault);
-    if (err) return err;
-    Bounced__SceneList list = BOUNCED__SCENE_LIST__INIT;
-    Bounced__Envelope envelope = BOUNCED__ENVELOPE__INIT;
-    envelope.body_case = BOUNCED__ENVELOPE__BODY_SCENE_LIST;
-    envelope.scene_list = &list;
-    struct bd_cli_answer answer;
-    err = bd_cli_conn_call(conn, &envelope, NULL, 0, BOUNCED__ENVELOPE__BODY_SCENE_LIST_REPLY, NULL,
-                           &answer, fault);
-    if (!err) {
-        const Bounced__SceneListReply *reply = answer.envelope->scene_list_reply;
-        if (common->json) err = print_json(&reply->base, fault);
-        for (size_t i = 0; !common->json && i < reply->n_scenes; i++) print_scene(reply->scenes[i]);
-    }
-    bd_cli_answer_finish(&answer);
-    bd_cli_conn_close(&conn);
-    return err;
+    const Bounced__SceneListReply *reply = answer->scene_list_reply;
+    for (size_t i = 0; i < reply->n_scenes; i++) print_scene(reply->scenes[i]);
+}
+
+static const ProtobufCMessage *body_of(const Bounced__Envelope *answer)
+{
+    return &answer->scene_list_reply->base;
 }
 
 int bd_cmd_scenes(const char *const *words, int count)
 {
-    struct bd_cli_common common;
-    struct bd_fault fault = {0};
-    const char *operands[1];
-    int operand_count;
-    bool help;
-    enum bd_err err =
-        bd_cli_parse_plain(words, count, &common, operands, 0, &operand_count, &help, &fault);
-    if (!err && help) return bd_help_scenes();
-    if (!err) err = list_scenes(&common, &fault);
-    return err ? bd_cmd_fail(err, &fault, common.json) : 0;
+    Bounced__SceneList request = BOUNCED__SCENE_LIST__INIT;
+    Bounced__Envelope envelope = BOUNCED__ENVELOPE__INIT;
+    envelope.body_case = BOUNCED__ENVELOPE__BODY_SCENE_LIST;
+    envelope.scene_list = &request;
+    const struct bd_cli_list list = {
+        .kind = BD_CLI_CONN_RUNNING,
+        .request = &envelope,
+        .want = BOUNCED__ENVELOPE__BODY_SCENE_LIST_REPLY,
+        .body = body_of,
+        .print = print_scenes,
+        .help = bd_help_scenes,
+    };
+    return bd_cli_list(&list, words, count);
 }
 
 static void on_stage(void *user, const char *stage)
@@ -88,8 +70,7 @@ static enum bd_err send_scene(struct bd_cli_conn *conn, const struct bd_cli_sour
     Bounced__Envelope envelope = BOUNCED__ENVELOPE__INIT;
     envelope.body_case = BOUNCED__ENVELOPE__BODY_SCENE_ADD;
     envelope.scene_add = &add;
-    const struct bd_cli_conn_watch watch = {
-        .stage = on_stage, .tick = on_tick, .user = progress};
+    const struct bd_cli_conn_watch watch = {.stage = on_stage, .tick = on_tick, .user = progress};
     bd_cli_progress_stage(progress, "import");
     return bd_cli_conn_call(conn, &envelope, NULL, 0, BOUNCED__ENVELOPE__BODY_SCENE, &watch, answer,
                             fault);
@@ -100,7 +81,7 @@ static enum bd_err print_added(const struct bd_cli_common *common, const Bounced
 {
     for (size_t i = 0; !common->quiet && i < scene->n_flags; i++)
         fprintf(stderr, "bounce: flag: %s\n", scene->flags[i]);
-    if (common->json) return print_json(&scene->base, fault);
+    if (common->json) return bd_cli_print_json(&scene->base, fault);
     print_scene(scene);
     return BD_ERR_OK;
 }

@@ -1,13 +1,10 @@
 // `bounce techniques`.
 
 #include <stdio.h>
-#include <stdlib.h>
 
 #include "clients/cli/commands.h"
-#include "clients/cli/conn.h"
 #include "clients/cli/help.h"
-#include "clients/cli/options.h"
-#include "clients/cli/report.h"
+#include "clients/cli/list.h"
 
 static const char *or_empty(const char *text)
 {
@@ -58,49 +55,33 @@ static void print_technique(const Bounced__Technique *technique)
     for (size_t i = 0; i < technique->n_parameters; i++) print_parameter(technique->parameters[i]);
 }
 
-static enum bd_err print_techniques(const Bounced__TechniquesReply *reply, bool json,
-                                    struct bd_fault *fault)
+static void print_techniques(const Bounced__Envelope *answer)
 {
-    for (size_t i = 0; !json && i < reply->n_techniques; i++) {
+    const Bounced__TechniquesReply *reply = answer->techniques_reply;
+    for (size_t i = 0; i < reply->n_techniques; i++) {
         if (i) putchar('\n');
         print_technique(reply->techniques[i]);
     }
-    if (!json) return BD_ERR_OK;
-    char *text = bd_cli_report_json(&reply->base);
-    if (!text) return bd_fault_set(fault, BD_ERR_NO_MEMORY, "", "no memory for the answer");
-    fputs(text, stdout);
-    free(text);
-    return BD_ERR_OK;
 }
 
-static enum bd_err list_techniques(const struct bd_cli_common *common, struct bd_fault *fault)
+static const ProtobufCMessage *body_of(const Bounced__Envelope *answer)
 {
-    struct bd_cli_conn *conn = NULL;
-    enum bd_err err = bd_cli_conn_open(common, BD_CLI_CONN_RUNNING_OR_START, &conn, fault);
-    if (err) return err;
-    Bounced__Techniques techniques = BOUNCED__TECHNIQUES__INIT;
-    Bounced__Envelope envelope = BOUNCED__ENVELOPE__INIT;
-    envelope.body_case = BOUNCED__ENVELOPE__BODY_TECHNIQUES;
-    envelope.techniques = &techniques;
-    struct bd_cli_answer answer;
-    err = bd_cli_conn_call(conn, &envelope, NULL, 0, BOUNCED__ENVELOPE__BODY_TECHNIQUES_REPLY, NULL,
-                           &answer, fault);
-    if (!err) err = print_techniques(answer.envelope->techniques_reply, common->json, fault);
-    bd_cli_answer_finish(&answer);
-    bd_cli_conn_close(&conn);
-    return err;
+    return &answer->techniques_reply->base;
 }
 
 int bd_cmd_techniques(const char *const *words, int count)
 {
-    struct bd_cli_common common;
-    struct bd_fault fault = {0};
-    const char *operands[1];
-    int operand_count;
-    bool help;
-    enum bd_err err =
-        bd_cli_parse_plain(words, count, &common, operands, 0, &operand_count, &help, &fault);
-    if (!err && help) return bd_help_techniques();
-    if (!err) err = list_techniques(&common, &fault);
-    return err ? bd_cmd_fail(err, &fault, common.json) : 0;
+    Bounced__Techniques request = BOUNCED__TECHNIQUES__INIT;
+    Bounced__Envelope envelope = BOUNCED__ENVELOPE__INIT;
+    envelope.body_case = BOUNCED__ENVELOPE__BODY_TECHNIQUES;
+    envelope.techniques = &request;
+    const struct bd_cli_list list = {
+        .kind = BD_CLI_CONN_RUNNING_OR_START,
+        .request = &envelope,
+        .want = BOUNCED__ENVELOPE__BODY_TECHNIQUES_REPLY,
+        .body = body_of,
+        .print = print_techniques,
+        .help = bd_help_techniques,
+    };
+    return bd_cli_list(&list, words, count);
 }
