@@ -11,7 +11,9 @@ HERE = pathlib.Path(__file__).parent
 BUILD = pathlib.Path(os.environ["BD_BUILD_DIR"])
 BOUNCE = BUILD / "clients/cli/bounce"
 SHARED = pathlib.Path(os.environ.get("BD_SHARED_DIR", HERE / "../../../shared"))
-sys.path.insert(0, str(HERE / "../../clients"))
+sys.path[:0] = [str(HERE / "../../clients"), str(HERE / "..")]
+
+from skips import pytest_sessionfinish  # noqa: E402,F401
 
 
 class Bounce:
@@ -60,10 +62,3 @@ def bounce(tmp_path):
 @pytest.fixture
 def fake(tmp_path):
     return FakeBounce(tmp_path)
-
-
-def pytest_sessionfinish(session, exitstatus):
-    """77 is meson's word for skipped: a run in which nothing ran must not read as passed."""
-    stats = session.config.pluginmanager.get_plugin("terminalreporter").stats
-    if exitstatus == 0 and not stats.get("passed"):
-        session.exitstatus = 77

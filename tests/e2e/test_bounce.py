@@ -15,6 +15,7 @@ import pytest
 
 from conftest import BOUNCE, BUILD, HERE
 from harness import exr
+from skips import skip_without_device
 
 SCENES = HERE / "../scenes"
 REPORT_KEYS = {"scene", "revision", "size", "camera", "technique", "parameters", "seed", "aa",
@@ -26,12 +27,7 @@ SMALL = ("--size", "64x48", "--set", "vpls=64", "--set", "rsm_size=64")
 @pytest.fixture(scope="module", autouse=True)
 def device(tmp_path_factory):
     """Skips the whole file where no device works: the only test that may."""
-    env = {**os.environ, "XDG_RUNTIME_DIR": str(tmp_path_factory.mktemp("run"))}
-    result = subprocess.run([BOUNCE, "devices"], env=env, capture_output=True, timeout=120,
-                            check=False)
-    if result.returncode == 6:
-        pytest.skip("no device here: " + result.stderr.decode())
-    assert result.returncode == 0, result.stderr.decode()
+    skip_without_device(BOUNCE, tmp_path_factory)
 
 
 @pytest.fixture

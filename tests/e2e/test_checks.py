@@ -4,7 +4,8 @@ import re
 
 import pytest
 
-from conftest import HERE, Bounce
+from conftest import BOUNCE, HERE
+from skips import skip_without_device
 
 CORNELL = HERE / "../scenes/cornell.glb"
 SIZE = ("--size", "40x40")
@@ -13,10 +14,7 @@ SIZE = ("--size", "40x40")
 @pytest.fixture(scope="module", autouse=True)
 def device(tmp_path_factory):
     """Skips the whole file where no device works: the only test that may."""
-    result = Bounce(tmp_path_factory.mktemp("run"))("devices", timeout=120)
-    if result.returncode == 6:
-        pytest.skip("no device here: " + result.stderr)
-    assert result.returncode == 0, result.stderr
+    skip_without_device(BOUNCE, tmp_path_factory)
 
 
 def render(bounce, *words, scene=CORNELL, code=0):

@@ -5,7 +5,7 @@ difference is theirs, and server/reference/README.md ("Two witnesses") says what
 hand show that those habits, and nothing else, make the direct layer's part of it.
 
 BD_WITNESS_SAMPLES: samples a pixel and half. With few, the interval must reach below the bound; with
-`long`'s many, all of it must lie below.
+`long`'s many, all of it must lie below one and a half times the bound.
 """
 import os
 
