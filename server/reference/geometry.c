@@ -2,6 +2,7 @@
 
 #include <embree3/rtcore.h>
 #include <math.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -219,7 +220,27 @@ uint64_t bd_geometry_memory_bytes(const struct bd_geometry *geometry)
            geometry->vertex_count * 3 * sizeof *geometry->positions;
 }
 
-static enum bd_err build(struct bd_geometry *g, uint32_t thread_count, struct bd_fault *fault)
+// Whom to ask whether to go on, and the answer that was not to.
+struct watch {
+    bd_reference_should_stop should_stop;
+    void *user;
+    _Atomic enum bd_err answer;
+};
+
+// From any of Embree's threads, several at once, between blocks of triangles.
+static bool go_on(void *user, double share)
+{
+    struct watch *watch = user;
+    (void)share;
+    if (!watch->should_stop) return true;
+    if (atomic_load(&watch->answer)) return false;
+    enum bd_err err = watch->should_stop(watch->user);
+    if (err) atomic_store(&watch->answer, err);
+    return !err;
+}
+
+static enum bd_err build(struct bd_geometry *g, uint32_t thread_count, struct watch *watch,
+                         struct bd_fault *fault)
 {
     char config[32];
     snprintf(config, sizeof config, "threads=%u", thread_count);
@@ -233,9 +254,12 @@ static enum bd_err build(struct bd_geometry *g, uint32_t thread_count, struct bd
     rtcSetSceneFlags(g->embree,
                      RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
     rtcSetSceneBuildQuality(g->embree, RTC_BUILD_QUALITY_HIGH);
+    rtcSetSceneProgressMonitorFunction(g->embree, go_on, watch);
     for (uint32_t p = 0; p < g->part_count; p++) attach(g, p);
     rtcCommitScene(g->embree);
+    rtcSetSceneProgressMonitorFunction(g->embree, NULL, NULL);
     enum RTCError error = rtcGetDeviceError(g->device);
+    if (atomic_load(&watch->answer)) return atomic_load(&watch->answer);
     if (error == RTC_ERROR_NONE) return BD_ERR_OK;
     return bd_fault_set(fault, error == RTC_ERROR_OUT_OF_MEMORY ? BD_ERR_NO_MEMORY : BD_ERR_INTERNAL,
                         "reference", "the acceleration structure of %llu triangles: Embree error %d",
@@ -243,7 +267,8 @@ static enum bd_err build(struct bd_geometry *g, uint32_t thread_count, struct bd
 }
 
 enum bd_err bd_geometry_init(struct bd_geometry *geometry, const struct bd_scene *scene,
-                             uint32_t thread_count, struct bd_fault *fault)
+                             uint32_t thread_count, bd_reference_should_stop should_stop,
+                             void *user, struct bd_fault *fault)
 {
     size_t vertex_count;
     *geometry = (struct bd_geometry){.scene = scene};
@@ -258,7 +283,9 @@ enum bd_err bd_geometry_init(struct bd_geometry *geometry, const struct bd_scene
                             vertex_count);
     geometry->positions[3 * vertex_count] = 0;
     fill_parts(geometry);
-    return build(geometry, thread_count, fault);
+    struct watch watch = {.should_stop = should_stop, .user = user};
+    if (!go_on(&watch, 0)) return atomic_load(&watch.answer);
+    return build(geometry, thread_count, &watch, fault);
 }
 
 void bd_geometry_finish(struct bd_geometry *geometry)

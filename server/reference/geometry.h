@@ -44,9 +44,11 @@ struct bd_geometry {
     int64_t embree_bytes; // atomic: what Embree holds
 };
 
+// As bd_reference_create. What was begun stays in `geometry` after a failure, to be finished.
 BD_MUST_CHECK
 enum bd_err bd_geometry_init(struct bd_geometry *geometry, const struct bd_scene *scene,
-                             uint32_t thread_count, struct bd_fault *fault);
+                             uint32_t thread_count, bd_reference_should_stop should_stop,
+                             void *user, struct bd_fault *fault);
 void bd_geometry_finish(struct bd_geometry *geometry);
 
 uint64_t bd_geometry_memory_bytes(const struct bd_geometry *geometry);

@@ -64,9 +64,11 @@ static enum bd_err set_media(struct bd_reference *r, struct bd_fault *fault)
     return BD_ERR_OK;
 }
 
-static enum bd_err init(struct bd_reference *r, uint32_t thread_count, struct bd_fault *fault)
+static enum bd_err init(struct bd_reference *r, uint32_t thread_count,
+                        bd_reference_should_stop should_stop, void *user, struct bd_fault *fault)
 {
-    enum bd_err err = bd_geometry_init(&r->geometry, r->scene, thread_count, fault);
+    enum bd_err err =
+        bd_geometry_init(&r->geometry, r->scene, thread_count, should_stop, user, fault);
     if (err) return err;
     r->unit_cd_m2 = unit_of(&r->geometry);
     err = set_media(r, fault);
@@ -77,13 +79,14 @@ static enum bd_err init(struct bd_reference *r, uint32_t thread_count, struct bd
 }
 
 enum bd_err bd_reference_create(struct bd_scene *scene, uint32_t thread_count,
+                                bd_reference_should_stop should_stop, void *user,
                                 struct bd_reference **out, struct bd_fault *fault)
 {
     struct bd_reference *reference = calloc(1, sizeof *reference);
     if (!reference)
         return bd_fault_set(fault, BD_ERR_NO_MEMORY, "reference", "no memory for a reference");
     reference->scene = bd_scene_retain(scene);
-    enum bd_err err = init(reference, thread_count, fault);
+    enum bd_err err = init(reference, thread_count, should_stop, user, fault);
     if (err)
         bd_reference_destroy(&reference);
     else

@@ -68,10 +68,16 @@ extern const struct bd_integrand bd_integrand_full;
 
 struct bd_reference;
 
+// Asked while something is built whether to go on, from several threads at once.
+typedef enum bd_err (*bd_reference_should_stop)(void *user);
+
 // Builds everything that tracing needs; keeps a reference to the scene. `thread_count` builds the
-// acceleration structure, 0 = all of the machine. BD_ERR_NO_MEMORY with what was too large.
+// acceleration structure, 0 = all of the machine. `should_stop` (or NULL) is asked meanwhile; what
+// it answers, unless BD_ERR_OK, is returned, with no fault. BD_ERR_NO_MEMORY with what was too
+// large.
 BD_MUST_CHECK
 enum bd_err bd_reference_create(struct bd_scene *scene, uint32_t thread_count,
+                                bd_reference_should_stop should_stop, void *user,
                                 struct bd_reference **out, struct bd_fault *fault);
 // Destroys and nulls; takes NULL.
 void bd_reference_destroy(struct bd_reference **reference);

@@ -174,12 +174,13 @@ static struct kept *begin(struct bd_reference_runner *runner, struct bd_scene *s
 
 // With the lock held, which is open while the structures are built.
 static enum bd_err build(struct bd_reference_runner *runner, struct bd_scene *scene,
-                         struct kept **out, struct bd_fault *fault)
+                         bd_reference_should_stop should_stop, void *user, struct kept **out,
+                         struct bd_fault *fault)
 {
     struct kept *kept = begin(runner, scene);
     pthread_mutex_unlock(&runner->lock);
-    enum bd_err err =
-        bd_reference_create(scene, runner->thread_count, &kept->reference, fault);
+    enum bd_err err = bd_reference_create(scene, runner->thread_count, should_stop, user,
+                                          &kept->reference, fault);
     pthread_mutex_lock(&runner->lock);
     kept->building = false;
     pthread_cond_broadcast(&runner->changed);
@@ -205,13 +206,13 @@ enum bd_err bd_reference_runner_take(struct bd_reference_runner *runner, struct 
     while (!err && kept && kept->building) {
         wait_a_little(runner);
         err = ask(runner, should_stop, user);
-        kept = find(runner, scene); // whoever built it may have failed
+        kept = find(runner, scene); // whoever built it may have failed, or stopped
     }
     *reused = kept != NULL;
     if (!err && kept)
         kept->user_count++;
     else if (!err)
-        err = build(runner, scene, &kept, fault);
+        err = build(runner, scene, should_stop, user, &kept, fault);
     if (!err) {
         kept->used_at = ++runner->clock;
         *out = kept->reference;

@@ -27,14 +27,13 @@ struct bd_reference_runner *bd_reference_runner_create(uint32_t thread_count);
 // Nobody may be inside. Takes NULL.
 void bd_reference_runner_destroy(struct bd_reference_runner **runner);
 
-// May be asked from any thread that is inside a call; what it answers, unless BD_ERR_OK, is what
-// the call returns. NULL: never stop.
-typedef enum bd_err (*bd_reference_should_stop)(void *user);
+// In every call `should_stop` may be asked from any thread, several at once; what it answers, unless
+// BD_ERR_OK, is what the call returns. NULL: never stop.
 
 // Prepares a snapshot for tracing, or finds it prepared (`*reused`): acceleration structures are
-// kept by the snapshot's content, the last used ones up to a count and an amount of memory. What
-// was begun is ended even if the caller stops: building cannot be cut short. Borrowed until given
-// back. BD_ERR_NO_MEMORY with what was too large.
+// kept by the snapshot's content, the last used ones up to a count and an amount of memory. A
+// caller that stops leaves nothing half built; another one that waits for the same snapshot then
+// builds it anew. Borrowed until given back. BD_ERR_NO_MEMORY with what was too large.
 BD_MUST_CHECK
 enum bd_err bd_reference_runner_take(struct bd_reference_runner *runner, struct bd_scene *scene,
                                      bd_reference_should_stop should_stop, void *user,

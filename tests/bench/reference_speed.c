@@ -185,7 +185,7 @@ int main(int argc, char **argv)
     struct bd_reference *reference = NULL;
     struct bd_fault fault = {0};
     enum bd_err err = load_scene(argv[1], &scene, &fault);
-    if (!err) err = bd_reference_create(scene, 0, &reference, &fault);
+    if (!err) err = bd_reference_create(scene, 0, NULL, NULL, &reference, &fault);
     if (!err) {
         int32_t camera = bd_scene_find_camera(scene, argv[3]);
         BD_ASSERT_CMP(camera, >=, 0);

@@ -303,7 +303,7 @@ static enum bd_err run(struct work *work, const char *path, struct bd_fault *fau
     copy_scenes(work);
     work->placed = &scene->placed_cameras[bd_scene_find_camera(scene, "Camera")];
     work->camera = &scene->cameras[work->placed->object];
-    enum bd_err err = bd_geometry_init(&work->geometry, &work->solid, 1, fault);
+    enum bd_err err = bd_geometry_init(&work->geometry, &work->solid, 1, NULL, NULL, fault);
     if (!err) render(work, pixels);
     bd_geometry_finish(&work->geometry);
     FILE *file = err ? NULL : fopen(path, "wb");

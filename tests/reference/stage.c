@@ -33,7 +33,7 @@ void stage_finish(struct stage *stage, uint32_t thread_count)
     struct bd_fault fault = {0};
     if (stage->reference) return;
     if (bd_scene_finish(stage->scene, &fault)) fail_msg("finish: %s", fault.message);
-    if (bd_reference_create(stage->scene, thread_count, &stage->reference, &fault))
+    if (bd_reference_create(stage->scene, thread_count, NULL, NULL, &stage->reference, &fault))
         fail_msg("reference: %s", fault.message);
 }
 

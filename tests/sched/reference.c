@@ -298,6 +298,53 @@ static void a_cancelled_job_ends_within_a_fifth_of_a_second(void **state)
     bd_scene_release(&scene);
 }
 
+// Its acceleration structure, of 980,000 triangles, takes about 0.3 s.
+static struct bd_scene *create_large_scene(void)
+{
+    struct world builder = {.scene = bd_scene_create()};
+    const double eye[3] = {0, 2, 0}, origin[3] = {0, 0, 0};
+    const double corners[4][3] = {{-1, 0, 1}, {1, 0, 1}, {1, 0, -1}, {-1, 0, -1}};
+    world_add_quad(&builder, world_add_material(&builder, 0.5f), corners, 700);
+    world_add_light(&builder, BD_LIGHT_POINT, eye, origin, 1);
+    world_add_camera(&builder, eye, origin, 0.5);
+    struct bd_fault fault = {0};
+    assert_int_equal(bd_scene_finish(builder.scene, &fault), BD_ERR_OK);
+    return builder.scene;
+}
+
+static double reference_mib(struct bd_sched *sched)
+{
+    struct bd_sched_stats stats;
+    bd_sched_stats(sched, &stats);
+    return stats.reference_memory_mib;
+}
+
+// In the middle of building, by a cancel or a deadline; the next job finds a worker, and builds.
+static void a_job_is_stopped_while_its_scene_is_prepared(void **state)
+{
+    struct bd_scene *scene = create_large_scene();
+    struct bd_job_request request = request_of(scene, SIDE, "spp=2");
+    for (int i = 0; i < 2; i++) {
+        request.frame.deadline_ms = i ? 20 : 0;
+        struct bd_job *job = submit(*state, &request);
+        sleep_ms(20);
+        if (!i) bd_job_cancel(job);
+        bd_job_wait(job);
+        assert_int_equal(bd_job_result(job)->err, i ? BD_ERR_DEADLINE : BD_ERR_CANCELLED);
+        assert_int_equal(bd_job_result(job)->report.stopped,
+                         i ? BD_STOPPED_DEADLINE : BD_STOPPED_CANCELLED);
+        assert_string_equal(bd_job_result(job)->fault.field, i ? "deadline_ms" : "");
+        assert_true(reference_mib(*state) == 0); // what would have been built to the end is kept
+        bd_job_release(&job);
+    }
+    request.frame.deadline_ms = 0;
+    struct bd_job *job = finished(*state, &request);
+    assert_true(at(job, BD_LAYER_DIRECT, 0)[0] > 0);
+    assert_true(reference_mib(*state) > 10);
+    bd_job_release(&job);
+    bd_scene_release(&scene);
+}
+
 // The best of three: what other processes take of the machine is not ours.
 static void a_deadline_is_kept(void **state)
 {
@@ -413,6 +460,7 @@ int main(void)
         WITH_SCHED(a_region_is_the_same_pixels_and_black_around),
         WITH_SCHED(what_cannot_be_is_refused_by_name),
         WITH_SCHED(a_cancelled_job_ends_within_a_fifth_of_a_second),
+        WITH_SCHED(a_job_is_stopped_while_its_scene_is_prepared),
         WITH_SCHED(a_deadline_is_kept),
         WITH_SCHED(frames_go_on_beside_a_reference),
         WITH_SCHED(a_second_request_finds_the_scene_prepared),

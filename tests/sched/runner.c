@@ -120,6 +120,91 @@ static void what_is_in_use_stays(void **state)
     for (int i = 0; i < 7; i++) bd_scene_release(&scenes[i]);
 }
 
+// --- a build that is stopped ------------------------------------------------------------------
+
+// One that takes about 0.3 s to prepare: 980,000 triangles.
+static struct bd_scene *create_large_scene(uint8_t id)
+{
+    struct world builder = {.scene = bd_scene_create()};
+    const double corners[4][3] = {{-1, 0, 1}, {1, 0, 1}, {1, 0, -1}, {-1, 0, -1}};
+    world_add_quad(&builder, world_add_material(&builder, 0.5f), corners, 700);
+    struct bd_fault fault = {0};
+    assert_int_equal(bd_scene_finish(builder.scene, &fault), BD_ERR_OK);
+    builder.scene->content_sha256[0] = id;
+    return builder.scene;
+}
+
+struct taker {
+    struct bd_reference_runner *runner;
+    struct bd_scene *scene;
+    atomic_uint asked;
+    atomic_bool stop;
+    enum bd_err err;
+    bool reused;
+};
+
+static enum bd_err taker_should_stop(void *user)
+{
+    struct taker *taker = user;
+    atomic_fetch_add(&taker->asked, 1);
+    return atomic_load(&taker->stop) ? BD_ERR_CANCELLED : BD_ERR_OK;
+}
+
+static void *run_taker(void *user)
+{
+    struct taker *taker = user;
+    const struct bd_reference *reference;
+    struct bd_fault fault = {0};
+    taker->err = bd_reference_runner_take(taker->runner, taker->scene, taker_should_stop, taker,
+                                          &reference, &taker->reused, &fault);
+    bd_reference_runner_give_back(taker->runner, &reference);
+    return NULL;
+}
+
+// Asked so often, it is in the middle of building.
+static void wait_until_it_builds(struct taker *taker)
+{
+    for (int ms = 0; atomic_load(&taker->asked) < 20; ms++) {
+        assert_true(ms < 20000);
+        sleep_ms(1);
+    }
+}
+
+static void a_build_that_is_stopped_leaves_nothing(void **state)
+{
+    struct taker taker = {.runner = *state, .scene = create_large_scene(1)};
+    pthread_t thread;
+    assert_int_equal(pthread_create(&thread, NULL, run_taker, &taker), 0);
+    wait_until_it_builds(&taker);
+    atomic_store(&taker.stop, true);
+    pthread_join(thread, NULL);
+    assert_int_equal(taker.err, BD_ERR_CANCELLED);
+    assert_int_equal(stats_of(*state).reference_count, 0);
+    assert_int_equal(stats_of(*state).memory_bytes, 0);
+    assert_int_equal(stats_of(*state).built_count, 0);
+    assert_int_equal(taker.scene->reference_count, 1);
+    assert_false(touch(*state, taker.scene));
+    bd_scene_release(&taker.scene);
+}
+
+// It does not take with it those that wait for the same snapshot.
+static void who_waits_for_a_stopped_build_builds_anew(void **state)
+{
+    struct taker first = {.runner = *state, .scene = create_large_scene(1)}, second = first;
+    pthread_t threads[2];
+    assert_int_equal(pthread_create(&threads[0], NULL, run_taker, &first), 0);
+    wait_until_it_builds(&first);
+    assert_int_equal(pthread_create(&threads[1], NULL, run_taker, &second), 0);
+    while (atomic_load(&second.asked) < 1) sleep_ms(1);
+    atomic_store(&first.stop, true);
+    for (int i = 0; i < 2; i++) pthread_join(threads[i], NULL);
+    assert_int_equal(first.err, BD_ERR_CANCELLED);
+    assert_int_equal(second.err, BD_ERR_OK);
+    assert_false(second.reused);
+    assert_int_equal(stats_of(*state).built_count, 1);
+    bd_scene_release(&first.scene);
+}
+
 // --- loops ----------------------------------------------------------------------------------
 
 struct loop {
@@ -257,6 +342,8 @@ int main(void)
         WITH_RUNNER(a_snapshot_is_prepared_once),
         WITH_RUNNER(only_the_last_used_ones_stay),
         WITH_RUNNER(what_is_in_use_stays),
+        WITH_RUNNER(a_build_that_is_stopped_leaves_nothing),
+        WITH_RUNNER(who_waits_for_a_stopped_build_builds_anew),
         WITH_RUNNER(every_item_once),
         WITH_RUNNER(a_loop_of_nothing_ends),
         WITH_RUNNER(callers_take_turns),

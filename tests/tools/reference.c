@@ -207,7 +207,7 @@ static enum bd_err run(struct picture *picture, struct bd_scene *scene, const ch
     const struct options *o = picture->options;
     struct bd_reference *reference = NULL;
     uint64_t start = bd_clock_ns();
-    enum bd_err err = bd_reference_create(scene, o->threads, &reference, fault);
+    enum bd_err err = bd_reference_create(scene, o->threads, NULL, NULL, &reference, fault);
     if (err) return err;
     double built_ms = bd_ms_since(start);
     picture->reference = reference;
