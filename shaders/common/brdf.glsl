@@ -1,9 +1,13 @@
 // The glTF 2.0 BRDF (its Appendix B): a Lambertian lobe and a GGX lobe mixed by Schlick's
 // Fresnel term. BD_LAMBERT drops the specular lobe and the metallic split: f = base colour / pi.
 //
+// What departs from Appendix B: the diffuse lobe is no brighter than either direction allows, so
+// that no surface gives more light than it gets (hazard 18), and f stays reciprocal.
+//
 // Known: D(h) divides by (n.h^2 (a^2 - 1) + 1)^2, which cancels in 32 bits for small a; 1 - n.h^2
 // is therefore taken from the cross product (hazard 16).
 
+#include "common/diffuse_limit.glsl"
 #include "common/pi.glsl"
 
 // GGX alpha of a perceptual roughness; below 1e-3 the lobe is narrower than fp32 can sample.
@@ -40,7 +44,9 @@ vec3 brdf(vec3 base_color, float metallic, float roughness, float f0_dielectric,
     float n_v = max(abs(dot(n, v)), 1e-4);
     float specular = ggx_distribution(n, h, alpha) * ggx_visibility(n_l, n_v, alpha);
     float fresnel_dielectric = mix(f0_dielectric, 1.0, grazing);
-    vec3 dielectric = mix(base_color / PI, vec3(specular), fresnel_dielectric);
+    // The limit grows with the cosine: the smaller one is that of the flatter direction.
+    vec3 diffuse = min(base_color, diffuse_limit(min(n_l, n_v), roughness)) / PI;
+    vec3 dielectric = mix(diffuse, vec3(specular), fresnel_dielectric);
     vec3 metal = specular * mix(base_color, vec3(1.0), grazing);
     return mix(dielectric, metal, metallic);
 #endif

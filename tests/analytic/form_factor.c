@@ -6,13 +6,11 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
 
 #include <cmocka.h>
 
 #include "base/vec.h"
-#include "gpu/gpu.h"
+#include "kernel.h"
 #include "shared/types.h"
 
 #define COUNT(array) (sizeof(array) / sizeof *(array))
@@ -76,15 +74,6 @@ static struct bd_vec4 vec4_of(bd_dvec3 v)
     return (struct bd_vec4){(float)v.x, (float)v.y, (float)v.z, 0};
 }
 
-static struct bd_buf *create_buf(struct bd_gpu *gpu, size_t size_bytes, const void *initial)
-{
-    struct bd_buf *buf;
-    struct bd_fault fault = {0};
-    if (bd_buf_create(gpu, "test", size_bytes, initial, &buf, &fault))
-        fail_msg("%s", fault.message);
-    return buf;
-}
-
 static void evaluate(struct bd_gpu *gpu, struct bd_vec4 results[COUNT(quads)])
 {
     struct bd_vec4 cases[COUNT(quads)][4];
@@ -94,20 +83,8 @@ static void evaluate(struct bd_gpu *gpu, struct bd_vec4 results[COUNT(quads)])
         cases[i][2] = vec4_of(quads[i].v);
         cases[i][3] = (struct bd_vec4){0, 0, 1, 0};
     }
-    const struct bd_program_source source = {.compute = "test/form_factor.comp"};
-    struct bd_program *program;
-    struct bd_fault fault = {0};
-    if (bd_program_get(gpu, &source, &program, &fault)) fail_msg("%s", fault.message);
-    struct bd_buf *in = create_buf(gpu, sizeof cases, cases);
-    struct bd_buf *out = create_buf(gpu, COUNT(quads) * sizeof *results, NULL);
-    const struct bd_bindings bindings = {
-        .storage[0] = {.buf = in, .read = true},
-        .storage[1] = {.buf = out, .write = true},
-    };
-    bd_gpu_dispatch(gpu, program, &bindings, COUNT(quads), 1, 1);
-    assert_int_equal(bd_buf_read(gpu, out, 0, results, COUNT(quads) * sizeof *results), BD_ERR_OK);
-    bd_buf_destroy(gpu, &in);
-    bd_buf_destroy(gpu, &out);
+    kernel_run(gpu, "test/form_factor.comp", COUNT(quads), cases, sizeof cases, results,
+               COUNT(quads) * sizeof *results);
 }
 
 static void clipped_quads_match_the_integral(void **state)
@@ -124,25 +101,8 @@ static void clipped_quads_match_the_integral(void **state)
     assert_int_equal(wrong, 0);
 }
 
-static int open_device(void **state)
-{
-    const struct bd_gpu_options options = {.device = "auto", .debug = true};
-    struct bd_fault fault = {0};
-    if (bd_gpu_create(&options, (struct bd_gpu **)state, &fault)) {
-        fprintf(stderr, "skipped: %s\n", fault.message);
-        exit(77);
-    }
-    return 0;
-}
-
-static int close_device(void **state)
-{
-    bd_gpu_destroy((struct bd_gpu **)state);
-    return 0;
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(clipped_quads_match_the_integral)};
-    return cmocka_run_group_tests(tests, open_device, close_device);
+    return cmocka_run_group_tests(tests, kernel_open_device, kernel_close_device);
 }
