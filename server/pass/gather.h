@@ -24,8 +24,10 @@ struct bd_gather_inputs {
 
 // Indirect light, in the frame's light unit.
 struct bd_indirect {
-    struct bd_tex *irradiance; // RGBA32F, of the diffuse lobe, without receiver albedo
-    struct bd_tex *glossy;     // RGBA32F, radiance of the specular lobe; NULL if not asked for
+    struct bd_tex *irradiance; // RGBA32F, without receiver albedo
+    // RGBA32F, what the whole BRDF reflects beyond the diffuse albedo / pi x irradiance: can be
+    // negative; NULL if not asked for.
+    struct bd_tex *glossy;
 };
 
 BD_MUST_CHECK

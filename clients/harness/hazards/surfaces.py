@@ -95,6 +95,20 @@ def white_under_suns(case, materials, eye, name):
                        settings={**small, "brdf": None}, samples=256)
 
 
+def white_room_of_gloss(case):
+    """In a white sphere every bounce brings E = 1 evenly from all sides; no more goes to the eye.
+    Fresnel's term takes from the diffuse lobe what the specular one gives."""
+    scene = Scene()
+    scene.sphere(scene.grey(1.0, metallic=0.0, roughness=0.3), 1.0, 20480)
+    scene.lamp((0, 0, 0))
+    scene.eye((0, 0, 0), (0.3, -0.2, -1), yfov=1.4)
+    view = case.render(case.save(scene, "sphere"), (9, 9), best=True, settings={"brdf": None})
+    most = case.model.indirect_bounces * (1 + case.technique.tolerance_indirect)
+    e = view.irradiance("indirect", 1.0).mean()
+    case.expect(0.9 < e <= most, view, f"pi times mean indirect L from 0.9 to {most:.4g}",
+                f"{e:.4g}")
+
+
 @row(18, "more reflected than comes")
 def furnace_of_suns(case):
     """No white surface returns more than L = 1, straight on and at a grazing angle."""
@@ -106,6 +120,8 @@ def furnace_of_suns(case):
         case.expect(out.max() <= 1.02, view, "L <= 1 (and 2 % for 96 suns)", f"{out.max():.4g}")
         if name == "above":
             case.flagged(view, "clamped_factors")
+    if 0 < case.model.indirect_bounces <= 64:  # white without end has no answer
+        white_room_of_gloss(case)
 
 
 @row(22, "lit from behind")

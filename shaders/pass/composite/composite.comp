@@ -42,7 +42,8 @@ vec3 indirect_part(ivec2 pixel, receiver r)
         sum = texelFetch(indirect_irradiance, pixel, 0).rgb * diffuse_albedo(r) / PI;
 #endif
 #ifdef BD_GLOSSY
-    if (r.lit) sum += texelFetch(indirect_glossy, pixel, 0).rgb;
+    // Its negative part is at most the irradiance's, up to rounding.
+    if (r.lit) sum = max(sum + texelFetch(indirect_glossy, pixel, 0).rgb, vec3(0.0));
 #endif
     return sum;
 }

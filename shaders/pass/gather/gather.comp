@@ -1,8 +1,10 @@
 // Full-resolution gather (algorithms.md A0.7 N1): every pixel sums every VPL of a slice, in the
 // order of the list, without visibility.
 //
-// image 0: irradiance of the diffuse lobe, demodulated: no receiver albedo in it.
-// image 1 (BD_GLOSSY): radiance of the specular lobe, which cannot be demodulated.
+// image 0: irradiance, demodulated: no receiver albedo in it.
+// image 1 (BD_GLOSSY): what the whole BRDF reflects towards the eye beyond base colour / pi times
+// that irradiance, which cannot be demodulated. Negative where the diffuse lobe loses more than the
+// specular one gives.
 // BD_VPL_PATCH: VPLs nearer than their own limit are integrated as the parallelograms that they
 // are (A2.2); else the disk kernel, which is the bare one where the stored area is 0.
 #include "common/array.glsl"
@@ -43,13 +45,14 @@ float patch_kernel(uint index, vec3 to_vpl, vec3 n)
 }
 
 #ifdef BD_GLOSSY
-// The specular lobe cannot be integrated over a patch: its peak is held to what a patch can send.
-vec3 glossy_radiance(receiver r, vec3 viewer, vec3 to_vpl, float r2)
+// Per irradiance. The specular lobe cannot be integrated over a patch: its peak is held to what a
+// patch can send.
+vec3 beyond_diffuse(receiver r, vec3 viewer, vec3 to_vpl, float r2)
 {
     vec3 l = to_vpl * inversesqrt(r2);
     float roughness = max(r.roughness, 0.25);
     vec3 all = brdf(r.base_color, r.metallic, roughness, r.f0_dielectric, r.normal, l, viewer);
-    return max(all - r.base_color * ((1.0 - r.metallic) / PI), vec3(0.0));
+    return all - r.base_color * ((1.0 - r.metallic) / PI);
 }
 #endif
 
@@ -62,7 +65,7 @@ void add(inout sums s, receiver r, vec3 viewer, vec3 to_vpl, float r2, vec3 irra
     s.diffuse += irradiance_of_vpl;
 #ifdef BD_GLOSSY
     if ((r.metallic > 0.0 || r.roughness < 0.6) && irradiance_of_vpl != vec3(0.0))
-        s.glossy += irradiance_of_vpl * glossy_radiance(r, viewer, to_vpl, r2);
+        s.glossy += irradiance_of_vpl * beyond_diffuse(r, viewer, to_vpl, r2);
 #endif
 }
 
