@@ -3,7 +3,8 @@
 usage: witnesses.py BUILD_DIR SHARED_DIR -o RESULT.json [--samples N]
 
 For each Lambertian picture and layer the debiased relative RMSE with its interval, and the relative
-difference of the means with its standard error, in percent (tests/golden/witnesses.py); for the
+difference of the means with its standard error, in percent, by pixel and by block of 4 x 4 and 8 x 8
+pixels (tests/golden/witnesses.py); for the
 `point` pictures also the direct layer by hand, with one more of the other renderer's habits at a
 time, with and without the pixels where two surfaces lie in one place.
 """
@@ -25,6 +26,13 @@ def percent(figure):
     return {key: round(100 * value, 4) for key, value in dataclasses.asdict(figure).items()}
 
 
+def by_block(witnesses, ours, theirs):
+    figures = {side: percent(witnesses.figure(ours, theirs, block_px=side))
+               for side in witnesses.BLOCKS_PX}
+    return {f"blocks_{side}px": {key: figure[key] for key in ("rel_rmse", "low", "high")}
+            for side, figure in figures.items()}
+
+
 def by_tracing(witnesses, samples, folder):
     for scene, pixel_filter in witnesses.PICTURES:
         theirs = witnesses.load_theirs(scene, pixel_filter)
@@ -32,7 +40,8 @@ def by_tracing(witnesses, samples, folder):
         ours = witnesses.render_ours(scene, pixel_filter, witnesses.size_of(theirs), samples, folder)
         row = {"scene": scene, "filter": pixel_filter, "samples_per_half": 2 * samples,
                "seconds": round(time.monotonic() - start, 1),
-               **{layer: percent(witnesses.figure(ours[layer], theirs[layer])) for layer in ours}}
+               **{layer: {**percent(witnesses.figure(ours[layer], theirs[layer])),
+                          **by_block(witnesses, ours[layer], theirs[layer])} for layer in ours}}
         print(json.dumps(row), file=sys.stderr, flush=True)
         yield row
 
