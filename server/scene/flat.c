@@ -1,5 +1,6 @@
 #include "scene/flat.h"
 
+#include "base/large.h"
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
@@ -336,7 +337,7 @@ static void visit_picture(struct io *io, struct bd_picture **slot)
         fail(io);
         return;
     }
-    picture->rgba = malloc(texels * 4);
+    picture->rgba = bd_large_alloc(texels * 4);
     if (!picture->rgba) {
         io->no_memory = true;
         fail(io);
