@@ -17,21 +17,6 @@
 
 // --- a surface as seen from one direction ---------------------------------------------------
 
-// Directions in the frame of the shading normal: z along the normal.
-struct view {
-    const struct bd_surface *surface;
-    float x[3], y[3], z[3]; // axes in world space
-    float o[3];             // to the eye, local
-    float cos_o;            // |o.z|, never quite 0
-    float alpha;            // 0: the microfacets are a mirror
-    float f0;
-    // Shares of the three materials that glTF mixes. They add up to 1.
-    float opaque, transmissive, metal;
-    float diffuse_factor[3]; // bsdf_albedo.h, of the eye's direction
-    float micro_probability; // of choosing the microfacet lobe, else the diffuse one
-    bool delta_reflection, delta_transmission, wants_density;
-};
-
 static float f0_of_ior(float ior)
 {
     float r = (ior - 1) / (ior + 1);
@@ -46,60 +31,63 @@ static float mean_of_metal(const float base_color[3], float grazing)
 
 // Reflectance of the transmissive share: a thin wall's is glTF's, a solid's must be exact, since
 // Schlick's form knows no total reflection from within.
-static float transmissive_fresnel(const struct view *view, float cosine, float grazing)
+static float transmissive_fresnel(const struct bd_bsdf *bsdf, float cosine, float grazing)
 {
-    const struct bd_surface *s = view->surface;
-    if (s->thin) return view->f0 + (1 - view->f0) * grazing;
+    const struct bd_surface *s = &bsdf->surface;
+    if (s->thin) return bsdf->f0 + (1 - bsdf->f0) * grazing;
     return bd_fresnel_dielectric(cosine, s->entering ? s->ior : 1 / s->ior);
 }
 
 // Chances in proportion to what the lobes would reflect if all microfacets lay in the surface.
-static float micro_probability_of(const struct view *view)
+static float micro_probability_of(const struct bd_bsdf *bsdf)
 {
-    if (view->opaque == 0) return 1;
-    const float *base = view->surface->base_color;
-    float grazing = bd_schlick_grazing(view->cos_o);
-    float fresnel = view->f0 + (1 - view->f0) * grazing;
-    float left = bd_vec3f_dot(base, view->diffuse_factor) / 3;
-    float diffuse = view->opaque * (1 - fresnel) * left;
+    if (bsdf->opaque == 0) return 1;
+    const float *base = bsdf->surface.base_color;
+    float grazing = bd_schlick_grazing(bsdf->cos_o);
+    float fresnel = bsdf->f0 + (1 - bsdf->f0) * grazing;
+    float left = bd_vec3f_dot(base, bsdf->diffuse_factor) / 3;
+    float diffuse = bsdf->opaque * (1 - fresnel) * left;
     float micro =
-        view->opaque * fresnel + view->metal * mean_of_metal(base, grazing) + view->transmissive;
+        bsdf->opaque * fresnel + bsdf->metal * mean_of_metal(base, grazing) + bsdf->transmissive;
     if (diffuse <= 0) return 1;
     float share = micro / (micro + diffuse);
     return bd_minf(bd_maxf(share, SHARE_MIN), 1 - SHARE_MIN);
 }
 
-static void view_begin(const struct bd_surface *s, const float wo[3], bool wants_density,
-                       struct view *view)
+void bd_bsdf_look(struct bd_bsdf *bsdf, const float wo[3])
 {
-    view->wants_density = wants_density;
-    view->surface = s;
-    view->metal = s->metallic;
-    view->transmissive = (1 - s->metallic) * s->transmission;
-    view->opaque = (1 - s->metallic) * (1 - s->transmission);
-    view->alpha = bd_ggx_alpha(s->roughness);
-    view->f0 = f0_of_ior(s->ior);
-    view->delta_reflection = view->alpha == 0;
-    view->delta_transmission =
-        view->alpha == 0 || (!s->thin && view->alpha * fabsf(s->ior - 1) < REFRACTION_SPREAD_MIN);
+    const struct bd_surface *s = &bsdf->surface;
+    if (s->lambert) return;
+    bsdf->metal = s->metallic;
+    bsdf->transmissive = (1 - s->metallic) * s->transmission;
+    bsdf->opaque = (1 - s->metallic) * (1 - s->transmission);
+    bsdf->alpha = bd_ggx_alpha(s->roughness);
+    bsdf->f0 = f0_of_ior(s->ior);
+    bsdf->delta_reflection = bsdf->alpha == 0;
+    bsdf->delta_transmission =
+        bsdf->alpha == 0 || (!s->thin && bsdf->alpha * fabsf(s->ior - 1) < REFRACTION_SPREAD_MIN);
     // A normal map may turn the normal away from the eye. What can only be met by sampling would
     // then be lost altogether, so it falls back to the triangle's own normal.
-    bool needs_side = view->delta_reflection || view->transmissive > 0;
+    bool needs_side = bsdf->delta_reflection || bsdf->transmissive > 0;
     bool away = bd_vec3f_dot(s->normal, wo) <= 0;
-    bd_vec3f_copy(view->z, needs_side && away ? s->normal_geometric : s->normal);
-    bd_vec3f_frame(view->z, view->x, view->y);
-    bd_vec3f_set(view->o, bd_vec3f_dot(wo, view->x), bd_vec3f_dot(wo, view->y),
-                 bd_vec3f_dot(wo, view->z));
-    view->cos_o = bd_maxf(fabsf(view->o[2]), BD_GGX_COSINE_MIN);
-    if (view->opaque > 0)
-        bd_albedo_diffuse_factor(s->base_color, s->roughness, view->cos_o, view->diffuse_factor);
-    view->micro_probability = wants_density ? micro_probability_of(view) : 0;
+    bd_vec3f_copy(bsdf->z, needs_side && away ? s->normal_geometric : s->normal);
+    bd_vec3f_frame(bsdf->z, bsdf->x, bsdf->y);
+    bd_vec3f_set(bsdf->o, bd_vec3f_dot(wo, bsdf->x), bd_vec3f_dot(wo, bsdf->y),
+                 bd_vec3f_dot(wo, bsdf->z));
+    bsdf->cos_o = bd_maxf(fabsf(bsdf->o[2]), BD_GGX_COSINE_MIN);
+    bsdf->smith_o = bd_ggx_smith(bsdf->cos_o, bsdf->alpha);
+    bsdf->masking_over_cos_o = 2 / (bsdf->cos_o + bsdf->smith_o);
+    bsdf->diffuse_is_plain = bd_albedo_is_plain(s->base_color, s->roughness);
+    bd_vec3f_set(bsdf->diffuse_factor, 1, 1, 1);
+    if (bsdf->opaque > 0 && !bsdf->diffuse_is_plain)
+        bd_albedo_diffuse_factor(s->base_color, s->roughness, bsdf->cos_o, bsdf->diffuse_factor);
+    bsdf->micro_probability = micro_probability_of(bsdf);
 }
 
-static void to_world(const struct view *view, const float local[3], float out[3])
+static void to_world(const struct bd_bsdf *bsdf, const float local[3], float out[3])
 {
     for (int k = 0; k < 3; k++)
-        out[k] = view->x[k] * local[0] + view->y[k] * local[1] + view->z[k] * local[2];
+        out[k] = bsdf->x[k] * local[0] + bsdf->y[k] * local[1] + bsdf->z[k] * local[2];
 }
 
 // --- microfacets ------------------------------------------------------------------------------
@@ -112,73 +100,91 @@ struct facet {
     float opaque_fresnel;
 };
 
-static struct facet facet_at(const struct view *view, float cosine)
+static inline struct facet facet_at(const struct bd_bsdf *bsdf, float cosine)
 {
     struct facet facet;
-    const float *base = view->surface->base_color;
+    const float *base = bsdf->surface.base_color;
     float grazing = bd_schlick_grazing(cosine);
-    facet.opaque_fresnel = view->f0 + (1 - view->f0) * grazing;
+    facet.opaque_fresnel = bsdf->f0 + (1 - bsdf->f0) * grazing;
     float transmissive = 0;
-    if (view->transmissive > 0) transmissive = transmissive_fresnel(view, cosine, grazing);
-    float common = view->opaque * facet.opaque_fresnel + view->transmissive * transmissive;
+    if (bsdf->transmissive > 0) transmissive = transmissive_fresnel(bsdf, cosine, grazing);
+    float common = bsdf->opaque * facet.opaque_fresnel + bsdf->transmissive * transmissive;
     for (int k = 0; k < 3; k++)
-        facet.reflected[k] = common + view->metal * (base[k] + (1 - base[k]) * grazing);
-    facet.through = view->transmissive * (1 - transmissive);
-    float reflected = bd_vec3f_mean(facet.reflected);
+        facet.reflected[k] = common + bsdf->metal * (base[k] + (1 - base[k]) * grazing);
+    facet.through = bsdf->transmissive * (1 - transmissive);
+    facet.q = 1;
     float through = facet.through * bd_vec3f_mean(base);
-    facet.q = through > 0 ? reflected / (reflected + through) : 1;
+    if (through > 0) {
+        float reflected = bd_vec3f_mean(facet.reflected);
+        facet.q = reflected / (reflected + through);
+    }
     return facet;
+}
+
+// Smith's height-correlated G2 / (4 cos_i cos_o).
+static float visibility(const struct bd_bsdf *bsdf, float cos_i)
+{
+    float v = cos_i * bsdf->smith_o + bsdf->cos_o * bd_ggx_smith(cos_i, bsdf->alpha);
+    return 0.5f / bd_maxf(v, 1e-12f);
 }
 
 // One pair of directions: f |cos| and density, to be added to.
 struct value {
     float f_cos[3], density;
+    bool wants_density;
 };
 
-static void diffuse_reflection(const struct view *view, float fresnel, float cos_i, float out[3])
+static void diffuse_reflection(const struct bd_bsdf *bsdf, float fresnel, float cos_i, float out[3])
 {
-    const struct bd_surface *s = view->surface;
-    float factor[3], scale = view->opaque * (1 - fresnel) / BD_PI_F;
+    const struct bd_surface *s = &bsdf->surface;
+    bd_vec3f_scale(out, s->base_color, bsdf->opaque * (1 - fresnel) * (1 / BD_PI_F));
+    if (bsdf->diffuse_is_plain) return;
+    float factor[3];
     bd_albedo_diffuse_factor(s->base_color, s->roughness, cos_i, factor);
-    for (int k = 0; k < 3; k++)
-        out[k] = s->base_color[k] * scale * bd_minf(factor[k], view->diffuse_factor[k]);
+    for (int k = 0; k < 3; k++) out[k] *= bd_minf(factor[k], bsdf->diffuse_factor[k]);
 }
 
-static void add_reflection(const struct view *view, const float i[3], struct value *to)
+// With which sampling of visible normals finds the reflection at `h`: D G1 o.h / (cos_o 4 o.h),
+// where the first o.h is the configuration's, whose cosine to the eye is never 0.
+static float reflection_density(const struct bd_bsdf *bsdf, const float h[3], float o_h, float d)
 {
-    float h[3] = {view->o[0] + i[0], view->o[1] + i[1], view->o[2] + i[2]};
+    float density = 0.25f * d * bsdf->masking_over_cos_o;
+    float raised = bsdf->cos_o - bsdf->o[2];
+    return raised == 0 ? density : density * (1 + raised * h[2] / o_h);
+}
+
+static void add_reflection(const struct bd_bsdf *bsdf, const float i[3], struct value *to)
+{
+    float h[3] = {bsdf->o[0] + i[0], bsdf->o[1] + i[1], bsdf->o[2] + i[2]};
     if (!bd_vec3f_normalize(h)) return;
-    float o_h = bd_vec3f_dot(view->o, h);
-    struct facet facet = facet_at(view, o_h);
+    float o_h = bd_vec3f_dot(bsdf->o, h);
+    struct facet facet = facet_at(bsdf, o_h);
     float diffuse[3] = {0, 0, 0}, specular = 0;
-    if (view->opaque > 0) diffuse_reflection(view, facet.opaque_fresnel, i[2], diffuse);
+    if (bsdf->opaque > 0) diffuse_reflection(bsdf, facet.opaque_fresnel, i[2], diffuse);
     // The half vector lies below the surface only if the normal map turned the eye behind it.
-    if (!view->delta_reflection && h[2] > 0 && o_h > 0) {
-        float d = bd_ggx_distribution(h, view->alpha);
-        specular = d * bd_ggx_visibility(i[2], view->cos_o, view->alpha);
-        if (view->wants_density)
-            to->density += view->micro_probability * facet.q *
-                           bd_ggx_visible_density(view->o, view->cos_o, h, d, view->alpha) /
-                           (4 * o_h);
+    if (!bsdf->delta_reflection && h[2] > 0 && o_h > 0) {
+        float d = bd_ggx_distribution(h, bsdf->alpha);
+        specular = d * visibility(bsdf, i[2]);
+        if (to->wants_density)
+            to->density += bsdf->micro_probability * facet.q * reflection_density(bsdf, h, o_h, d);
     }
     for (int k = 0; k < 3; k++) to->f_cos[k] += (diffuse[k] + facet.reflected[k] * specular) * i[2];
 }
 
 // A rough thin wall: the reflected lobe mirrored through the surface, as KHR_materials_transmission
 // has it.
-static void add_thin_transmission(const struct view *view, const float i[3], struct value *to)
+static void add_thin_transmission(const struct bd_bsdf *bsdf, const float i[3], struct value *to)
 {
     float mirrored[3] = {i[0], i[1], -i[2]};
-    float h[3] = {view->o[0] + mirrored[0], view->o[1] + mirrored[1], view->o[2] + mirrored[2]};
+    float h[3] = {bsdf->o[0] + mirrored[0], bsdf->o[1] + mirrored[1], bsdf->o[2] + mirrored[2]};
     if (!bd_vec3f_normalize(h)) return;
-    float o_h = bd_vec3f_dot(view->o, h);
+    float o_h = bd_vec3f_dot(bsdf->o, h);
     if (o_h <= 0) return;
-    struct facet facet = facet_at(view, o_h);
-    float d = bd_ggx_distribution(h, view->alpha);
-    float f = facet.through * d * bd_ggx_visibility(mirrored[2], view->cos_o, view->alpha);
-    for (int k = 0; k < 3; k++) to->f_cos[k] += view->surface->base_color[k] * f * mirrored[2];
-    to->density += view->micro_probability * (1 - facet.q) *
-                   bd_ggx_visible_density(view->o, view->cos_o, h, d, view->alpha) / (4 * o_h);
+    struct facet facet = facet_at(bsdf, o_h);
+    float d = bd_ggx_distribution(h, bsdf->alpha);
+    float f = facet.through * d * visibility(bsdf, mirrored[2]);
+    for (int k = 0; k < 3; k++) to->f_cos[k] += bsdf->surface.base_color[k] * f * mirrored[2];
+    to->density += bsdf->micro_probability * (1 - facet.q) * reflection_density(bsdf, h, o_h, d);
 }
 
 // Refractive indices on the sides of `wo` and of the transmitted direction.
@@ -189,38 +195,38 @@ static void indices(const struct bd_surface *s, float *eta_o, float *eta_i)
 }
 
 // Walter et al. 2007, equations 16, 17 and 21.
-static void add_solid_transmission(const struct view *view, const float i[3], struct value *to)
+static void add_solid_transmission(const struct bd_bsdf *bsdf, const float i[3], struct value *to)
 {
     float eta_o, eta_i, h[3];
-    indices(view->surface, &eta_o, &eta_i);
-    for (int k = 0; k < 3; k++) h[k] = view->o[k] * eta_o + i[k] * eta_i;
+    indices(&bsdf->surface, &eta_o, &eta_i);
+    for (int k = 0; k < 3; k++) h[k] = bsdf->o[k] * eta_o + i[k] * eta_i;
     if (!bd_vec3f_normalize(h)) return;
     if (h[2] < 0) bd_vec3f_scale(h, h, -1);
-    float o_h = bd_vec3f_dot(view->o, h), i_h = bd_vec3f_dot(i, h);
+    float o_h = bd_vec3f_dot(bsdf->o, h), i_h = bd_vec3f_dot(i, h);
     if (o_h <= 0 || i_h >= 0) return;
-    struct facet facet = facet_at(view, o_h);
-    float d = bd_ggx_distribution(h, view->alpha);
+    struct facet facet = facet_at(bsdf, o_h);
+    float d = bd_ggx_distribution(h, bsdf->alpha);
     float across = eta_o * o_h + eta_i * i_h;
     float spread = -i_h / (across * across);
-    float visible = bd_ggx_visible_density(view->o, view->cos_o, h, d, view->alpha);
-    float masking = bd_ggx_masking(-i[2], view->alpha);
+    float visible = bsdf->masking_over_cos_o * (o_h + (bsdf->cos_o - bsdf->o[2]) * h[2]) * d;
+    float masking = bd_ggx_masking(-i[2], bsdf->alpha);
     float f = facet.through * eta_o * eta_o * spread * visible * masking;
-    for (int k = 0; k < 3; k++) to->f_cos[k] += view->surface->base_color[k] * f;
-    to->density += view->micro_probability * (1 - facet.q) * eta_i * eta_i * spread * visible;
+    for (int k = 0; k < 3; k++) to->f_cos[k] += bsdf->surface.base_color[k] * f;
+    to->density += bsdf->micro_probability * (1 - facet.q) * eta_i * eta_i * spread * visible;
 }
 
 // --- evaluation -------------------------------------------------------------------------------
 
-static void evaluate(const struct view *view, const float i[3], struct value *to)
+static void evaluate(const struct bd_bsdf *bsdf, const float i[3], struct value *to)
 {
     if (i[2] > 0) {
-        add_reflection(view, i, to);
-        to->density += (1 - view->micro_probability) * i[2] / BD_PI_F;
-    } else if (i[2] < 0 && view->transmissive > 0 && !view->delta_transmission) {
-        if (view->surface->thin)
-            add_thin_transmission(view, i, to);
+        add_reflection(bsdf, i, to);
+        to->density += (1 - bsdf->micro_probability) * i[2] / BD_PI_F;
+    } else if (i[2] < 0 && bsdf->transmissive > 0 && !bsdf->delta_transmission) {
+        if (bsdf->surface.thin)
+            add_thin_transmission(bsdf, i, to);
         else
-            add_solid_transmission(view, i, to);
+            add_solid_transmission(bsdf, i, to);
     }
 }
 
@@ -234,48 +240,38 @@ static void evaluate_lambert(const struct bd_surface *s, const float wi[3], floa
 }
 
 // Light stays on the side where the geometry says that it is (hazard 61).
-static bool sides_agree(const struct view *view, const float i[3], const float wi[3])
+static bool sides_agree(const struct bd_bsdf *bsdf, const float i[3], const float wi[3])
 {
-    float geometric = bd_vec3f_dot(view->surface->normal_geometric, wi);
+    float geometric = bd_vec3f_dot(bsdf->surface.normal_geometric, wi);
     return i[2] > 0 ? geometric > 0 : i[2] < 0 && geometric < 0;
 }
 
-static struct value value_of(const struct view *view, const float i[3], const float wi[3])
+static struct value value_of(const struct bd_bsdf *bsdf, const float i[3], const float wi[3],
+                             bool wants_density)
 {
-    struct value value = {{0, 0, 0}, 0};
-    if (sides_agree(view, i, wi)) evaluate(view, i, &value);
+    struct value value = {{0, 0, 0}, 0, wants_density};
+    if (sides_agree(bsdf, i, wi)) evaluate(bsdf, i, &value);
     if (!isfinite(value.density) || !isfinite(bd_vec3f_mean(value.f_cos)))
-        return (struct value){{0, 0, 0}, 0};
+        return (struct value){{0, 0, 0}, 0, wants_density};
     return value;
 }
 
-// Most light that is sought lies behind the surface: told apart before anything else.
-static bool is_reached(const struct bd_surface *s, const float wi[3])
+void bd_bsdf_eval(const struct bd_bsdf *bsdf, const float wi[3], float out[3], float *density)
 {
-    return s->transmission > 0 ||
-           (bd_vec3f_dot(s->normal_geometric, wi) > 0 &&
-            (bd_vec3f_dot(s->normal, wi) > 0 || bd_ggx_alpha(s->roughness) == 0));
-}
-
-void bd_bsdf_eval(const struct bd_surface *surface, const float wo[3], const float wi[3],
-                  float out[3], float *density)
-{
+    const struct bd_surface *surface = &bsdf->surface;
     float unused;
+    if (!density) density = &unused;
     if (surface->lambert) {
-        evaluate_lambert(surface, wi, out, density ? density : &unused);
+        evaluate_lambert(surface, wi, out, density);
         return;
     }
-    if (!is_reached(surface, wi)) {
-        bd_vec3f_set(out, 0, 0, 0);
-        if (density) *density = 0;
-        return;
-    }
-    struct view view;
-    view_begin(surface, wo, density != NULL, &view);
-    float i[3] = {bd_vec3f_dot(wi, view.x), bd_vec3f_dot(wi, view.y), bd_vec3f_dot(wi, view.z)};
-    struct value value = value_of(&view, i, wi);
+    bd_vec3f_set(out, 0, 0, 0);
+    *density = 0;
+    if (!bd_bsdf_is_reached(surface, wi)) return;
+    float i[3] = {bd_vec3f_dot(wi, bsdf->x), bd_vec3f_dot(wi, bsdf->y), bd_vec3f_dot(wi, bsdf->z)};
+    struct value value = value_of(bsdf, i, wi, density != &unused);
     bd_vec3f_copy(out, value.f_cos);
-    if (density) *density = value.density;
+    *density = value.density;
 }
 
 // --- sampling ---------------------------------------------------------------------------------
@@ -310,15 +306,15 @@ static bool refract(const float o[3], const float h[3], float eta_o, float eta_i
     return bd_vec3f_normalize(out);
 }
 
-static bool transmit(const struct view *view, const float h[3], float out[3])
+static bool transmit(const struct bd_bsdf *bsdf, const float h[3], float out[3])
 {
-    float o_h = bd_vec3f_dot(view->o, h);
-    if (!view->surface->thin) {
+    float o_h = bd_vec3f_dot(bsdf->o, h);
+    if (!bsdf->surface.thin) {
         float eta_o, eta_i;
-        indices(view->surface, &eta_o, &eta_i);
-        return refract(view->o, h, eta_o, eta_i, out);
+        indices(&bsdf->surface, &eta_o, &eta_i);
+        return refract(bsdf->o, h, eta_o, eta_i, out);
     }
-    for (int k = 0; k < 3; k++) out[k] = 2 * o_h * h[k] - view->o[k];
+    for (int k = 0; k < 3; k++) out[k] = 2 * o_h * h[k] - bsdf->o[k];
     out[2] = -out[2];
     return true;
 }
@@ -330,13 +326,13 @@ static float radiance_scale(const struct bd_surface *s)
     return s->entering ? 1 / (s->ior * s->ior) : s->ior * s->ior;
 }
 
-static bool finish_delta(const struct view *view, const struct facet *facet, bool through,
+static bool finish_delta(const struct bd_bsdf *bsdf, const struct facet *facet, bool through,
                          struct bd_bsdf_sample *out)
 {
-    float chance = view->micro_probability * (through ? 1 - facet->q : facet->q);
+    float chance = bsdf->micro_probability * (through ? 1 - facet->q : facet->q);
     if (through)
-        bd_vec3f_scale(out->weight, view->surface->base_color,
-                       facet->through * radiance_scale(view->surface) / chance);
+        bd_vec3f_scale(out->weight, bsdf->surface.base_color,
+                       facet->through * radiance_scale(&bsdf->surface) / chance);
     else
         bd_vec3f_scale(out->weight, facet->reflected, 1 / chance);
     out->density = 0;
@@ -344,9 +340,9 @@ static bool finish_delta(const struct view *view, const struct facet *facet, boo
     return true;
 }
 
-static bool finish_smooth(const struct view *view, const float i[3], struct bd_bsdf_sample *out)
+static bool finish_smooth(const struct bd_bsdf *bsdf, const float i[3], struct bd_bsdf_sample *out)
 {
-    struct value value = value_of(view, i, out->wi);
+    struct value value = value_of(bsdf, i, out->wi, true);
     if (!(value.density > 0)) return false;
     bd_vec3f_scale(out->weight, value.f_cos, 1 / value.density);
     out->density = value.density;
@@ -355,53 +351,44 @@ static bool finish_smooth(const struct view *view, const float i[3], struct bd_b
 }
 
 // `choice`: uniform in [0, 1), what is left of the third number.
-static bool sample_micro(const struct view *view, const float u[3], float choice,
+static bool sample_micro(const struct bd_bsdf *bsdf, const float u[3], float choice,
                          struct bd_bsdf_sample *out)
 {
     float h[3] = {0, 0, 1}, i[3];
-    bool mirror = view->delta_reflection;
-    if (!mirror) bd_ggx_sample_visible(view->o, view->cos_o, view->alpha, u, h);
-    float o_h = bd_vec3f_dot(view->o, h);
+    bool mirror = bsdf->delta_reflection;
+    if (!mirror) bd_ggx_sample_visible(bsdf->o, bsdf->cos_o, bsdf->alpha, u, h);
+    float o_h = bd_vec3f_dot(bsdf->o, h);
     if (o_h <= 0) return false;
-    struct facet facet = facet_at(view, o_h);
+    struct facet facet = facet_at(bsdf, o_h);
     bool through = choice >= facet.q;
-    if (through && view->delta_transmission && !mirror) {
+    if (through && bsdf->delta_transmission && !mirror) {
         // Refraction too weak to spread: all facets let it pass as the surface itself would, with
         // the transmittance of the facet that was met.
         bd_vec3f_set(h, 0, 0, 1);
         mirror = true;
     }
-    if (through && !transmit(view, h, i)) return false;
+    if (through && !transmit(bsdf, h, i)) return false;
     if (!through)
-        for (int k = 0; k < 3; k++) i[k] = 2 * o_h * h[k] - view->o[k];
+        for (int k = 0; k < 3; k++) i[k] = 2 * o_h * h[k] - bsdf->o[k];
     out->transmitted = through;
-    to_world(view, i, out->wi);
-    if ((i[2] > 0) == through || !sides_agree(view, i, out->wi)) return false;
-    return mirror ? finish_delta(view, &facet, through, out) : finish_smooth(view, i, out);
+    to_world(bsdf, i, out->wi);
+    if ((i[2] > 0) == through || !sides_agree(bsdf, i, out->wi)) return false;
+    return mirror ? finish_delta(bsdf, &facet, through, out) : finish_smooth(bsdf, i, out);
 }
 
-static bool sample_diffuse(const struct view *view, const float u[3], struct bd_bsdf_sample *out)
+static bool sample_diffuse(const struct bd_bsdf *bsdf, const float u[3], struct bd_bsdf_sample *out)
 {
     float i[3];
     cosine_direction(u, i);
-    to_world(view, i, out->wi);
+    to_world(bsdf, i, out->wi);
     out->transmitted = false;
-    return i[2] > 0 && finish_smooth(view, i, out);
+    return i[2] > 0 && finish_smooth(bsdf, i, out);
 }
 
-bool bd_bsdf_sample(const struct bd_surface *surface, const float wo[3], const float u[3],
-                    struct bd_bsdf_sample *out)
+bool bd_bsdf_sample(const struct bd_bsdf *bsdf, const float u[3], struct bd_bsdf_sample *out)
 {
-    if (surface->lambert) return sample_lambert(surface, u, out);
-    struct view view;
-    view_begin(surface, wo, true, &view);
-    float p = view.micro_probability;
-    if (u[2] < p) return sample_micro(&view, u, u[2] / p, out);
-    return sample_diffuse(&view, u, out);
-}
-
-bool bd_bsdf_is_delta(const struct bd_surface *surface)
-{
-    if (surface->lambert || bd_ggx_alpha(surface->roughness) > 0) return false;
-    return (1 - surface->metallic) * (1 - surface->transmission) == 0;
+    if (bsdf->surface.lambert) return sample_lambert(&bsdf->surface, u, out);
+    float p = bsdf->micro_probability;
+    if (u[2] < p) return sample_micro(bsdf, u, u[2] / p, out);
+    return sample_diffuse(bsdf, u, out);
 }

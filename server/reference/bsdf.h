@@ -22,6 +22,8 @@
 
 #include <stdbool.h>
 
+#include "reference/vec3f.h"
+
 // Everything about one point of a surface that shading reads. Both normals are unit and on the side
 // of `wo`, as the raster techniques have them.
 struct bd_surface {
@@ -37,6 +39,29 @@ struct bd_surface {
     bool lambert;              // only base_color / pi
 };
 
+// A surface as seen from one direction. The surface is the caller's; the rest, what all evaluations
+// and samples from there have in common, is bd_bsdf_look's. Directions are in the frame of the
+// shading normal, z along it.
+struct bd_bsdf {
+    struct bd_surface surface;
+    float x[3], y[3], z[3]; // axes in world space
+    float o[3];             // to the eye, local
+    float cos_o;            // |o.z|, never quite 0
+    float alpha;            // 0: the microfacets are a mirror
+    float f0;
+    // Shares of the three materials that glTF mixes. They add up to 1.
+    float opaque, transmissive, metal;
+    float smith_o;            // sqrt(cos_o^2 (1 - alpha^2) + alpha^2), of Smith's terms
+    float masking_over_cos_o; // Smith's G1 of the eye's direction
+    bool diffuse_is_plain;    // bsdf_albedo.h: all factors are 1
+    float diffuse_factor[3];  // of the eye's direction
+    float micro_probability;  // of choosing the microfacet lobe, else the diffuse one
+    bool delta_reflection, delta_transmission;
+};
+
+// Looks at bsdf->surface from `wo`, which must be the direction that the surface was made for.
+void bd_bsdf_look(struct bd_bsdf *bsdf, const float wo[3]);
+
 struct bd_bsdf_sample {
     float wi[3];
     float weight[3]; // f |cos| / density
@@ -49,14 +74,26 @@ struct bd_bsdf_sample {
 // have chosen wi, per steradian (NULL: not wanted, which is quicker). Delta lobes contribute
 // nothing to either. Zero where the geometric and the shading normal disagree about the side of wi
 // (hazard 61).
-void bd_bsdf_eval(const struct bd_surface *surface, const float wo[3], const float wi[3],
-                  float out[3], float *density);
+void bd_bsdf_eval(const struct bd_bsdf *bsdf, const float wi[3], float out[3], float *density);
+
+// False if bd_bsdf_eval is zero for sure: `wi` is behind the surface, or nothing is reflected. Most
+// light that is sought is told apart here, before a ray is spent on it.
+static inline bool bd_bsdf_is_reached(const struct bd_surface *s, const float wi[3])
+{
+    if (s->transmission > 0) return true;
+    if (s->lambert && s->base_color[0] + s->base_color[1] + s->base_color[2] == 0) return false;
+    return bd_vec3f_dot(s->normal_geometric, wi) > 0 &&
+           (bd_vec3f_dot(s->normal, wi) > 0 || s->roughness <= 0);
+}
 
 // `u`: three independent uniform numbers in [0, 1). False: the sample is absorbed.
-bool bd_bsdf_sample(const struct bd_surface *surface, const float wo[3], const float u[3],
-                    struct bd_bsdf_sample *out);
+bool bd_bsdf_sample(const struct bd_bsdf *bsdf, const float u[3], struct bd_bsdf_sample *out);
 
 // True if every lobe is a delta lobe: nothing can be evaluated, only sampled.
-bool bd_bsdf_is_delta(const struct bd_surface *surface);
+static inline bool bd_bsdf_is_delta(const struct bd_surface *surface)
+{
+    if (surface->lambert || surface->roughness > 0) return false;
+    return (1 - surface->metallic) * (1 - surface->transmission) == 0;
+}
 
 #endif

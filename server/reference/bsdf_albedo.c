@@ -24,11 +24,23 @@ static float along(const float *row, struct node at)
     return row[at.below] + (row[at.below + 1] - row[at.below]) * at.share;
 }
 
+static float brightest_of(const float color[3])
+{
+    return bd_maxf(color[0], bd_maxf(color[1], color[2]));
+}
+
+// Between nodes the table is a mean of its neighbours, and the ratio of two means is never less
+// than the least ratio.
+bool bd_albedo_is_plain(const float base_color[3], float roughness)
+{
+    uint32_t row = node_of(roughness).below;
+    return brightest_of(base_color) <= bd_minf(bd_albedo_plain[row], bd_albedo_plain[row + 1]);
+}
+
 void bd_albedo_diffuse_factor(const float base_color[3], float roughness, float cosine,
                               float out[3])
 {
-    float brightest = bd_maxf(base_color[0], bd_maxf(base_color[1], base_color[2]));
-    if (cosine >= 0.5f && brightest <= 1 - BD_ALBEDO_SPECULAR_FLAT) {
+    if (cosine >= 0.5f && brightest_of(base_color) <= 1 - BD_ALBEDO_SPECULAR_FLAT) {
         out[0] = out[1] = out[2] = 1;
         return;
     }

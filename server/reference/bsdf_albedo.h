@@ -12,6 +12,11 @@
 #ifndef BD_REFERENCE_BSDF_ALBEDO_H
 #define BD_REFERENCE_BSDF_ALBEDO_H
 
+#include <stdbool.h>
+
+// True if the factor is 1 for every direction.
+bool bd_albedo_is_plain(const float base_color[3], float roughness);
+
 // Factors in [0, 1] by colour for one direction under `cosine` to the normal.
 void bd_albedo_diffuse_factor(const float base_color[3], float roughness, float cosine,
                               float out[3]);

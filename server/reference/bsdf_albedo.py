@@ -81,6 +81,10 @@ def main():
     for j in range(NODES):
         print('    ' + row_of(specular(c, j / (NODES - 1)) for c in cosines) + ',')
     print('};')
+    plain = [min((1 - specular(c, j / (NODES - 1))) / (1 - diffuse(c)) for c in cosines)
+             for j in range(NODES)]
+    print('// By roughness: a base colour up to this never gives more than it gets.')
+    print('static const float bd_albedo_plain[BD_ALBEDO_NODES] = ' + row_of(plain) + ';')
     flat = max(specular(c, j / (NODES - 1)) for c in cosines if c >= 0.45 for j in range(NODES))
     print('// The most of all roughnesses for cosines from a half on.')
     print(f'#define BD_ALBEDO_SPECULAR_FLAT {flat:.6f}f')

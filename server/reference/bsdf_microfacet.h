@@ -56,24 +56,23 @@ static inline float bd_ggx_distribution(const float h[3], float alpha)
     return a2 / (BD_PI_F * d * d);
 }
 
-// Smith's G1 for a direction with that cosine to the normal.
-static inline float bd_ggx_masking(float cosine, float alpha)
-{
-    float c = bd_maxf(cosine, 1e-12f), a2 = alpha * alpha;
-    return 2 * c / (c + sqrtf(a2 + (1 - a2) * c * c));
-}
-
-// Smith's height-correlated G2 / (4 cos_i cos_o).
-static inline float bd_ggx_visibility(float cos_i, float cos_o, float alpha)
+// The root in Smith's terms for a direction with that cosine to the normal.
+static inline float bd_ggx_smith(float cosine, float alpha)
 {
     float a2 = alpha * alpha;
-    float v =
-        cos_i * sqrtf(cos_o * cos_o * (1 - a2) + a2) + cos_o * sqrtf(cos_i * cos_i * (1 - a2) + a2);
-    return 0.5f / bd_maxf(v, 1e-12f);
+    return sqrtf(cosine * cosine * (1 - a2) + a2);
+}
+
+// Smith's G1.
+static inline float bd_ggx_masking(float cosine, float alpha)
+{
+    float c = bd_maxf(cosine, 1e-12f);
+    return 2 * c / (c + bd_ggx_smith(c, alpha));
 }
 
 // A normal visible from `o` (Heitz 2018, Sampling the GGX Distribution of Visible Normals).
-// `cos_o` stands for |o.z|.
+// `cos_o` stands for |o.z|. Its density per steradian of h is G1(cos_o) D(h) max(o.h, 0) / cos_o,
+// with cos_o for o.z.
 static inline void bd_ggx_sample_visible(const float o[3], float cos_o, float alpha,
                                          const float u[2], float h[3])
 {
@@ -95,14 +94,6 @@ static inline void bd_ggx_sample_visible(const float o[3], float cos_o, float al
     for (int k = 0; k < 3; k++) h[k] = p1 * t1[k] + p2 * t2[k] + p3 * v[k];
     bd_vec3f_set(h, alpha * h[0], alpha * h[1], bd_maxf(h[2], 1e-6f));
     bd_vec3f_normalize(h);
-}
-
-// Its density per steradian of h; `d` is D(h).
-static inline float bd_ggx_visible_density(const float o[3], float cos_o, const float h[3], float d,
-                                           float alpha)
-{
-    float o_h = o[0] * h[0] + o[1] * h[1] + cos_o * h[2];
-    return bd_ggx_masking(cos_o, alpha) * bd_maxf(o_h, 0) * d / cos_o;
 }
 
 #endif

@@ -7,6 +7,7 @@
 #include <stdlib.h>
 
 #include "base/assert.h"
+#include "base/large.h"
 #include "reference/sampler.h"
 #include "reference/vec3f.h"
 
@@ -38,8 +39,13 @@ bd_dvec3 bd_geometry_place(const struct bd_geometry *geometry, bd_dvec3 world)
 
 // Linear part and its cofactors (the inverse transpose up to a factor), scaled by a power of two
 // so that neither leaves the range of 32 bits.
-static void set_matrices(struct bd_part *part, const bd_dmat4 *m)
+struct linear {
+    float normal_from_mesh[9], world_from_mesh[9];
+};
+
+static struct linear linear_of(const bd_dmat4 *m, bool mirrored)
 {
+    struct linear out;
     double largest = 0, a[9];
     for (int r = 0; r < 3; r++)
         for (int c = 0; c < 3; c++) largest = fmax(largest, fabs(m->m[4 * c + r]));
@@ -47,16 +53,16 @@ static void set_matrices(struct bd_part *part, const bd_dmat4 *m)
     frexp(largest, &exponent);
     for (int r = 0; r < 3; r++)
         for (int c = 0; c < 3; c++) a[3 * r + c] = ldexp(m->m[4 * c + r], -exponent);
-    part->mirrored = bd_dmat4_determinant3(m) < 0;
     for (int r = 0; r < 3; r++) {
         const double *p = a + 3 * ((r + 1) % 3), *q = a + 3 * ((r + 2) % 3);
         for (int c = 0; c < 3; c++) {
             int d = (c + 1) % 3, e = (c + 2) % 3;
             double cofactor = p[d] * q[e] - p[e] * q[d];
-            part->normal_from_mesh[3 * r + c] = (float)(part->mirrored ? -cofactor : cofactor);
-            part->world_from_mesh[3 * r + c] = (float)a[3 * r + c];
+            out.normal_from_mesh[3 * r + c] = (float)(mirrored ? -cofactor : cofactor);
+            out.world_from_mesh[3 * r + c] = (float)a[3 * r + c];
         }
     }
+    return out;
 }
 
 // --- building -----------------------------------------------------------------------------------
@@ -66,16 +72,18 @@ static bool is_drawn(const struct bd_primitive *primitive)
     return primitive->index_count > 0;
 }
 
-static size_t count_parts(const struct bd_scene *scene, size_t *vertex_count)
+static size_t count_parts(const struct bd_scene *scene, size_t *vertex_count,
+                          size_t *triangle_count)
 {
     size_t parts = 0;
-    *vertex_count = 0;
+    *vertex_count = *triangle_count = 0;
     for (uint32_t i = 0; i < scene->instance_count; i++) {
         const struct bd_mesh *mesh = scene->meshes[scene->instances[i].mesh];
         for (uint32_t p = 0; p < mesh->primitive_count; p++) {
             if (!is_drawn(&mesh->primitives[p])) continue;
             parts++;
             *vertex_count += mesh->primitives[p].vertex_count;
+            *triangle_count += mesh->primitives[p].index_count / 3;
         }
     }
     return parts;
@@ -94,9 +102,23 @@ static float *place_vertices(const struct bd_geometry *g, const struct bd_part *
     return to;
 }
 
+static struct bd_triangle *shape_triangles(const struct bd_part *part, struct bd_triangle *to)
+{
+    const struct bd_primitive *primitive = part->primitive;
+    for (uint32_t i = 0; i + 2 < primitive->index_count; i += 3) {
+        const uint32_t *index = primitive->index + i;
+        *to++ = bd_triangle_of(part->position + 3 * (size_t)index[0],
+                               part->position + 3 * (size_t)index[1],
+                               part->position + 3 * (size_t)index[2], part->mirrored);
+    }
+    return to;
+}
+
 static void fill_parts(struct bd_geometry *g)
 {
     float *next = g->positions;
+    struct bd_triangle *next_triangle = g->triangles;
+    struct bd_shading_vertex *next_vertex = g->vertices;
     for (uint32_t i = 0; i < g->scene->instance_count; i++) {
         const struct bd_instance *instance = &g->scene->instances[i];
         const struct bd_mesh *mesh = g->scene->meshes[instance->mesh];
@@ -109,10 +131,17 @@ static void fill_parts(struct bd_geometry *g)
                 .primitive = primitive,
                 .material = &g->scene->materials[primitive->material],
                 .position = next,
+                .triangles = next_triangle,
+                .vertices = next_vertex,
+                .mirrored = bd_dmat4_determinant3(&instance->world_from_mesh) < 0,
                 .first_emitter = UINT32_MAX,
             };
-            set_matrices(part, &instance->world_from_mesh);
             next = place_vertices(g, part, next);
+            next_triangle = shape_triangles(part, next_triangle);
+            struct linear linear = linear_of(&instance->world_from_mesh, part->mirrored);
+            bd_shading_vertices(primitive, linear.normal_from_mesh, linear.world_from_mesh,
+                                part->mirrored, next_vertex);
+            next_vertex += primitive->vertex_count;
         }
     }
 }
@@ -126,9 +155,7 @@ static void set_hit(const struct bd_part *part, uint32_t triangle, float u, floa
         .triangle = triangle,
         .u = u,
         .v = v,
-        .normal_from_mesh = part->normal_from_mesh,
-        .world_from_mesh = part->world_from_mesh,
-        .mirrored = part->mirrored,
+        .vertices = part->vertices,
     };
 }
 
@@ -217,7 +244,8 @@ uint64_t bd_geometry_memory_bytes(const struct bd_geometry *geometry)
     int64_t embree_bytes = __atomic_load_n(&geometry->embree_bytes, __ATOMIC_RELAXED);
     return (uint64_t)(embree_bytes > 0 ? embree_bytes : 0) +
            geometry->part_count * sizeof *geometry->parts +
-           geometry->vertex_count * 3 * sizeof *geometry->positions;
+           geometry->vertex_count * (3 * sizeof(float) + sizeof *geometry->vertices) +
+           geometry->triangle_count * sizeof *geometry->triangles;
 }
 
 // Whom to ask whether to go on, and the answer that was not to.
@@ -251,8 +279,7 @@ static enum bd_err build(struct bd_geometry *g, uint32_t thread_count, struct wa
     rtcSetDeviceMemoryMonitorFunction(g->device, count_memory, &g->embree_bytes);
     g->embree = rtcNewScene(g->device);
     // Robust: no ray slips between two triangles that share an edge.
-    rtcSetSceneFlags(g->embree,
-                     RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
+    rtcSetSceneFlags(g->embree, RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
     rtcSetSceneBuildQuality(g->embree, RTC_BUILD_QUALITY_HIGH);
     rtcSetSceneProgressMonitorFunction(g->embree, go_on, watch);
     for (uint32_t p = 0; p < g->part_count; p++) attach(g, p);
@@ -261,26 +288,31 @@ static enum bd_err build(struct bd_geometry *g, uint32_t thread_count, struct wa
     enum RTCError error = rtcGetDeviceError(g->device);
     if (atomic_load(&watch->answer)) return atomic_load(&watch->answer);
     if (error == RTC_ERROR_NONE) return BD_ERR_OK;
-    return bd_fault_set(fault, error == RTC_ERROR_OUT_OF_MEMORY ? BD_ERR_NO_MEMORY : BD_ERR_INTERNAL,
-                        "reference", "the acceleration structure of %llu triangles: Embree error %d",
-                        (unsigned long long)g->scene->features.triangle_count, (int)error);
+    return bd_fault_set(
+        fault, error == RTC_ERROR_OUT_OF_MEMORY ? BD_ERR_NO_MEMORY : BD_ERR_INTERNAL, "reference",
+        "the acceleration structure of %llu triangles: Embree error %d",
+        (unsigned long long)g->scene->features.triangle_count, (int)error);
 }
 
 enum bd_err bd_geometry_init(struct bd_geometry *geometry, const struct bd_scene *scene,
                              uint32_t thread_count, bd_reference_should_stop should_stop,
                              void *user, struct bd_fault *fault)
 {
-    size_t vertex_count;
+    size_t vertex_count, triangle_count;
     *geometry = (struct bd_geometry){.scene = scene};
     set_space(geometry);
-    size_t part_count = count_parts(scene, &vertex_count);
+    size_t part_count = count_parts(scene, &vertex_count, &triangle_count);
     geometry->vertex_count = vertex_count;
+    geometry->triangle_count = triangle_count;
     geometry->parts = calloc(part_count + 1, sizeof *geometry->parts);
     // Embree reads 16 bytes at the last vertex.
-    geometry->positions = malloc((3 * vertex_count + 1) * sizeof *geometry->positions);
-    if (!geometry->parts || !geometry->positions)
-        return bd_fault_set(fault, BD_ERR_NO_MEMORY, "reference", "no memory for %zu vertices",
-                            vertex_count);
+    geometry->positions = bd_large_alloc((3 * vertex_count + 1) * sizeof *geometry->positions);
+    geometry->vertices = bd_large_alloc((vertex_count + 1) * sizeof *geometry->vertices);
+    geometry->triangles = bd_large_alloc((triangle_count + 1) * sizeof *geometry->triangles);
+    if (!geometry->parts || !geometry->positions || !geometry->vertices || !geometry->triangles)
+        return bd_fault_set(fault, BD_ERR_NO_MEMORY, "reference",
+                            "no memory for %zu vertices and %zu triangles", vertex_count,
+                            triangle_count);
     geometry->positions[3 * vertex_count] = 0;
     fill_parts(geometry);
     struct watch watch = {.should_stop = should_stop, .user = user};
@@ -294,66 +326,21 @@ void bd_geometry_finish(struct bd_geometry *geometry)
     if (geometry->device) rtcReleaseDevice(geometry->device);
     free(geometry->parts);
     free(geometry->positions);
+    free(geometry->vertices);
+    free(geometry->triangles);
     *geometry = (struct bd_geometry){0};
 }
 
 // --- points of triangles ------------------------------------------------------------------------
 
-static bd_dvec3 corner(const struct bd_part *part, uint32_t triangle, uint32_t c)
-{
-    uint32_t vertex = part->primitive->index[3 * (size_t)triangle + c];
-    const float *p = part->position + 3 * (size_t)vertex;
-    return (bd_dvec3){p[0], p[1], p[2]};
-}
-
-static void set_normal(struct bd_meeting *m, bd_dvec3 across, double twice_area)
-{
-    double scale = twice_area > 0 ? (m->part->mirrored ? -1 : 1) / twice_area : 0;
-    bd_vec3f_set(m->hit.normal_geometric, (float)(across.x * scale), (float)(across.y * scale),
-                 (float)(across.z * scale));
-}
-
-static double larger(double a, double b)
-{
-    return a > b ? a : b;
-}
-
-// How far off the triangle a ray must start that is not to meet it, or its neighbours in the same
-// plane, again: the rounding of the position and of what Embree computes from it. The normal of a
-// needle is less certain than that of a fat triangle, by the ratio of its longest edge's square to
-// its area.
-static float clearance_at(const float position[3], double longest, double twice_area)
-{
-    double largest =
-        larger(fabs(position[0]), larger(fabs(position[1]), fabs(position[2])));
-    double needle = longest * longest * longest / larger(twice_area, 1e-30);
-    double clearance = 0x1p-21 * (largest + 0.5) + 0x1p-22 * needle;
-    return (float)(clearance < 1e-4 ? clearance : 1e-4);
-}
-
-// The position comes from the corners, not from the ray's length, which is less exact. It is drawn
-// towards the middle by as much as 32 bits can tell apart, so that a point on the edge between
-// floor and wall is not behind the wall.
 void bd_geometry_point(const struct bd_part *part, uint32_t triangle, float u, float v,
                        struct bd_meeting *out)
 {
     out->part = part;
     set_hit(part, triangle, u, v, &out->hit);
-    bd_dvec3 a = corner(part, triangle, 0);
-    bd_dvec3 ab = bd_dvec3_sub(corner(part, triangle, 1), a);
-    bd_dvec3 ac = bd_dvec3_sub(corner(part, triangle, 2), a);
-    bd_dvec3 bc = bd_dvec3_sub(ac, ab);
-    double longest_squared =
-        larger(bd_dvec3_dot(ab, ab), larger(bd_dvec3_dot(ac, ac), bd_dvec3_dot(bc, bc)));
-    double longest = sqrt(longest_squared);
-    double drawn_in = longest > 0x1p-20 ? 0x1p-22 / longest : 0.25;
-    double s = u + (1.0 / 3 - u) * drawn_in, t = v + (1.0 / 3 - v) * drawn_in;
-    bd_vec3f_set(out->position, (float)(a.x + s * ab.x + t * ac.x),
-                 (float)(a.y + s * ab.y + t * ac.y), (float)(a.z + s * ab.z + t * ac.z));
-    bd_dvec3 across = bd_dvec3_cross(ab, ac);
-    double twice_area = bd_dvec3_length(across);
-    set_normal(out, across, twice_area);
-    out->clearance = clearance_at(out->position, longest, twice_area);
+    const struct bd_triangle *shape = &part->triangles[triangle];
+    bd_vec3f_copy(out->hit.normal_geometric, shape->normal);
+    bd_triangle_point(shape, u, v, out->position, &out->clearance);
 }
 
 bool bd_meeting_is_behind(const struct bd_meeting *meeting, const float direction[3])

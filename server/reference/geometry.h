@@ -15,6 +15,7 @@
 #include "base/vec.h"
 #include "reference/reference.h"
 #include "reference/surface.h"
+#include "reference/triangle.h"
 
 struct RTCDeviceTy;
 struct RTCSceneTy;
@@ -25,7 +26,8 @@ struct bd_part {
     const struct bd_primitive *primitive;
     const struct bd_material *material;
     const float *position; // 3 a vertex, reference space
-    float normal_from_mesh[9], world_from_mesh[9]; // up to scale
+    const struct bd_triangle *triangles;
+    const struct bd_shading_vertex *vertices;
     bool mirrored;
     uint32_t first_emitter; // of its triangles, in struct bd_emitters; UINT32_MAX: none
 };
@@ -41,6 +43,9 @@ struct bd_geometry {
     uint32_t part_count;
     float *positions; // of all parts
     uint64_t vertex_count;
+    struct bd_shading_vertex *vertices; // of all parts
+    struct bd_triangle *triangles;      // of all parts
+    uint64_t triangle_count;
     int64_t embree_bytes; // atomic: what Embree holds
 };
 
@@ -66,7 +71,7 @@ struct bd_ray {
     float origin[3], direction[3]; // the direction need not be unit
     float near, far;               // in lengths of the direction
     enum bd_alpha_reading alpha;
-    uint32_t coverage_seed; // for surfaces that are there with a probability
+    uint64_t coverage_seed; // for surfaces that are there with a probability; mixed when asked for
 };
 
 struct bd_meeting {

@@ -134,12 +134,22 @@ static bool from_afar(const struct bd_lamps *lamps, const struct bd_lamp *lamp,
     return true;
 }
 
+// Told by squares, before any root: most of a scene is outside of a narrow cone.
+static bool is_outside_cone(const struct bd_lamp *lamp, bd_dvec3 to_lamp)
+{
+    if (lamp->kind != BD_LIGHT_SPOT || lamp->cos_outer <= 0) return false;
+    double along =
+        -(to_lamp.x * lamp->axis[0] + to_lamp.y * lamp->axis[1] + to_lamp.z * lamp->axis[2]);
+    double least = (double)lamp->cos_outer * lamp->cos_outer * bd_dvec3_dot(to_lamp, to_lamp);
+    return along <= 0 || along * along < least;
+}
+
 bool bd_lamp_illuminates(const struct bd_lamps *lamps, const struct bd_lamp *lamp,
                          const float position[3], struct bd_illumination *out)
 {
     if (lamp->kind == BD_LIGHT_DIRECTIONAL) return from_afar(lamps, lamp, out);
-    bd_dvec3 span =
-        bd_dvec3_sub(lamp->position, (bd_dvec3){position[0], position[1], position[2]});
+    bd_dvec3 span = bd_dvec3_sub(lamp->position, (bd_dvec3){position[0], position[1], position[2]});
+    if (is_outside_cone(lamp, span)) return false;
     double distance = bd_dvec3_length(span);
     if (!(distance > 1e-12)) return false;
     set_vector(out->direction, bd_dvec3_scale(span, 1 / distance));

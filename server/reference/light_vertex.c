@@ -24,13 +24,13 @@ bool bd_path_has_light_vertices(const struct bd_path *path, uint32_t events)
 static void trace(struct bd_path *path, struct bd_light_vertex *v)
 {
     const struct bd_lamps *lamps = &path->reference->lamps;
-    float u[2], choice[2];
+    float u[2], choice[2] = {0, 0};
     bd_sampler_pair(&path->sampler, BD_PAIR_LIGHT_RAY, u);
-    bd_sampler_pair(&path->sampler, BD_PAIR_LIGHT_CHOICE, choice);
+    if (lamps->count > 1) bd_sampler_pair(&path->sampler, BD_PAIR_LIGHT_CHOICE, choice);
     struct bd_ray ray = {
         .far = INFINITY,
         .alpha = path->integrand->alpha,
-        .coverage_seed = bd_sampler_hash(&path->sampler, path->ray_index++),
+        .coverage_seed = bd_path_ray_seed(path),
     };
     v->traced = true;
     const struct bd_lamp *lamp =
@@ -48,9 +48,12 @@ static const struct bd_vertex *sender_towards(struct bd_path *path, const float 
     struct bd_light_vertex *v = &path->light_vertex;
     int side = bd_vec3f_dot(v->at.hit.normal_geometric, wo) < 0;
     struct bd_vertex *sender = &v->sender[side];
-    if (v->has_sender[side]) return sender;
+    if (v->has_sender[side]) {
+        bd_bsdf_look(&sender->bsdf, wo);
+        return sender;
+    }
     bd_path_vertex(path, &v->at, wo, sender);
-    bd_path_make_sender(path, &sender->surface);
+    bd_path_make_sender(path, &sender->bsdf.surface);
     v->has_sender[side] = true;
     return sender;
 }
@@ -71,26 +74,45 @@ static bool is_above(const float normal[3], const struct junction *j, float clea
     return fabsf(bd_vec3f_dot(normal, j->wi)) * j->distance > clearance;
 }
 
-static bool join(struct bd_path *path, const struct bd_vertex *vertex, struct junction *j)
+// Light meets the light vertex on the side from which the eye's vertex sees it, or passes through.
+static bool is_lit_side(const struct bd_light_vertex *v, const struct junction *j)
+{
+    const struct bd_material *material = v->at.part->material;
+    if (material->transmission > 0) return true;
+    const float *normal = v->at.hit.normal_geometric;
+    float to_eye = -bd_vec3f_dot(normal, j->wi);
+    if (to_eye < 0 && !material->double_sided) return false;
+    return to_eye * bd_vec3f_dot(normal, v->light.direction) > 0;
+}
+
+// What can be said of the junction before anything is evaluated. False: no light passes it.
+static bool aim(struct bd_path *path, const struct bd_vertex *vertex, struct junction *j)
 {
     const struct bd_light_vertex *v = &path->light_vertex;
     bd_vec3f_add_scaled(j->wi, v->at.position, vertex->position, -1);
     j->distance = sqrtf(bd_vec3f_dot(j->wi, j->wi));
-    if (!bd_vec3f_normalize(j->wi)) return false;
-    if (!is_above(vertex->surface.normal_geometric, j, vertex->clearance) ||
+    if (!(j->distance > 0)) return false;
+    bd_vec3f_scale(j->wi, j->wi, 1 / j->distance);
+    if (!is_above(vertex->bsdf.surface.normal_geometric, j, vertex->clearance) ||
         !is_above(v->at.hit.normal_geometric, j, v->at.clearance))
         return false;
-    bd_bsdf_eval(&vertex->surface, vertex->wo, j->wi, j->value, &j->scatter_density);
+    return is_lit_side(v, j) && bd_bsdf_is_reached(&vertex->bsdf.surface, j->wi);
+}
+
+static bool evaluate(struct bd_path *path, const struct bd_vertex *vertex, struct junction *j)
+{
+    const struct bd_light_vertex *v = &path->light_vertex;
+    bd_bsdf_eval(&vertex->bsdf, j->wi, j->value, &j->scatter_density);
     if (!(j->value[0] > 0 || j->value[1] > 0 || j->value[2] > 0)) return false;
     float wo[3], reflected[3];
     bd_vec3f_scale(wo, j->wi, -1);
     const struct bd_vertex *sender = sender_towards(path, wo);
-    bd_bsdf_eval(&sender->surface, wo, v->light.direction, reflected, NULL);
+    bd_bsdf_eval(&sender->bsdf, v->light.direction, reflected, NULL);
     bd_vec3f_filter(reflected, reflected, v->light.normal_illuminance);
     bd_path_absorb(sender, v->light.direction, NULL, v->light.distance, reflected);
     bd_vec3f_filter(j->value, j->value, reflected);
     bd_path_absorb(vertex, j->wi, sender, j->distance, j->value);
-    j->cosine = fabsf(bd_vec3f_dot(sender->surface.normal_geometric, wo));
+    j->cosine = fabsf(bd_vec3f_dot(sender->bsdf.surface.normal_geometric, wo));
     return j->value[0] > 0 || j->value[1] > 0 || j->value[2] > 0;
 }
 
@@ -100,7 +122,7 @@ static bool is_open(struct bd_path *path, const struct bd_vertex *vertex, const 
     const struct bd_meeting *at = &path->light_vertex.at;
     float target[3], side = bd_vec3f_dot(at->hit.normal_geometric, j->wi) > 0 ? -1 : 1;
     bd_vec3f_add_scaled(target, at->position, at->hit.normal_geometric, side * at->clearance);
-    return bd_path_sees(path, vertex, target);
+    return bd_path_sees(path, vertex, target, j->distance);
 }
 
 void bd_path_add_light_vertex(struct bd_path *path, const struct bd_vertex *vertex)
@@ -108,12 +130,13 @@ void bd_path_add_light_vertex(struct bd_path *path, const struct bd_vertex *vert
     struct bd_light_vertex *v = &path->light_vertex;
     struct junction j;
     if (!bd_path_has_light_vertices(path, path->events + 2)) return;
-    if (bd_bsdf_is_delta(&vertex->surface)) return;
+    if (bd_bsdf_is_delta(&vertex->bsdf.surface)) return;
     if (!v->traced) trace(path, v);
-    if (!v->found || !join(path, vertex, &j) || !is_open(path, vertex, &j)) return;
+    if (!v->found || !aim(path, vertex, &j) || !is_open(path, vertex, &j)) return;
+    if (!evaluate(path, vertex, &j)) return;
     float per_area = j.cosine / (j.distance * j.distance);
     float found_density = j.scatter_density * bd_path_survival(path, vertex) * per_area;
-    float receiver_cosine = bd_vec3f_dot(vertex->surface.normal, j.wi);
+    float receiver_cosine = bd_vec3f_dot(vertex->bsdf.surface.normal, j.wi);
     float factor = per_area / (v->density + found_density) *
                    bd_path_clamp(path, receiver_cosine, j.cosine, j.distance);
     bd_vec3f_scale(j.value, j.value, factor);

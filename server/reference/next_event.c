@@ -28,7 +28,8 @@ static float power_weight(float density, float other)
 struct candidate {
     const struct bd_lamp *lamp;
     struct bd_illumination light;
-    float value[3]; // scattered towards the eye
+    float value[3]; // scattered towards the eye; not set while has_value is false
+    bool has_value;
 };
 
 static float luminance(const float rgb[3])
@@ -36,15 +37,21 @@ static float luminance(const float rgb[3])
     return 0.2126f * rgb[0] + 0.7152f * rgb[1] + 0.0722f * rgb[2];
 }
 
-static bool evaluate(const struct bd_path *path, const struct bd_vertex *vertex,
-                     const struct bd_lamp *lamp, struct candidate *out)
+// False if the lamp gives nothing here, whatever is in the way.
+static bool aim(const struct bd_path *path, const struct bd_vertex *vertex,
+                const struct bd_lamp *lamp, struct candidate *out)
 {
     out->lamp = lamp;
-    if (!bd_lamp_illuminates(&path->reference->lamps, lamp, vertex->position, &out->light))
-        return false;
-    bd_bsdf_eval(&vertex->surface, vertex->wo, out->light.direction, out->value, NULL);
-    bd_vec3f_filter(out->value, out->value, out->light.normal_illuminance);
-    return out->value[0] > 0 || out->value[1] > 0 || out->value[2] > 0;
+    out->has_value = false;
+    return bd_lamp_illuminates(&path->reference->lamps, lamp, vertex->position, &out->light) &&
+           bd_bsdf_is_reached(&vertex->bsdf.surface, out->light.direction);
+}
+
+static void evaluate(const struct bd_vertex *vertex, struct candidate *candidate)
+{
+    bd_bsdf_eval(&vertex->bsdf, candidate->light.direction, candidate->value, NULL);
+    bd_vec3f_filter(candidate->value, candidate->value, candidate->light.normal_illuminance);
+    candidate->has_value = true;
 }
 
 // Draws candidates one after the other: `taken` in proportion to weight, `even` each as likely.
@@ -82,7 +89,7 @@ static void offer(struct draw *draw, const struct candidate *candidate, float we
 // drawn in proportion to flux (Talbot 2005, resampled importance sampling); now and then any of
 // them with equal chances, since the strongest may shine on the other side of a wall. `value` is
 // then what the chosen one stands for.
-static bool choose_lamp(struct bd_path *path, const struct bd_vertex *vertex, float u,
+static bool weigh_lamps(struct bd_path *path, const struct bd_vertex *vertex, float u,
                         struct candidate *chosen)
 {
     const struct bd_lamps *lamps = &path->reference->lamps;
@@ -100,7 +107,8 @@ static bool choose_lamp(struct bd_path *path, const struct bd_vertex *vertex, fl
                 bd_lamps_choose(lamps, ((float)i + (float)(hash >> 8) * 0x1p-24f) / (float)count);
             share = 1 / ((float)count * lamp->probability);
         }
-        if (!evaluate(path, vertex, lamp, &candidate)) continue;
+        if (!aim(path, vertex, lamp, &candidate)) continue;
+        evaluate(vertex, &candidate);
         bd_vec3f_scale(candidate.value, candidate.value, share);
         float weight = luminance(candidate.value);
         if (weight > 0) offer(&draw, &candidate, weight);
@@ -113,6 +121,17 @@ static bool choose_lamp(struct bd_path *path, const struct bd_vertex *vertex, fl
     return true;
 }
 
+// A single lamp needs no weighing: its value can wait until it is known to be in sight.
+static bool choose_lamp(struct bd_path *path, const struct bd_vertex *vertex,
+                        struct candidate *chosen)
+{
+    const struct bd_lamps *lamps = &path->reference->lamps;
+    if (lamps->count == 1) return aim(path, vertex, lamps->lamps, chosen);
+    float u[2];
+    bd_sampler_pair(&path->sampler, bd_path_pair(path, BD_PAIR_LAMP_AND_EMITTER), u);
+    return weigh_lamps(path, vertex, u[0], chosen);
+}
+
 static bool reaches_lamp(struct bd_path *path, const struct bd_vertex *vertex,
                          const struct candidate *chosen)
 {
@@ -120,10 +139,11 @@ static bool reaches_lamp(struct bd_path *path, const struct bd_vertex *vertex,
     if (chosen->lamp->kind != BD_LIGHT_DIRECTIONAL) {
         bd_dvec3 at = chosen->lamp->position;
         const float target[3] = {(float)at.x, (float)at.y, (float)at.z};
-        return bd_path_sees(path, vertex, target);
+        return bd_path_sees(path, vertex, target, chosen->light.distance);
     }
     float across = 4 * (float)reference->geometry.radius;
-    struct bd_ray ray = bd_path_ray(path, vertex, chosen->light.direction, across);
+    struct bd_ray ray;
+    bd_path_ray(path, vertex, chosen->light.direction, 1, across, &ray);
     return !bd_geometry_is_blocked(&reference->geometry, &ray);
 }
 
@@ -132,20 +152,17 @@ static float found_weight(const struct bd_path *path, const struct bd_vertex *ve
                           const struct bd_illumination *light, float found_density)
 {
     if (found_density <= 0 || !bd_path_has_light_vertices(path, path->events + 1)) return 1;
-    float cosine = fabsf(bd_vec3f_dot(vertex->surface.normal_geometric, light->direction));
+    float cosine = fabsf(bd_vec3f_dot(vertex->bsdf.surface.normal_geometric, light->direction));
     return found_density / (found_density + light->density * cosine);
 }
 
 void bd_path_add_lamps(struct bd_path *path, const struct bd_vertex *vertex, float found_density)
 {
     if (!is_lit_by(path, BD_REFERENCE_PUNCTUAL) || path->reference->lamps.count == 0) return;
-    if (bd_bsdf_is_delta(&vertex->surface)) return;
-    float u[2] = {0, 0};
-    if (path->reference->lamps.count > 1)
-        bd_sampler_pair(&path->sampler, bd_path_pair(path, BD_PAIR_LAMP_AND_EMITTER), u);
+    if (bd_bsdf_is_delta(&vertex->bsdf.surface)) return;
     struct candidate chosen;
-    if (!choose_lamp(path, vertex, u[0], &chosen)) return;
-    if (!reaches_lamp(path, vertex, &chosen)) return;
+    if (!choose_lamp(path, vertex, &chosen) || !reaches_lamp(path, vertex, &chosen)) return;
+    if (!chosen.has_value) evaluate(vertex, &chosen);
     float weight = found_weight(path, vertex, &chosen.light, found_density);
     bd_vec3f_scale(chosen.value, chosen.value, weight);
     bd_path_absorb(vertex, chosen.light.direction, NULL, chosen.light.distance, chosen.value);
@@ -183,15 +200,15 @@ static void add_emitters(struct bd_path *path, const struct bd_vertex *vertex)
     bd_vec3f_add_scaled(direction, at.position, vertex->position, -1);
     at.distance = sqrtf(bd_vec3f_dot(direction, direction));
     if (!bd_vec3f_normalize(direction)) return;
-    bd_bsdf_eval(&vertex->surface, vertex->wo, direction, value, &scatter_density);
-    if (!(value[0] > 0 || value[1] > 0 || value[2] > 0)) return;
+    if (!bd_bsdf_is_reached(&vertex->bsdf.surface, direction)) return;
     const float back[3] = {-direction[0], -direction[1], -direction[2]};
     bd_emission_at(&reference->geometry, &at, back, radiance);
     float density = emitter_density(path, &at, direction, at.distance);
     if (!(density > 0) || (radiance[0] == 0 && radiance[1] == 0 && radiance[2] == 0)) return;
     float target[3], side = bd_vec3f_dot(at.hit.normal_geometric, back) < 0 ? -1 : 1;
     bd_vec3f_add_scaled(target, at.position, at.hit.normal_geometric, side * at.clearance);
-    if (!bd_path_sees(path, vertex, target)) return;
+    if (!bd_path_sees(path, vertex, target, at.distance)) return;
+    bd_bsdf_eval(&vertex->bsdf, direction, value, &scatter_density);
     float survival = bd_path_survival(path, vertex);
     float weight = power_weight(density, scatter_density * survival) / density;
     bd_vec3f_filter(value, value, radiance);
@@ -215,12 +232,13 @@ static void add_sky(struct bd_path *path, const struct bd_vertex *vertex)
     float direction[3], value[3], radiance[3], density, scatter_density;
     bd_sampler_pair_bits(&path->sampler, bd_path_pair(path, BD_PAIR_SKY), bits);
     bd_sky_sample(&reference->sky, bits, direction, &density);
-    bd_bsdf_eval(&vertex->surface, vertex->wo, direction, value, &scatter_density);
-    if (!(density > 0) || !(value[0] > 0 || value[1] > 0 || value[2] > 0)) return;
+    if (!(density > 0) || !bd_bsdf_is_reached(&vertex->bsdf.surface, direction)) return;
     float across = 4 * (float)reference->geometry.radius;
-    struct bd_ray ray = bd_path_ray(path, vertex, direction, across);
+    struct bd_ray ray;
+    bd_path_ray(path, vertex, direction, 1, across, &ray);
     if (bd_geometry_is_blocked(&reference->geometry, &ray)) return;
     bd_sky_radiance(&reference->sky, direction, radiance);
+    bd_bsdf_eval(&vertex->bsdf, direction, value, &scatter_density);
     float survival = bd_path_survival(path, vertex);
     float weight = power_weight(density, scatter_density * survival) / density;
     bd_vec3f_filter(value, value, radiance);
@@ -231,7 +249,7 @@ static void add_sky(struct bd_path *path, const struct bd_vertex *vertex)
 
 void bd_path_add_areas(struct bd_path *path, const struct bd_vertex *vertex)
 {
-    if (bd_bsdf_is_delta(&vertex->surface)) return;
+    if (bd_bsdf_is_delta(&vertex->bsdf.surface)) return;
     if (is_lit_by(path, BD_REFERENCE_EMISSIVE) && path->reference->emitters.count > 0)
         add_emitters(path, vertex);
     if (is_lit_by(path, BD_REFERENCE_ENVIRONMENT) && path->reference->sky.is_sampled)

@@ -7,29 +7,26 @@
 
 // Paths may end by chance from this many scattering events on.
 #define EVENTS_WITHOUT_ROULETTE 3
-#define SURVIVAL_MIN 0.05f
-#define SURVIVAL_MAX 0.95f
+#define SURVIVAL_MIN            0.05f
+#define SURVIVAL_MAX            0.95f
 
-struct bd_path bd_path_begin(const struct bd_reference *reference,
-                             const struct bd_integrand *integrand, struct bd_sampler sampler)
+void bd_path_begin(const struct bd_reference *reference, const struct bd_integrand *integrand,
+                   struct bd_sampler sampler, struct bd_path *path)
 {
     double units_per_m = reference->geometry.units_per_m;
-    return (struct bd_path){
-        .reference = reference,
-        .integrand = integrand,
-        .sampler = sampler,
-        .throughput = {1, 1, 1},
-        .is_specular = true,
-        .clamp_per_unit2 = (float)(integrand->clamp_per_m2 / (units_per_m * units_per_m)),
-    };
-}
-
-void bd_path_add(struct bd_path *path, uint32_t events, const float value[3])
-{
-    enum bd_reference_part part = events == 0   ? BD_PART_EMISSION
-                                  : events == 1 ? BD_PART_DIRECT
-                                                : BD_PART_INDIRECT;
-    for (int k = 0; k < 3; k++) path->sum[part][k] += path->throughput[k] * value[k];
+    path->reference = reference;
+    path->integrand = integrand;
+    path->sampler = sampler;
+    path->seed = bd_mix64((uint64_t)sampler.key << 32 | sampler.index);
+    path->events = path->ray_index = 0;
+    bd_vec3f_set(path->throughput, 1, 1, 1);
+    path->scatter_density = 0;
+    path->is_specular = true;
+    path->clamp_per_unit2 = (float)(integrand->clamp_per_m2 / (units_per_m * units_per_m));
+    // The rest of the light vertex is as large as all this, and often is not asked for.
+    path->light_vertex.traced = path->light_vertex.found = false;
+    path->light_vertex.has_sender[0] = path->light_vertex.has_sender[1] = false;
+    for (int p = 0; p < BD_PART_COUNT; p++) bd_vec3f_set(path->sum[p], 0, 0, 0);
 }
 
 // --- vertices and segments ----------------------------------------------------------------------
@@ -48,27 +45,28 @@ void bd_path_vertex(const struct bd_path *path, const struct bd_meeting *at, con
                     struct bd_vertex *out)
 {
     const struct bd_integrand *integrand = path->integrand;
-    bd_surface_at(path->reference->scene, &at->hit, wo, integrand->lambert,
-                  integrand->transmission, &out->surface);
+    bd_surface_at(path->reference->scene, &at->hit, wo, integrand->lambert, integrand->transmission,
+                  &out->bsdf.surface);
+    bd_bsdf_look(&out->bsdf, wo);
     bd_vec3f_copy(out->wo, wo);
     bd_vec3f_copy(out->position, at->position);
     out->clearance = at->clearance;
     const struct bd_medium *medium = &path->reference->media[at->hit.primitive->material];
-    bool bounds_solid = out->surface.transmission > 0 && !out->surface.thin;
+    bool bounds_solid = out->bsdf.surface.transmission > 0 && !out->bsdf.surface.thin;
     out->behind = bounds_solid && medium->absorbs ? medium : NULL;
 }
 
 static bool is_inside(const struct bd_vertex *vertex, const float direction[3])
 {
-    bool same_side = bd_vec3f_dot(vertex->surface.normal_geometric, direction) > 0;
-    return same_side != vertex->surface.entering;
+    bool same_side = bd_vec3f_dot(vertex->bsdf.surface.normal_geometric, direction) > 0;
+    return same_side != vertex->bsdf.surface.entering;
 }
 
 void bd_path_absorb(const struct bd_vertex *from, const float wi[3], const struct bd_vertex *to,
                     float distance, float value[3])
 {
     const struct bd_medium *medium = NULL;
-    if (to && to->behind && !to->surface.entering)
+    if (to && to->behind && !to->bsdf.surface.entering)
         medium = to->behind;
     else if (from && from->behind && is_inside(from, wi))
         medium = from->behind;
@@ -79,48 +77,38 @@ void bd_path_absorb(const struct bd_vertex *from, const float wi[3], const struc
 
 static void step_off(const struct bd_vertex *vertex, const float direction[3], float out[3])
 {
-    const float *normal = vertex->surface.normal_geometric;
+    const float *normal = vertex->bsdf.surface.normal_geometric;
     float side = bd_vec3f_dot(normal, direction) < 0 ? -1 : 1;
     bd_vec3f_add_scaled(out, vertex->position, normal, side * vertex->clearance);
 }
 
-struct bd_ray bd_path_ray(struct bd_path *path, const struct bd_vertex *vertex,
-                          const float direction[3], float far)
+void bd_path_ray(struct bd_path *path, const struct bd_vertex *vertex, const float direction[3],
+                 float length, float far, struct bd_ray *out)
 {
     // A point on an edge may lie a rounding behind the other surface there.
-    float length = sqrtf(bd_vec3f_dot(direction, direction));
-    struct bd_ray ray = {
-        .near = length > 0 ? vertex->clearance / length : 0,
-        .far = far,
-        .alpha = path->integrand->alpha,
-        .coverage_seed = bd_sampler_hash(&path->sampler, path->ray_index++),
-    };
-    step_off(vertex, direction, ray.origin);
-    bd_vec3f_copy(ray.direction, direction);
-    return ray;
+    out->near = length > 0 ? vertex->clearance / length : 0;
+    out->far = far;
+    out->alpha = path->integrand->alpha;
+    out->coverage_seed = bd_path_ray_seed(path);
+    step_off(vertex, direction, out->origin);
+    bd_vec3f_copy(out->direction, direction);
 }
 
-bool bd_path_sees(struct bd_path *path, const struct bd_vertex *vertex, const float target[3])
+bool bd_path_sees(struct bd_path *path, const struct bd_vertex *vertex, const float target[3],
+                  float distance)
 {
     float direction[3];
     bd_vec3f_add_scaled(direction, target, vertex->position, -1);
-    struct bd_ray ray = bd_path_ray(path, vertex, direction, 1);
+    struct bd_ray ray;
+    bd_path_ray(path, vertex, direction, distance, 1, &ray);
     bd_vec3f_add_scaled(ray.direction, target, ray.origin, -1);
     return !bd_geometry_is_blocked(&path->reference->geometry, &ray);
-}
-
-float bd_path_clamp(const struct bd_path *path, float cosine_at_receiver, float cosine_at_sender,
-                    float distance)
-{
-    float kernel = fabsf(cosine_at_receiver * cosine_at_sender);
-    float bounded = path->clamp_per_unit2 * distance * distance;
-    return kernel > bounded ? bounded / kernel : 1;
 }
 
 float bd_path_survival(const struct bd_path *path, const struct bd_vertex *vertex)
 {
     if (path->events < EVENTS_WITHOUT_ROULETTE) return 1;
-    const struct bd_surface *s = &vertex->surface;
+    const struct bd_surface *s = &vertex->bsdf.surface;
     float albedo = bd_maxf(s->base_color[0], bd_maxf(s->base_color[1], s->base_color[2]));
     // A specular coat that is mostly seen at an angle reflects more than its least.
     if (!s->lambert) albedo = bd_maxf(albedo, 0.25f);
@@ -168,8 +156,8 @@ static void add_emission(struct bd_path *path, const struct bd_meeting *at,
                          const struct bd_vertex *vertex)
 {
     bool lit = path->integrand->lights & BD_REFERENCE_EMISSIVE;
-    if (path->events > 0 && (!lit || vertex->surface.unlit)) return;
-    const float *emission = vertex->surface.emission;
+    if (path->events > 0 && (!lit || vertex->bsdf.surface.unlit)) return;
+    const float *emission = vertex->bsdf.surface.emission;
     if (emission[0] == 0 && emission[1] == 0 && emission[2] == 0) return;
     float direction[3], radiance[3];
     bd_vec3f_scale(direction, vertex->wo, -1);
@@ -192,11 +180,11 @@ static bool scatter(struct bd_path *path, const struct bd_vertex *vertex, struct
 {
     float u[4] = {0, 0, 0, 0}, survival = bd_path_survival(path, vertex);
     bd_sampler_pair(&path->sampler, bd_path_pair(path, BD_PAIR_DIRECTION), u);
-    if (survival < 1 || !vertex->surface.lambert)
+    if (survival < 1 || !vertex->bsdf.surface.lambert)
         bd_sampler_pair(&path->sampler, bd_path_pair(path, BD_PAIR_LOBE_AND_SURVIVAL), u + 2);
     if (u[3] >= survival) return false;
     struct bd_bsdf_sample sample;
-    if (!bd_bsdf_sample(&vertex->surface, vertex->wo, u, &sample)) return false;
+    if (!bd_bsdf_sample(&vertex->bsdf, u, &sample)) return false;
     float weight[3];
     bd_vec3f_scale(weight, sample.weight, 1 / survival);
     bd_vec3f_filter(path->throughput, path->throughput, weight);
@@ -204,8 +192,8 @@ static bool scatter(struct bd_path *path, const struct bd_vertex *vertex, struct
     path->is_specular = sample.delta;
     path->events++;
     step->from = vertex;
-    step->ray = bd_path_ray(path, vertex, sample.wi, INFINITY);
-    step->cosine = bd_vec3f_dot(vertex->surface.normal, sample.wi);
+    bd_path_ray(path, vertex, sample.wi, 1, INFINITY, &step->ray);
+    step->cosine = bd_vec3f_dot(vertex->bsdf.surface.normal, sample.wi);
     return path->throughput[0] > 0 || path->throughput[1] > 0 || path->throughput[2] > 0;
 }
 
@@ -214,7 +202,7 @@ static float found_density(const struct bd_path *path, const struct bd_vertex *v
                            float distance)
 {
     if (path->is_specular) return 0;
-    float cosine = fabsf(bd_vec3f_dot(vertex->surface.normal_geometric, vertex->wo));
+    float cosine = fabsf(bd_vec3f_dot(vertex->bsdf.surface.normal_geometric, vertex->wo));
     return path->scatter_density * cosine / (distance * distance);
 }
 
@@ -227,9 +215,9 @@ static void arrive(struct bd_path *path, const struct step *step, const struct b
     bd_path_vertex(path, at, wo, vertex);
     bd_path_absorb(step->from, step->ray.direction, vertex, at->distance, path->throughput);
     if (is_first) add_emission(path, at, vertex);
-    bd_path_make_sender(path, &vertex->surface);
+    bd_path_make_sender(path, &vertex->bsdf.surface);
     if (path->is_specular) return;
-    float cosine = bd_vec3f_dot(vertex->surface.normal_geometric, wo);
+    float cosine = bd_vec3f_dot(vertex->bsdf.surface.normal_geometric, wo);
     float factor = bd_path_clamp(path, step->cosine, cosine, at->distance);
     bd_vec3f_scale(path->throughput, path->throughput, factor);
 }
@@ -282,8 +270,8 @@ static bool walk_through(struct bd_path *path, const struct step *step, struct b
     bd_vec3f_copy(before, path->throughput);
     bool met = bd_path_meet(path, &here.ray, &at);
     if (!met) add_sky(path, here.ray.direction);
-    for (; met; met = bd_geometry_meet(&path->reference->geometry, &here.ray,
-                                       BD_SIGHT_FRONTS_ONLY, &at)) {
+    for (; met;
+         met = bd_geometry_meet(&path->reference->geometry, &here.ray, BD_SIGHT_FRONTS_ONLY, &at)) {
         struct bd_vertex vertex;
         bd_vec3f_copy(path->throughput, before);
         arrive(path, &here, &at, count == 0, &vertex);
@@ -323,7 +311,7 @@ bool bd_path_from_camera(struct bd_path *path, struct bd_ray *ray, struct bd_ver
 {
     struct bd_meeting at;
     ray->alpha = path->integrand->alpha;
-    ray->coverage_seed = bd_sampler_hash(&path->sampler, path->ray_index++);
+    ray->coverage_seed = bd_path_ray_seed(path);
     if (!bd_geometry_meet(&path->reference->geometry, ray, BD_SIGHT_FRONTS_ONLY, &at)) {
         add_sky(path, ray->direction);
         return false;

@@ -5,6 +5,7 @@
 #ifndef BD_REFERENCE_PATH_H
 #define BD_REFERENCE_PATH_H
 
+#include <math.h>
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -34,7 +35,7 @@ struct bd_reference {
 
 // A point where light is scattered towards the eye.
 struct bd_vertex {
-    struct bd_surface surface;
+    struct bd_bsdf bsdf;
     float wo[3];                    // towards the eye
     float position[3];              // reference space
     float clearance;                // rays start this far off the surface
@@ -59,6 +60,7 @@ struct bd_path {
     const struct bd_integrand *integrand;
     struct bd_sampler sampler;
     uint32_t events;    // scattering events between the eye and what is looked at now
+    uint64_t seed;      // of sampler and sample
     uint32_t ray_index; // numbers the rays of this path
     float throughput[3];
     float scatter_density; // of the last direction, with the chance of its survival; per steradian
@@ -68,8 +70,8 @@ struct bd_path {
     float sum[BD_PART_COUNT][3];
 };
 
-struct bd_path bd_path_begin(const struct bd_reference *reference,
-                             const struct bd_integrand *integrand, struct bd_sampler sampler);
+void bd_path_begin(const struct bd_reference *reference, const struct bd_integrand *integrand,
+                   struct bd_sampler sampler, struct bd_path *path);
 
 // Follows the ray of a camera. False if it met nothing but sky; else `first` is what it met, at
 // `distance` along the ray.
@@ -98,11 +100,19 @@ static inline uint32_t bd_path_pair(const struct bd_path *path, enum bd_path_pai
     return BD_PAIR_FIRST_VERTEX + path->events * BD_PAIR_COUNT + (uint32_t)pair;
 }
 
-// A ray from the vertex on the side of `direction`. Empty until near and far are set: [0, far].
-struct bd_ray bd_path_ray(struct bd_path *path, const struct bd_vertex *vertex,
-                          const float direction[3], float far);
-// True if nothing lies between the vertex and a point that is `clearance` off its surface.
-bool bd_path_sees(struct bd_path *path, const struct bd_vertex *vertex, const float target[3]);
+static inline uint64_t bd_path_ray_seed(struct bd_path *path)
+{
+    return path->seed + path->ray_index++ * (uint64_t)0x9e3779b97f4a7c15u;
+}
+
+// A ray from the vertex on the side of `direction`, which has that length, as far as `far` of them.
+// Written in place: a copy would have to wait for its parts.
+void bd_path_ray(struct bd_path *path, const struct bd_vertex *vertex, const float direction[3],
+                 float length, float far, struct bd_ray *out);
+// True if nothing lies between the vertex and a point that is `clearance` off its surface, about
+// `distance` away.
+bool bd_path_sees(struct bd_path *path, const struct bd_vertex *vertex, const float target[3],
+                  float distance);
 
 // The first surface along a ray that is not the camera's. False: none.
 bool bd_path_meet(const struct bd_path *path, const struct bd_ray *ray, struct bd_meeting *at);
@@ -117,8 +127,13 @@ void bd_path_absorb(const struct bd_vertex *from, const float wi[3], const struc
                     float distance, float value[3]);
 
 // The factor that holds cos cos / r^2 of two surfaces to the integrand's bound.
-float bd_path_clamp(const struct bd_path *path, float cosine_at_receiver, float cosine_at_sender,
-                    float distance);
+static inline float bd_path_clamp(const struct bd_path *path, float cosine_at_receiver,
+                                  float cosine_at_sender, float distance)
+{
+    float kernel = fabsf(cosine_at_receiver * cosine_at_sender);
+    float bounded = path->clamp_per_unit2 * distance * distance;
+    return kernel > bounded ? bounded / kernel : 1;
+}
 
 // The chance that a path goes on after scattering here.
 float bd_path_survival(const struct bd_path *path, const struct bd_vertex *vertex);
@@ -127,7 +142,13 @@ float bd_path_survival(const struct bd_path *path, const struct bd_vertex *verte
 void bd_path_make_sender(const struct bd_path *path, struct bd_surface *surface);
 
 // Adds throughput x value as light that was scattered `events` times.
-void bd_path_add(struct bd_path *path, uint32_t events, const float value[3]);
+static inline void bd_path_add(struct bd_path *path, uint32_t events, const float value[3])
+{
+    enum bd_reference_part part = events == 0   ? BD_PART_EMISSION
+                                  : events == 1 ? BD_PART_DIRECT
+                                                : BD_PART_INDIRECT;
+    for (int k = 0; k < 3; k++) path->sum[part][k] += path->throughput[k] * value[k];
+}
 
 // Light of lamps, scattered here (next_event.c). `sender_density`: density per area with which the
 // path found this vertex by scattering, 0 if only so could it be found.

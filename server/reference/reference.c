@@ -111,7 +111,8 @@ void bd_reference_destroy(struct bd_reference **reference)
 uint64_t bd_reference_memory_bytes(const struct bd_reference *reference)
 {
     const struct bd_emitters *e = &reference->emitters;
-    const struct bd_sky_map *map = reference->sky.columns ? reference->scene->environment.map : NULL;
+    const struct bd_sky_map *map =
+        reference->sky.columns ? reference->scene->environment.map : NULL;
     uint64_t sky_texels = map ? (uint64_t)map->width_px * map->height_px : 0;
     uint64_t emitter_bytes =
         sizeof *e->part + sizeof *e->triangle + sizeof *e->cumulated + sizeof *e->density;
@@ -174,17 +175,17 @@ static void trace_sample(const struct shot *shot, struct bd_sampler sampler, uin
                          struct bd_reference_pixel *pixel)
 {
     const struct bd_geometry *geometry = &shot->reference->geometry;
-    struct bd_path path = bd_path_begin(shot->reference, shot->integrand, sampler);
+    struct bd_path path;
+    bd_path_begin(shot->reference, shot->integrand, sampler, &path);
     struct bd_ray ray = {0};
     struct bd_vertex first;
     float offset[2] = {0.5f, 0.5f}, distance;
     double start, depth_per_distance;
-    if (shot->integrand->filter == BD_FILTER_BOX)
-        bd_sampler_pair(&sampler, BD_PAIR_CAMERA, offset);
-    bd_lens_ray(&shot->lens, geometry, shot->x_px + offset[0], shot->y_px + offset[1], &ray,
-                &start, &depth_per_distance);
+    if (shot->integrand->filter == BD_FILTER_BOX) bd_sampler_pair(&sampler, BD_PAIR_CAMERA, offset);
+    bd_lens_ray(&shot->lens, geometry, shot->x_px + offset[0], shot->y_px + offset[1], &ray, &start,
+                &depth_per_distance);
     if (bd_path_from_camera(&path, &ray, &first, &distance))
-        add_first(pixel, &first.surface,
+        add_first(pixel, &first.bsdf.surface,
                   (start + distance * depth_per_distance) / geometry->units_per_m);
     add_sample(pixel, half, &path, shot->reference->unit_cd_m2);
 }
@@ -210,26 +211,26 @@ static struct bd_vertex receiver_at(const struct bd_geometry *geometry, const do
 {
     bd_dvec3 at = bd_geometry_place(geometry, (bd_dvec3){point[0], point[1], point[2]});
     struct bd_vertex v = {
-        .surface = {.base_color = {1, 1, 1}, .ior = 1.5f, .lambert = true, .entering = true},
+        .bsdf.surface = {.base_color = {1, 1, 1}, .ior = 1.5f, .lambert = true, .entering = true},
         .position = {(float)at.x, (float)at.y, (float)at.z},
         .clearance = 0x1p-20f,
     };
-    for (int k = 0; k < 3; k++)
-        v.wo[k] = v.surface.normal[k] = v.surface.normal_geometric[k] = (float)normal[k];
+    struct bd_surface *s = &v.bsdf.surface;
+    for (int k = 0; k < 3; k++) v.wo[k] = s->normal[k] = s->normal_geometric[k] = (float)normal[k];
     return v;
 }
 
 void bd_reference_irradiance(const struct bd_reference *reference,
                              const struct bd_integrand *integrand, const double point[3],
-                             const double normal[3], uint64_t seed, uint32_t first,
-                             uint32_t count, struct bd_reference_pixel *sums)
+                             const double normal[3], uint64_t seed, uint32_t first, uint32_t count,
+                             struct bd_reference_pixel *sums)
 {
     const double pi = 3.14159265358979323846;
     const struct bd_vertex receiver = receiver_at(&reference->geometry, point, normal);
     for (uint32_t half = 0; half < 2; half++)
         for (uint32_t i = first; i < first + count; i++) {
-            struct bd_path path =
-                bd_path_begin(reference, integrand, bd_sampler_at(seed, 0, 0, half, i));
+            struct bd_path path;
+            bd_path_begin(reference, integrand, bd_sampler_at(seed, 0, 0, half, i), &path);
             bd_path_from_vertex(&path, &receiver);
             add_sample(sums, half, &path, reference->unit_cd_m2 * pi);
         }

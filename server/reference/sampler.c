@@ -8,6 +8,15 @@ static uint32_t reversed(uint32_t x)
     return (x & 0x55555555u) << 1 | (x & 0xaaaaaaaau) >> 1;
 }
 
+// Two words at once.
+static uint64_t reversed_pair(uint32_t low, uint32_t high)
+{
+    uint64_t x = __builtin_bswap64((uint64_t)low << 32 | high);
+    x = (x & 0x0f0f0f0f0f0f0f0fu) << 4 | (x & 0xf0f0f0f0f0f0f0f0u) >> 4;
+    x = (x & 0x3333333333333333u) << 2 | (x & 0xccccccccccccccccu) >> 2;
+    return (x & 0x5555555555555555u) << 1 | (x & 0xaaaaaaaaaaaaaaaau) >> 1;
+}
+
 // Owen scrambling of a number whose bits are turned round: each bit is flipped by a hash of the
 // lower ones.
 static uint32_t scrambled(uint32_t x, uint32_t seed)
@@ -51,6 +60,8 @@ void bd_sampler_pair_bits(const struct bd_sampler *sampler, uint32_t pair, uint3
 {
     uint32_t key = mix32(sampler->key ^ mix32(pair + 0x68bc21ebu));
     uint32_t index = reversed(scrambled(sampler->reversed_index, key));
-    out[0] = reversed(scrambled(index, mix32(key + 0x2545f491u)));
-    out[1] = reversed(scrambled(second_dimension(index), mix32(key + 0x9e3779b9u)));
+    uint64_t both = reversed_pair(scrambled(index, mix32(key + 0x2545f491u)),
+                                  scrambled(second_dimension(index), mix32(key + 0x9e3779b9u)));
+    out[0] = (uint32_t)both;
+    out[1] = (uint32_t)(both >> 32);
 }

@@ -30,18 +30,10 @@ static void interpolate(const float *stream, size_t width, const struct corners 
     }
 }
 
-// Vectors of the vertices, each brought to the world and made unit there, then interpolated: the
-// order in which a vertex shader does it, which differs where an instance is scaled unevenly.
-static void interpolate_in_world(const float *stream, size_t width, const struct corners *corners,
-                                 const float matrix[9], float out[3])
+static const struct bd_shading_vertex *vertex_of(const struct bd_hit *hit,
+                                                 const struct corners *corners, int c)
 {
-    bd_vec3f_set(out, 0, 0, 0);
-    for (int c = 0; c < 3; c++) {
-        const float *at = stream + width * corners->vertex[c];
-        float world[3] = {bd_vec3f_dot(matrix, at), bd_vec3f_dot(matrix + 3, at),
-                          bd_vec3f_dot(matrix + 6, at)};
-        if (bd_vec3f_normalize(world)) bd_vec3f_add_scaled(out, out, world, corners->weight[c]);
-    }
+    return &hit->vertices[corners->vertex[c]];
 }
 
 // --- maps ---------------------------------------------------------------------------------------
@@ -56,8 +48,15 @@ static const struct bd_texture *texture_of(const struct bd_scene *scene, const s
 static void map_coordinates(const struct bd_hit *hit, const struct bd_texture_ref *ref,
                             const struct corners *corners, float out[2])
 {
-    float uv[2];
-    interpolate(hit->primitive->uv[ref->uv_set], 2, corners, uv);
+    float uv[2] = {0, 0};
+    if (ref->uv_set == 0) {
+        for (int c = 0; c < 3; c++) {
+            const float *at = vertex_of(hit, corners, c)->uv;
+            for (int k = 0; k < 2; k++) uv[k] += corners->weight[c] * at[k];
+        }
+    } else {
+        interpolate(hit->primitive->uv[ref->uv_set], 2, corners, uv);
+    }
     const float *m = ref->uv_transform;
     out[0] = m[0] * uv[0] + m[1] * uv[1] + m[2];
     out[1] = m[3] * uv[0] + m[4] * uv[1] + m[5];
@@ -128,23 +127,22 @@ static void emission_at(const struct bd_scene *scene, const struct bd_hit *hit,
 // --- normals ------------------------------------------------------------------------------------
 
 // Bends `n` by the material's normal map, if it has one. The frame is used as interpolated, neither
-// unit nor orthogonal, with the bitangent from the cross product: as MikkTSpace bakes it. A
-// mirrored instance turns the cross product round, which its tangents' signs do not know.
+// unit nor orthogonal, with the bitangent from the cross product: as MikkTSpace bakes it.
 static void bend(const struct bd_scene *scene, const struct bd_hit *hit,
                  const struct corners *corners, float n[3])
 {
     const struct bd_material *material = material_of(scene, hit);
-    float map[4], t[3], b[3], bent[3];
-    const float *tangents = hit->primitive->tangent;
-    if (!tangents || !map_at(scene, hit, &material->normal_map, corners, false, map)) return;
-    interpolate_in_world(tangents, 4, corners, hit->world_from_mesh, t);
-    float handedness = 0;
-    for (int c = 0; c < 3; c++)
-        handedness += corners->weight[c] * tangents[4 * (size_t)corners->vertex[c] + 3];
+    float map[4], t[3] = {0, 0, 0}, b[3], bent[3], handedness = 0;
+    if (!hit->primitive->tangent) return;
+    if (!map_at(scene, hit, &material->normal_map, corners, false, map)) return;
+    for (int c = 0; c < 3; c++) {
+        const struct bd_shading_vertex *v = vertex_of(hit, corners, c);
+        bd_vec3f_add_scaled(t, t, v->tangent, corners->weight[c]);
+        handedness += corners->weight[c] * v->handedness;
+    }
     bd_vec3f_cross(b, n, t);
     float x = (2 * map[0] - 1) * material->normal_scale;
-    float y =
-        (2 * map[1] - 1) * material->normal_scale * (hit->mirrored ? -handedness : handedness);
+    float y = (2 * map[1] - 1) * material->normal_scale * handedness;
     bd_vec3f_scale(bent, n, 2 * map[2] - 1);
     bd_vec3f_add_scaled(bent, bent, t, x);
     bd_vec3f_add_scaled(bent, bent, b, y);
@@ -155,8 +153,9 @@ static void normals_at(const struct bd_scene *scene, const struct bd_hit *hit,
                        const struct corners *corners, bool from_behind, struct bd_surface *out)
 {
     bd_vec3f_scale(out->normal_geometric, hit->normal_geometric, from_behind ? -1 : 1);
-    float n[3];
-    interpolate_in_world(hit->primitive->normal, 3, corners, hit->normal_from_mesh, n);
+    float n[3] = {0, 0, 0};
+    for (int c = 0; c < 3; c++)
+        bd_vec3f_add_scaled(n, n, vertex_of(hit, corners, c)->normal, corners->weight[c]);
     bend(scene, hit, corners, n);
     if (!bd_vec3f_normalize(n)) {
         bd_vec3f_copy(out->normal, out->normal_geometric);

@@ -11,6 +11,7 @@
 #include <stdint.h>
 
 #include "reference/bsdf.h"
+#include "reference/shading_vertex.h"
 #include "scene/scene.h"
 
 // One triangle of an instance, and a point in it. Barycentrics as Embree has them: u belongs to the
@@ -20,9 +21,7 @@ struct bd_hit {
     const struct bd_primitive *primitive;
     uint32_t triangle; // index of its first index / 3
     float u, v;
-    const float *normal_from_mesh; // 3x3, row-major: inverse transpose of world_from_mesh
-    const float *world_from_mesh;  // 3x3, row-major: linear part, for tangents
-    bool mirrored;                 // world_from_mesh has a negative determinant
+    const struct bd_shading_vertex *vertices; // of the instance's primitive
     float normal_geometric[3]; // unit, of the triangle in the world, by its winding: glTF's front
 };
 

@@ -24,6 +24,7 @@
 #include "reference/geometry.h"
 #include "reference/texture.h"
 #include "reference/vec3f.h"
+#include "tests/tools/bsdf_once.h"
 #include "tests/tools/load_scene.h"
 
 #define GRID     8  // rays along a pixel's side
@@ -205,7 +206,7 @@ static void add_light(const struct work *work, const struct bd_placement *placed
     float wi[3], to_light[3], f_cos[3], density;
     set3(wi, bd_dvec3_normalize(span, placed->axis_z));
     set3(to_light, span);
-    bd_bsdf_eval(&found->surface, wi, wi, f_cos, &density);
+    eval_once(&found->surface, wi, wi, f_cos, &density);
     double lx = illuminance(work, placed, span) * share;
     if (density == 0 || lx == 0) return;
     if (work->habits.soften) lx *= softened(found->unmapped, found->surface.normal, wi);

@@ -12,7 +12,9 @@
 
 #include <cmocka.h>
 
+#include "reference/bsdf_albedo.h"
 #include "reference/bsdf_microfacet.h"
+#include "tests/tools/bsdf_once.h"
 
 #define PI 3.14159265358979323846
 
@@ -63,7 +65,7 @@ static double albedo(const struct bd_surface *s, const float wo[3], int side)
             float u[3] = {((float)a + uniform()) / (float)side,
                           ((float)b + uniform()) / (float)side, uniform()};
             struct bd_bsdf_sample sample;
-            if (!bd_bsdf_sample(s, wo, u, &sample)) continue;
+            if (!sample_once(s, wo, u, &sample)) continue;
             assert_true(isfinite(sample.weight[0]) && sample.weight[0] >= 0);
             sum += sample.weight[0] * (sample.transmitted ? through : 1);
         }
@@ -92,7 +94,7 @@ static void ggx_albedos(void **state)
                 for (int k = 0; k < 400; k++) {
                     float wi[3], f[3], density;
                     direction(((float)i + .5f) / 400, 2 * (float)PI * ((float)k + .5f) / 400, wi);
-                    bd_bsdf_eval(&s, wo, wi, f, &density);
+                    eval_once(&s, wo, wi, f, &density);
                     sum += f[0] * 2 * PI / 160000;
                 }
             }
@@ -135,7 +137,7 @@ static void agrees_with_appendix_b(void **state)
         float wo[3], wi[3], f[3], density;
         direction(.15f + .85f * uniform(), 6 * uniform(), wo);
         direction(.15f + .85f * uniform(), 6 * uniform(), wi);
-        bd_bsdf_eval(&s, wo, wi, f, &density);
+        eval_once(&s, wo, wi, f, &density);
         for (int j = 0; j < 2; j++) {
             double expected = appendix_b(&s, j, wo, wi) * wi[2];
             assert_true(fabs(f[j] - expected) < 1e-4 * expected + 1e-6);
@@ -155,7 +157,7 @@ static void sharp_lobes_are_mirrors(void **state)
         s.roughness = 0;
         assert_true(bd_bsdf_is_delta(&s));
         struct bd_bsdf_sample sample;
-        assert_true(bd_bsdf_sample(&s, wo, (float[3]){.3f, .6f, .5f}, &sample));
+        assert_true(sample_once(&s, wo, (float[3]){.3f, .6f, .5f}, &sample));
         assert_true(sample.delta && sample.density == 0 && fabsf(sample.weight[1] - 1) < 1e-6f);
         assert_true(fabsf(sample.wi[0] + wo[0]) < 1e-6f && fabsf(sample.wi[2] - wo[2]) < 1e-6f);
     }
@@ -193,7 +195,7 @@ static void slab_transmits(void **state)
         for (int k = 0; k < 64; k++) {
             struct bd_bsdf_sample sample;
             const float u[3] = {uniform(), uniform(), uniform()};
-            assert_true(bd_bsdf_sample(&face, wo, u, &sample));
+            assert_true(sample_once(&face, wo, u, &sample));
             assert_true(sample.delta);
             weight *= sample.weight[0];
             if (sample.transmitted == face.entering) {
@@ -218,13 +220,13 @@ static void refraction_bends(void **state)
     float wo[3];
     direction(.5f, 0, wo);
     struct bd_bsdf_sample sample;
-    assert_true(bd_bsdf_sample(&glass, wo, (float[3]){.5f, .5f, .999f}, &sample));
+    assert_true(sample_once(&glass, wo, (float[3]){.5f, .5f, .999f}, &sample));
     assert_true(sample.transmitted && sample.wi[2] < 0);
     assert_true(fabsf(sample.wi[0] + wo[0] / 1.5f) < 1e-6f);
     // Radiance, not flux: compressed by the index squared.
     assert_true(fabsf(sample.weight[0] - 1 / 2.25f) < 1e-6f);
     glass.thin = true;
-    assert_true(bd_bsdf_sample(&glass, wo, (float[3]){.5f, .5f, .999f}, &sample));
+    assert_true(sample_once(&glass, wo, (float[3]){.5f, .5f, .999f}, &sample));
     assert_true(sample.transmitted && fabsf(sample.wi[0] + wo[0]) < 1e-6f &&
                 fabsf(sample.wi[2] + wo[2]) < 1e-6f && sample.weight[0] == 1);
 }
@@ -266,7 +268,7 @@ static double fill_cells(const struct bd_surface *s, const float wo[3], double *
             float wi[3], f[3], density;
             direction(1 - 2 * ((float)ring + .5f) / (RINGS * fine),
                       2 * (float)PI * ((float)sector + .5f) / (SECTORS * fine), wi);
-            bd_bsdf_eval(s, wo, wi, f, &density);
+            eval_once(s, wo, wi, f, &density);
             assert_true(density >= 0 && isfinite(density));
             // What can be evaluated can be sampled.
             assert_true(density > 0 || f[0] == 0);
@@ -299,7 +301,7 @@ static void density_is_what_is_sampled(void **state)
             for (int k = 0; k < samples; k++) {
                 const float u[3] = {uniform(), uniform(), uniform()};
                 struct bd_bsdf_sample sample;
-                if (!bd_bsdf_sample(&s, wo, u, &sample)) continue;
+                if (!sample_once(&s, wo, u, &sample)) continue;
                 if (sample.delta) {
                     delta++;
                     continue;
@@ -339,8 +341,8 @@ static void weight_times_density_is_f(void **state)
             direction(uniform() * .99f + .01f, 6 * uniform(), wo);
             const float u[3] = {uniform(), uniform(), uniform()};
             struct bd_bsdf_sample sample;
-            if (!bd_bsdf_sample(&s, wo, u, &sample) || sample.delta) continue;
-            bd_bsdf_eval(&s, wo, sample.wi, f, &density);
+            if (!sample_once(&s, wo, u, &sample) || sample.delta) continue;
+            eval_once(&s, wo, sample.wi, f, &density);
             assert_true(fabsf(density - sample.density) <= 1e-3f * density);
             for (int j = 0; j < 3; j++)
                 assert_true(fabsf(sample.weight[j] * density - f[j]) <= 1e-3f * f[j] + 1e-6f);
@@ -360,20 +362,40 @@ static void reciprocity(void **state)
             direction(uniform() * .98f + .02f, 6 * uniform(), wo);
             direction(1.96f * uniform() - .98f, 6 * uniform(), wi);
             if (fabsf(wi[2]) < 1e-3f) continue; // BD_GGX_COSINE_MIN
-            bd_bsdf_eval(&s, wo, wi, there, &density);
+            eval_once(&s, wo, wi, there, &density);
             float scale = 1;
             if (wi[2] < 0) {
                 s.normal[2] = s.normal_geometric[2] = -1;
                 scale = s.thin ? 1 : s.entering ? s.ior * s.ior : 1 / (s.ior * s.ior);
                 s.entering = !s.entering;
             }
-            bd_bsdf_eval(&s, wi, wo, back, &density);
+            eval_once(&s, wi, wo, back, &density);
             for (int j = 0; j < 3; j++) {
                 float one = there[j] / fabsf(wi[2]) * scale, other = back[j] / wo[2];
                 assert_true(fabsf(one - other) <= 2e-3f * fmaxf(one, other) + 1e-5f);
             }
         }
     }
+}
+
+static void plain_colors_are_never_lowered(void **state)
+{
+    (void)state;
+    uint32_t plain = 0;
+    for (int i = 0; i < 20000; i++) {
+        const float color[3] = {uniform(), uniform(), uniform()};
+        float roughness = uniform(), factor[3];
+        if (!bd_albedo_is_plain(color, roughness)) continue;
+        plain++;
+        for (int k = 0; k < 20; k++) {
+            float c = uniform();
+            bd_albedo_diffuse_factor(color, roughness, c * c, factor);
+            for (int j = 0; j < 3; j++) assert_true(factor[j] == 1);
+        }
+    }
+    assert_true(plain > 2000 && plain < 18000);
+    assert_true(bd_albedo_is_plain((float[3]){.8f, .8f, .8f}, .6f));
+    assert_false(bd_albedo_is_plain((float[3]){.8f, .8f, .8f}, .1f));
 }
 
 // --- energy -----------------------------------------------------------------------------------
@@ -435,14 +457,14 @@ static void odd_input_stays_finite(void **state)
         const float u[3] = {k % 11 == 0 ? 0 : uniform(), k % 13 == 0 ? 0x1.fffffep-1f : uniform(),
                             uniform()};
         struct bd_bsdf_sample sample;
-        if (!bd_bsdf_sample(&s, wo, u, &sample)) continue;
+        if (!sample_once(&s, wo, u, &sample)) continue;
         for (int j = 0; j < 3; j++)
             assert_true(isfinite(sample.weight[j]) && sample.weight[j] >= 0);
         assert_true(sample.transmitted == (sample.wi[2] < 0));
         float length = sqrtf(sample.wi[0] * sample.wi[0] + sample.wi[1] * sample.wi[1] +
                              sample.wi[2] * sample.wi[2]);
         assert_true(fabsf(length - 1) < 1e-4f);
-        bd_bsdf_eval(&s, wo, sample.wi, f, &density);
+        eval_once(&s, wo, sample.wi, f, &density);
         assert_true(isfinite(f[0]) && f[0] >= 0 && isfinite(density) && density >= 0);
     }
 }
@@ -458,7 +480,7 @@ static void light_from_below_the_geometry(void **state)
     direction(-.1f, 0, wi); // above the shading normal's plane, below the triangle's
     for (int lambert = 0; lambert < 2; lambert++) {
         s.lambert = lambert;
-        bd_bsdf_eval(&s, wo, wi, f, &density);
+        eval_once(&s, wo, wi, f, &density);
         assert_true(f[0] == 0 && density == 0);
     }
 }
@@ -475,6 +497,7 @@ int main(void)
         cmocka_unit_test(density_is_what_is_sampled),
         cmocka_unit_test(weight_times_density_is_f),
         cmocka_unit_test(reciprocity),
+        cmocka_unit_test(plain_colors_are_never_lowered),
         cmocka_unit_test(nothing_gains_energy),
         cmocka_unit_test(furnace_is_kept),
         cmocka_unit_test(odd_input_stays_finite),

@@ -13,6 +13,7 @@
 #include <cmocka.h>
 
 #include "reference/bsdf.h"
+#include "tests/tools/bsdf_once.h"
 
 static float position[] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0};
 static float normal[] = {0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1};
@@ -39,6 +40,9 @@ struct setup {
     struct bd_material material;
     struct bd_primitive primitive;
     struct bd_scene scene;
+    const float *normal_from_mesh, *world_from_mesh;
+    bool mirrored;
+    struct bd_shading_vertex vertices[4];
     struct bd_hit hit;
 };
 
@@ -83,19 +87,25 @@ static void setup(struct setup *s)
                                  .texture_count = 3,
                                  .materials = &s->material,
                                  .material_count = 1};
-    s->hit = (struct bd_hit){.primitive = &s->primitive,
-                             .normal_from_mesh = identity,
-                             .world_from_mesh = identity,
-                             .normal_geometric = {0, 0, 1}};
+    s->normal_from_mesh = s->world_from_mesh = identity;
+    s->hit = (struct bd_hit){
+        .primitive = &s->primitive, .vertices = s->vertices, .normal_geometric = {0, 0, 1}};
+}
+
+static struct bd_surface seen(struct setup *s, const float wo[3], bool lambert, bool transmission)
+{
+    struct bd_surface out;
+    bd_shading_vertices(&s->primitive, s->normal_from_mesh, s->world_from_mesh, s->mirrored,
+                        s->vertices);
+    bd_surface_at(&s->scene, &s->hit, wo, lambert, transmission, &out);
+    return out;
 }
 
 // The surface at (x, y) of the quad's lower right half, y <= x.
 static struct bd_surface at(struct setup *s, float x, float y, const float wo[3])
 {
     s->hit.triangle = 0, s->hit.u = x - y, s->hit.v = y;
-    struct bd_surface out;
-    bd_surface_at(&s->scene, &s->hit, wo, false, true, &out);
-    return out;
+    return seen(s, wo, false, true);
 }
 
 static void assert_near(const float *v, double x, double y, double z)
@@ -133,12 +143,9 @@ static void second_triangle(void **state)
     setup(&s);
     s.material.base_color_map = map_of(0);
     s.hit.triangle = 1, s.hit.u = .1f, s.hit.v = .8f; // x = .1, y = .9
-    struct bd_surface out;
-    bd_surface_at(&s.scene, &s.hit, to_eye, false, true, &out);
-    assert_near(out.base_color, .5, 0, 0);
+    assert_near(seen(&s, to_eye, false, true).base_color, .5, 0, 0);
     s.hit.u = .8f, s.hit.v = .1f; // x = .8
-    bd_surface_at(&s.scene, &s.hit, to_eye, false, true, &out);
-    assert_near(out.base_color, 0, .5, 0);
+    assert_near(seen(&s, to_eye, false, true).base_color, 0, .5, 0);
 }
 
 static void data_maps_are_linear(void **state)
@@ -154,10 +161,9 @@ static void data_maps_are_linear(void **state)
     assert_true(fabsf(left.transmission - .5f * .2f) < 1e-6f);
     assert_true(left.thin && left.ior == 1.5f);
     s.material.thickness_m = .1f;
-    struct bd_surface out;
-    bd_surface_at(&s.scene, &s.hit, to_eye, false, false, &out);
+    struct bd_surface out = seen(&s, to_eye, false, false);
     assert_true(out.transmission == 0 && !out.thin && !out.lambert);
-    bd_surface_at(&s.scene, &s.hit, to_eye, true, true, &out);
+    out = seen(&s, to_eye, true, true);
     assert_true(out.lambert && out.transmission == 0);
     assert_near(out.base_color, .5, .5, .5);
 }
@@ -221,8 +227,8 @@ static void mirrored_normal_map(void **state)
     struct setup s;
     setup(&s);
     s.material.normal_map = map_of(2);
-    s.hit.world_from_mesh = s.hit.normal_from_mesh = mirror;
-    s.hit.mirrored = true;
+    s.world_from_mesh = s.normal_from_mesh = mirror;
+    s.mirrored = true;
     double x = 1, y = 2 * 128 / 255.0 - 1, z = 2 * 191 / 255.0 - 1, l = sqrt(x * x + y * y + z * z);
     assert_near(at(&s, .4f, .2f, to_eye).normal, -x / l, y / l, z / l);
     assert_near(at(&s, .6f, .2f, to_eye).normal, -y / l, x / l, z / l);
@@ -244,7 +250,7 @@ static void uneven_scale(void **state)
     struct setup s;
     setup(&s);
     s.primitive.normal = tilted;
-    s.hit.world_from_mesh = wide, s.hit.normal_from_mesh = inverse;
+    s.world_from_mesh = wide, s.normal_from_mesh = inverse;
     double l = sqrt(.4 * .4 + .6 * .6), x = .5 * .4 / l, z = .5 * (.6 / l + 1),
            n = sqrt(x * x + z * z);
     assert_near(at(&s, .5f, .25f, to_eye).normal, x / n, 0, z / n);
@@ -268,9 +274,9 @@ static void sides(void **state)
     assert_near(behind.emission, 0, 0, 0);
     struct bd_bsdf_sample sample;
     float f[3], density;
-    bd_bsdf_eval(&behind, from_below, from_below, f, &density);
+    eval_once(&behind, from_below, from_below, f, &density);
     assert_near(f, 0, 0, 0);
-    if (bd_bsdf_sample(&behind, from_below, (float[3]){.1f, .2f, .3f}, &sample))
+    if (sample_once(&behind, from_below, (float[3]){.1f, .2f, .3f}, &sample))
         assert_near(sample.weight, 0, 0, 0);
     // Light leaves glass through the rear of its surface.
     s.material.transmission = 1, s.material.metallic = 0, s.material.thickness_m = 1;
@@ -289,7 +295,7 @@ static void unlit_shows_its_color_and_reflects_nothing(void **state)
     assert_true(out.unlit);
     assert_near(out.emission, .5, 0, 0);
     float f[3], density;
-    bd_bsdf_eval(&out, to_eye, to_eye, f, &density);
+    eval_once(&out, to_eye, to_eye, f, &density);
     assert_near(f, 0, 0, 0);
 }
 

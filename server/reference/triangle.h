@@ -1,0 +1,50 @@
+// What the tracer asks of a triangle that a ray met: worked out once for all, in double precision,
+// and kept in one line of the cache. Where a vertex's data lie scattered, the wait for them is what
+// a meeting costs.
+//
+// Private to reference/. Made on one thread, then read by all.
+
+#ifndef BD_REFERENCE_TRIANGLE_H
+#define BD_REFERENCE_TRIANGLE_H
+
+#include <math.h>
+#include <stdalign.h>
+#include <stdbool.h>
+
+#include "reference/vec3f.h"
+
+// A scene's diagonal is 1 to 2. More than this would be seen.
+#define BD_CLEARANCE_MAX 1e-4f
+
+// Reference space.
+struct bd_triangle {
+    alignas(64) float corner[3][3];
+    float normal[3];   // unit, glTF's front; zero if the triangle has no area
+    float uncertainty; // how far off it a ray must start for the triangle's shape alone
+    float drawn_in;    // share of the way to its middle by which points of it are drawn in
+};
+
+// `mirrored`: the corners run the wrong way round, since the instance is a mirror image.
+struct bd_triangle bd_triangle_of(const float a[3], const float b[3], const float c[3],
+                                  bool mirrored);
+
+// The point at Embree's barycentrics, and how far off the triangle a ray must start there that is
+// not to meet it, or its neighbours in the same plane, again.
+//
+// From the corners, not from the ray's length, which is less exact.
+static inline void bd_triangle_point(const struct bd_triangle *triangle, float u, float v,
+                                     float position[3], float *clearance)
+{
+    const float(*p)[3] = triangle->corner;
+    double pull = triangle->drawn_in;
+    double s = u + (1.0 / 3 - u) * pull, t = v + (1.0 / 3 - v) * pull;
+    for (int k = 0; k < 3; k++)
+        position[k] =
+            (float)(p[0][k] + s * ((double)p[1][k] - p[0][k]) + t * ((double)p[2][k] - p[0][k]));
+    // The rounding of the position, and of what Embree computes from it.
+    float largest = bd_maxf(fabsf(position[0]), bd_maxf(fabsf(position[1]), fabsf(position[2])));
+    float rounding = 0x1p-21f * (largest + 0.5f);
+    *clearance = bd_minf(rounding + triangle->uncertainty, BD_CLEARANCE_MAX);
+}
+
+#endif
