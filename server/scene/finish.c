@@ -1,5 +1,6 @@
 #include <stdatomic.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "scene/derive.h"
 
@@ -66,6 +67,39 @@ static bool matrix_collapses_areas(const bd_dmat4 *m)
     return area <= 1e-12 * size;
 }
 
+// What tells two instances apart but their places in the file: what they show, and where.
+struct instance_key {
+    uint64_t mesh_hash;
+    struct bd_instance instance;
+};
+
+static int compare_keys(const void *a, const void *b)
+{
+    const struct instance_key *left = a, *right = b;
+    if (left->mesh_hash != right->mesh_hash) return left->mesh_hash < right->mesh_hash ? -1 : 1;
+    int matrix = memcmp(&left->instance.world_from_mesh, &right->instance.world_from_mesh,
+                        sizeof left->instance.world_from_mesh);
+    if (matrix != 0) return matrix;
+    return (left->instance.node > right->instance.node) -
+           (left->instance.node < right->instance.node);
+}
+
+// Where two surfaces lie in one place, the first is seen. Which that is must not hang on the order
+// of nodes and meshes, which means nothing.
+static bool order_by_content(struct bd_scene *scene)
+{
+    struct instance_key *keys = calloc((size_t)scene->instance_count + 1, sizeof *keys);
+    if (!keys) return false;
+    for (uint32_t i = 0; i < scene->instance_count; i++) {
+        const struct bd_instance *instance = &scene->instances[i];
+        keys[i] = (struct instance_key){scene->meshes[instance->mesh]->content_hash, *instance};
+    }
+    qsort(keys, scene->instance_count, sizeof *keys, compare_keys);
+    for (uint32_t i = 0; i < scene->instance_count; i++) scene->instances[i] = keys[i].instance;
+    free(keys);
+    return true;
+}
+
 bool bd_derive_instances(struct bd_scene *scene)
 {
     uint32_t unusable = 0, collapsed = 0;
@@ -86,7 +120,7 @@ bool bd_derive_instances(struct bd_scene *scene)
     }
     if (unusable) bd_scene_flag(scene, "instances_out_of_range: %u", unusable);
     if (collapsed) bd_scene_flag(scene, "collapsed_instances: %u", collapsed);
-    return true;
+    return order_by_content(scene);
 }
 
 // Right-handed whatever the matrix: z is where the node's z axis points, so that a lamp's mesh

@@ -15,13 +15,30 @@ static bool is_mirrored(const struct bd_instance *instance)
     return bd_dmat4_determinant3(&instance->world_from_mesh) < 0;
 }
 
-// Counting sort of the instances by (mesh, winding), stable, so that each group is one range.
-// `group_begin` has 2 * mesh_count + 1 entries.
-static void order_instances(const struct bd_scene *scene, uint32_t *order, uint32_t *group_begin)
+// Meshes in the order in which the scene's instances, ordered by content, come to them. Those that
+// no instance shows keep UINT32_MAX. Returns how many there are.
+static uint32_t rank_meshes(const struct bd_scene *scene, uint32_t *rank_of_mesh,
+                            uint32_t *mesh_of_rank)
+{
+    uint32_t count = 0;
+    for (uint32_t m = 0; m < scene->mesh_count; m++) rank_of_mesh[m] = UINT32_MAX;
+    for (uint32_t i = 0; i < scene->instance_count; i++) {
+        uint32_t mesh = (uint32_t)scene->instances[i].mesh;
+        if (rank_of_mesh[mesh] != UINT32_MAX) continue;
+        mesh_of_rank[count] = mesh;
+        rank_of_mesh[mesh] = count++;
+    }
+    return count;
+}
+
+// Counting sort of the instances by (mesh's rank, winding), stable, so that each group is one
+// range. `group_begin` has 2 * mesh_count + 1 entries.
+static void order_instances(const struct bd_scene *scene, const uint32_t *rank_of_mesh,
+                            uint32_t *order, uint32_t *group_begin)
 {
     for (uint32_t i = 0; i < scene->instance_count; i++) {
         const struct bd_instance *instance = &scene->instances[i];
-        group_begin[2 * instance->mesh + is_mirrored(instance) + 1]++;
+        group_begin[2 * rank_of_mesh[instance->mesh] + is_mirrored(instance) + 1]++;
     }
     for (uint32_t g = 0; g < 2 * scene->mesh_count; g++) group_begin[g + 1] += group_begin[g];
     uint32_t *next = malloc((2 * (size_t)scene->mesh_count + 1) * sizeof *next);
@@ -29,7 +46,7 @@ static void order_instances(const struct bd_scene *scene, uint32_t *order, uint3
     memcpy(next, group_begin, (2 * (size_t)scene->mesh_count + 1) * sizeof *next);
     for (uint32_t i = 0; i < scene->instance_count; i++) {
         const struct bd_instance *instance = &scene->instances[i];
-        order[next[2 * instance->mesh + is_mirrored(instance)]++] = i;
+        order[next[2 * rank_of_mesh[instance->mesh] + is_mirrored(instance)]++] = i;
     }
     free(next);
 }
@@ -61,16 +78,20 @@ static void build_draws(struct bd_gpu_scene *to)
     const struct bd_scene *scene = to->scene;
     uint32_t *group_begin = calloc(2 * (size_t)scene->mesh_count + 1, sizeof *group_begin);
     to->instance_order = calloc(scene->instance_count + 1, sizeof *to->instance_order);
-    BD_ASSERT(group_begin && to->instance_order);
-    order_instances(scene, to->instance_order, group_begin);
+    uint32_t *ranks = calloc(2 * (size_t)scene->mesh_count + 1, sizeof *ranks);
+    uint32_t *mesh_of_rank = ranks + scene->mesh_count;
+    BD_ASSERT(group_begin && to->instance_order && ranks);
+    const uint32_t rank_count = rank_meshes(scene, ranks, mesh_of_rank);
+    order_instances(scene, ranks, to->instance_order, group_begin);
     uint32_t draw_count_max = 0;
     for (uint32_t m = 0; m < scene->mesh_count; m++)
         draw_count_max += 2 * scene->meshes[m]->primitive_count;
     to->draws = calloc(draw_count_max + 1, sizeof *to->draws);
     BD_ASSERT(to->draws);
-    for (uint32_t g = 0; g < 2 * scene->mesh_count; g++)
-        append_draws(to, g / 2, group_begin[g], group_begin[g + 1], g % 2 == 1);
+    for (uint32_t g = 0; g < 2 * rank_count; g++)
+        append_draws(to, mesh_of_rank[g / 2], group_begin[g], group_begin[g + 1], g % 2 == 1);
     free(group_begin);
+    free(ranks);
 }
 
 // --- triangles -----------------------------------------------------------------------------
