@@ -169,6 +169,14 @@ bool bd_environment_shines(const struct bd_environment *environment)
     return false;
 }
 
+bd_dvec3 bd_scene_origin_m(const struct bd_features *features)
+{
+    const bd_dvec3 off_middle = {0.50137281, 0.49881733, 0.50092647};
+    bd_dvec3 low = features->bounds_min, extent = bd_dvec3_sub(features->bounds_max, low);
+    return (bd_dvec3){low.x + extent.x * off_middle.x, low.y + extent.y * off_middle.y,
+                      low.z + extent.z * off_middle.z};
+}
+
 void bd_derive_features(struct bd_scene *scene)
 {
     struct bd_features *features = &scene->features;

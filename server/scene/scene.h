@@ -236,6 +236,11 @@ void bd_picture_release(struct bd_picture **picture);
 struct bd_sky_map *bd_sky_map_retain(struct bd_sky_map *map);
 void bd_sky_map_release(struct bd_sky_map **map);
 
+// Where everything that works in 32 bits has its origin: nearly in the middle of the bounds, but by
+// no round number. The middle itself has a bit more than the corners: relative to it, coordinates
+// often lie halfway between two floats, and the last bit of a scene's place decides which.
+bd_dvec3 bd_scene_origin_m(const struct bd_features *features);
+
 // Computes bounds and content hash from the streams, or the hash from the texels. For whoever
 // fills a mesh, a picture or a sky, once, before it is shared.
 void bd_mesh_seal(struct bd_mesh *mesh);

@@ -37,10 +37,10 @@ struct bd_render_space bd_render_space_of(const struct bd_scene *scene)
 {
     const struct bd_features *f = &scene->features;
     struct bd_render_space space;
-    space.origin_m = bd_dvec3_scale(bd_dvec3_add(f->bounds_min, f->bounds_max), 0.5);
+    space.origin_m = bd_scene_origin_m(f);
     space.render_per_m = 1.0 / power_of_two_below(f->diagonal_m);
     space.unit_cd_m2 = power_of_two_below(strongest_light(scene, space.render_per_m));
-    // A margin: the sphere must hold every vertex after rounding to 32 bits.
-    space.radius = 0.5 * f->diagonal_m * space.render_per_m * 1.001;
+    // A margin: the origin is not quite in the middle, and vertices are rounded to 32 bits.
+    space.radius = 0.5 * f->diagonal_m * space.render_per_m * 1.004;
     return space;
 }

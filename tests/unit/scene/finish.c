@@ -182,6 +182,39 @@ static void flags_stop_when_full(void **state)
     bd_scene_release(&second);
 }
 
+// Which of two surfaces in one place is seen must not hang on the order of nodes in the file.
+static void instances_are_ordered_by_content(void **state)
+{
+    (void)state;
+    struct bd_scene *one = finished(
+        SCENE("{'mesh':0,'translation':[1,0,0]},{'mesh':0},{'mesh':0,'scale':[2,2,2]}", "0,1,2"));
+    struct bd_scene *other = finished(
+        SCENE("{'mesh':0,'scale':[2,2,2]},{'mesh':0,'translation':[1,0,0]},{'mesh':0}", "0,1,2"));
+    assert_int_equal(one->instance_count, 3);
+    assert_int_equal(other->instance_count, 3);
+    for (uint32_t i = 0; i < 3; i++)
+        assert_memory_equal(&one->instances[i].world_from_mesh,
+                            &other->instances[i].world_from_mesh,
+                            sizeof one->instances[i].world_from_mesh);
+    bd_scene_release(&one);
+    bd_scene_release(&other);
+}
+
+// Near the middle, and not at it: coordinates relative to it do not lie between two floats.
+static void the_origin_is_no_round_place(void **state)
+{
+    (void)state;
+    struct bd_scene *scene = finished(SCENE("{'mesh':0}", "0"));
+    const struct bd_features *f = &scene->features;
+    bd_dvec3 origin = bd_scene_origin_m(f);
+    const double middle = 0.5 * (f->bounds_min.x + f->bounds_max.x);
+    const double extent = f->bounds_max.x - f->bounds_min.x;
+    assert_true(fabs(origin.x - middle) < 2e-3 * extent);
+    double relative = (f->bounds_max.x - origin.x) / extent * 0x1p25;
+    assert_true(fabs(relative - round(relative)) > 1e-3);
+    bd_scene_release(&scene);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -193,6 +226,8 @@ int main(void)
         cmocka_unit_test(default_camera_frames_the_scene),
         cmocka_unit_test(aspects_are_unique_in_the_process),
         cmocka_unit_test(flags_stop_when_full),
+        cmocka_unit_test(instances_are_ordered_by_content),
+        cmocka_unit_test(the_origin_is_no_round_place),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
