@@ -8,6 +8,7 @@
 
 #include "base/assert.h"
 #include "base/large.h"
+#include "reference/flatten.h"
 #include "reference/sampler.h"
 #include "reference/vec3f.h"
 
@@ -27,9 +28,9 @@ static void set_space(struct bd_geometry *g)
     int exponent;
     frexp(f->diagonal_m, &exponent);
     g->units_per_m = ldexp(1.0, 1 - exponent);
-    g->origin_m = bd_dvec3_scale(bd_dvec3_add(f->bounds_min, f->bounds_max), 0.5);
-    // A margin for the rounding of positions to 32 bits.
-    g->radius = 0.5 * f->diagonal_m * g->units_per_m * 1.001;
+    g->origin_m = bd_scene_origin_m(f);
+    // A margin: the origin is not quite in the middle, and positions are rounded to 32 bits.
+    g->radius = 0.5 * f->diagonal_m * g->units_per_m * 1.004;
 }
 
 bd_dvec3 bd_geometry_place(const struct bd_geometry *geometry, bd_dvec3 world)
@@ -37,114 +38,7 @@ bd_dvec3 bd_geometry_place(const struct bd_geometry *geometry, bd_dvec3 world)
     return bd_dvec3_scale(bd_dvec3_sub(world, geometry->origin_m), geometry->units_per_m);
 }
 
-// Linear part and its cofactors (the inverse transpose up to a factor), scaled by a power of two
-// so that neither leaves the range of 32 bits.
-struct linear {
-    float normal_from_mesh[9], world_from_mesh[9];
-};
-
-static struct linear linear_of(const bd_dmat4 *m, bool mirrored)
-{
-    struct linear out;
-    double largest = 0, a[9];
-    for (int r = 0; r < 3; r++)
-        for (int c = 0; c < 3; c++) largest = fmax(largest, fabs(m->m[4 * c + r]));
-    int exponent = 0;
-    frexp(largest, &exponent);
-    for (int r = 0; r < 3; r++)
-        for (int c = 0; c < 3; c++) a[3 * r + c] = ldexp(m->m[4 * c + r], -exponent);
-    for (int r = 0; r < 3; r++) {
-        const double *p = a + 3 * ((r + 1) % 3), *q = a + 3 * ((r + 2) % 3);
-        for (int c = 0; c < 3; c++) {
-            int d = (c + 1) % 3, e = (c + 2) % 3;
-            double cofactor = p[d] * q[e] - p[e] * q[d];
-            out.normal_from_mesh[3 * r + c] = (float)(mirrored ? -cofactor : cofactor);
-            out.world_from_mesh[3 * r + c] = (float)a[3 * r + c];
-        }
-    }
-    return out;
-}
-
 // --- building -----------------------------------------------------------------------------------
-
-static bool is_drawn(const struct bd_primitive *primitive)
-{
-    return primitive->index_count > 0;
-}
-
-static size_t count_parts(const struct bd_scene *scene, size_t *vertex_count,
-                          size_t *triangle_count)
-{
-    size_t parts = 0;
-    *vertex_count = *triangle_count = 0;
-    for (uint32_t i = 0; i < scene->instance_count; i++) {
-        const struct bd_mesh *mesh = scene->meshes[scene->instances[i].mesh];
-        for (uint32_t p = 0; p < mesh->primitive_count; p++) {
-            if (!is_drawn(&mesh->primitives[p])) continue;
-            parts++;
-            *vertex_count += mesh->primitives[p].vertex_count;
-            *triangle_count += mesh->primitives[p].index_count / 3;
-        }
-    }
-    return parts;
-}
-
-static float *place_vertices(const struct bd_geometry *g, const struct bd_part *part, float *to)
-{
-    const struct bd_primitive *primitive = part->primitive;
-    for (uint32_t v = 0; v < primitive->vertex_count; v++, to += 3) {
-        const float *p = primitive->position + 3 * (size_t)v;
-        bd_dvec3 world =
-            bd_dmat4_point(&part->instance->world_from_mesh, (bd_dvec3){p[0], p[1], p[2]});
-        bd_dvec3 at = bd_geometry_place(g, world);
-        bd_vec3f_set(to, (float)at.x, (float)at.y, (float)at.z);
-    }
-    return to;
-}
-
-static struct bd_triangle *shape_triangles(const struct bd_part *part, struct bd_triangle *to)
-{
-    const struct bd_primitive *primitive = part->primitive;
-    for (uint32_t i = 0; i + 2 < primitive->index_count; i += 3) {
-        const uint32_t *index = primitive->index + i;
-        *to++ = bd_triangle_of(part->position + 3 * (size_t)index[0],
-                               part->position + 3 * (size_t)index[1],
-                               part->position + 3 * (size_t)index[2], part->mirrored);
-    }
-    return to;
-}
-
-static void fill_parts(struct bd_geometry *g)
-{
-    float *next = g->positions;
-    struct bd_triangle *next_triangle = g->triangles;
-    struct bd_shading_vertex *next_vertex = g->vertices;
-    for (uint32_t i = 0; i < g->scene->instance_count; i++) {
-        const struct bd_instance *instance = &g->scene->instances[i];
-        const struct bd_mesh *mesh = g->scene->meshes[instance->mesh];
-        for (uint32_t p = 0; p < mesh->primitive_count; p++) {
-            const struct bd_primitive *primitive = &mesh->primitives[p];
-            if (!is_drawn(primitive)) continue;
-            struct bd_part *part = &g->parts[g->part_count++];
-            *part = (struct bd_part){
-                .instance = instance,
-                .primitive = primitive,
-                .material = &g->scene->materials[primitive->material],
-                .position = next,
-                .triangles = next_triangle,
-                .vertices = next_vertex,
-                .mirrored = bd_dmat4_determinant3(&instance->world_from_mesh) < 0,
-                .first_emitter = UINT32_MAX,
-            };
-            next = place_vertices(g, part, next);
-            next_triangle = shape_triangles(part, next_triangle);
-            struct linear linear = linear_of(&instance->world_from_mesh, part->mirrored);
-            bd_shading_vertices(primitive, linear.normal_from_mesh, linear.world_from_mesh,
-                                part->mirrored, next_vertex);
-            next_vertex += primitive->vertex_count;
-        }
-    }
-}
 
 static void set_hit(const struct bd_part *part, uint32_t triangle, float u, float v,
                     struct bd_hit *hit)
@@ -155,7 +49,8 @@ static void set_hit(const struct bd_part *part, uint32_t triangle, float u, floa
         .triangle = triangle,
         .u = u,
         .v = v,
-        .vertices = part->vertices,
+        .corners = part->triangles[triangle].shading,
+        .tangents = part->tangents ? part->tangents[triangle].corner : NULL,
     };
 }
 
@@ -244,8 +139,9 @@ uint64_t bd_geometry_memory_bytes(const struct bd_geometry *geometry)
     int64_t embree_bytes = __atomic_load_n(&geometry->embree_bytes, __ATOMIC_RELAXED);
     return (uint64_t)(embree_bytes > 0 ? embree_bytes : 0) +
            geometry->part_count * sizeof *geometry->parts +
-           geometry->vertex_count * (3 * sizeof(float) + sizeof *geometry->vertices) +
-           geometry->triangle_count * sizeof *geometry->triangles;
+           geometry->counts.vertices * 3 * sizeof *geometry->positions +
+           geometry->counts.triangles * sizeof *geometry->triangles +
+           geometry->counts.bent_triangles * sizeof *geometry->tangents;
 }
 
 // Whom to ask whether to go on, and the answer that was not to.
@@ -298,23 +194,20 @@ enum bd_err bd_geometry_init(struct bd_geometry *geometry, const struct bd_scene
                              uint32_t thread_count, bd_reference_should_stop should_stop,
                              void *user, struct bd_fault *fault)
 {
-    size_t vertex_count, triangle_count;
-    *geometry = (struct bd_geometry){.scene = scene};
+    const struct bd_flat_counts counts = bd_flatten_count(scene);
+    *geometry = (struct bd_geometry){.scene = scene, .counts = counts};
     set_space(geometry);
-    size_t part_count = count_parts(scene, &vertex_count, &triangle_count);
-    geometry->vertex_count = vertex_count;
-    geometry->triangle_count = triangle_count;
-    geometry->parts = calloc(part_count + 1, sizeof *geometry->parts);
+    geometry->parts = calloc(counts.parts + 1, sizeof *geometry->parts);
     // Embree reads 16 bytes at the last vertex.
-    geometry->positions = bd_large_alloc((3 * vertex_count + 1) * sizeof *geometry->positions);
-    geometry->vertices = bd_large_alloc((vertex_count + 1) * sizeof *geometry->vertices);
-    geometry->triangles = bd_large_alloc((triangle_count + 1) * sizeof *geometry->triangles);
-    if (!geometry->parts || !geometry->positions || !geometry->vertices || !geometry->triangles)
+    geometry->positions = bd_large_alloc((3 * counts.vertices + 1) * sizeof *geometry->positions);
+    geometry->triangles = bd_large_alloc(counts.triangles * sizeof *geometry->triangles);
+    geometry->tangents = bd_large_alloc(counts.bent_triangles * sizeof *geometry->tangents);
+    if (!geometry->parts || !geometry->positions || !geometry->triangles || !geometry->tangents)
         return bd_fault_set(fault, BD_ERR_NO_MEMORY, "reference",
-                            "no memory for %zu vertices and %zu triangles", vertex_count,
-                            triangle_count);
-    geometry->positions[3 * vertex_count] = 0;
-    fill_parts(geometry);
+                            "no memory for %zu vertices and %zu triangles", counts.vertices,
+                            counts.triangles);
+    geometry->positions[3 * counts.vertices] = 0;
+    bd_flatten(geometry);
     struct watch watch = {.should_stop = should_stop, .user = user};
     if (!go_on(&watch, 0)) return atomic_load(&watch.answer);
     return build(geometry, thread_count, &watch, fault);
@@ -326,8 +219,8 @@ void bd_geometry_finish(struct bd_geometry *geometry)
     if (geometry->device) rtcReleaseDevice(geometry->device);
     free(geometry->parts);
     free(geometry->positions);
-    free(geometry->vertices);
     free(geometry->triangles);
+    free(geometry->tangents);
     *geometry = (struct bd_geometry){0};
 }
 

@@ -9,6 +9,7 @@
 #define BD_REFERENCE_GEOMETRY_H
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 #include "base/err.h"
@@ -27,9 +28,14 @@ struct bd_part {
     const struct bd_material *material;
     const float *position; // 3 a vertex, reference space
     const struct bd_triangle *triangles;
-    const struct bd_shading_vertex *vertices;
+    const struct bd_triangle_tangents *tangents; // NULL: no normal map
     bool mirrored;
     uint32_t first_emitter; // of its triangles, in struct bd_emitters; UINT32_MAX: none
+};
+
+struct bd_flat_counts {
+    size_t parts, vertices, triangles;
+    size_t bent_triangles; // of parts with a normal map
 };
 
 struct bd_geometry {
@@ -42,10 +48,9 @@ struct bd_geometry {
     struct bd_part *parts;
     uint32_t part_count;
     float *positions; // of all parts
-    uint64_t vertex_count;
-    struct bd_shading_vertex *vertices; // of all parts
-    struct bd_triangle *triangles;      // of all parts
-    uint64_t triangle_count;
+    struct bd_triangle *triangles;
+    struct bd_triangle_tangents *tangents;
+    struct bd_flat_counts counts;
     int64_t embree_bytes; // atomic: what Embree holds
 };
 

@@ -8,32 +8,26 @@
 
 // --- what the vertices say ----------------------------------------------------------------------
 
-// The three corners of a triangle and their weights.
-struct corners {
-    uint32_t vertex[3];
-    float weight[3];
+// Weights of the three corners.
+struct weights {
+    float of[3];
 };
 
-static struct corners corners_of(const struct bd_hit *hit)
+static struct weights weights_of(const struct bd_hit *hit)
+{
+    return (struct weights){{1 - hit->u - hit->v, hit->u, hit->v}};
+}
+
+// Of what is asked for rarely, and therefore left where the mesh has it.
+static void interpolate(const struct bd_hit *hit, const float *stream, size_t width,
+                        const struct weights *weights, float *out)
 {
     const uint32_t *index = hit->primitive->index + 3 * (size_t)hit->triangle;
-    return (struct corners){{index[0], index[1], index[2]}, {1 - hit->u - hit->v, hit->u, hit->v}};
-}
-
-static void interpolate(const float *stream, size_t width, const struct corners *corners,
-                        float *out)
-{
     for (size_t k = 0; k < width; k++) out[k] = 0;
     for (int c = 0; c < 3; c++) {
-        const float *at = stream + width * corners->vertex[c];
-        for (size_t k = 0; k < width; k++) out[k] += corners->weight[c] * at[k];
+        const float *at = stream + width * index[c];
+        for (size_t k = 0; k < width; k++) out[k] += weights->of[c] * at[k];
     }
-}
-
-static const struct bd_shading_vertex *vertex_of(const struct bd_hit *hit,
-                                                 const struct corners *corners, int c)
-{
-    return &hit->vertices[corners->vertex[c]];
 }
 
 // --- maps ---------------------------------------------------------------------------------------
@@ -46,16 +40,16 @@ static const struct bd_texture *texture_of(const struct bd_scene *scene, const s
 }
 
 static void map_coordinates(const struct bd_hit *hit, const struct bd_texture_ref *ref,
-                            const struct corners *corners, float out[2])
+                            const struct weights *weights, float out[2])
 {
     float uv[2] = {0, 0};
     if (ref->uv_set == 0) {
         for (int c = 0; c < 3; c++) {
-            const float *at = vertex_of(hit, corners, c)->uv;
-            for (int k = 0; k < 2; k++) uv[k] += corners->weight[c] * at[k];
+            const float *at = hit->corners[c].uv;
+            for (int k = 0; k < 2; k++) uv[k] += weights->of[c] * at[k];
         }
     } else {
-        interpolate(hit->primitive->uv[ref->uv_set], 2, corners, uv);
+        interpolate(hit, hit->primitive->uv[ref->uv_set], 2, weights, uv);
     }
     const float *m = ref->uv_transform;
     out[0] = m[0] * uv[0] + m[1] * uv[1] + m[2];
@@ -64,13 +58,13 @@ static void map_coordinates(const struct bd_hit *hit, const struct bd_texture_re
 
 // False if there is no such map: a factor stands alone.
 static bool map_at(const struct bd_scene *scene, const struct bd_hit *hit,
-                   const struct bd_texture_ref *ref, const struct corners *corners, bool srgb,
+                   const struct bd_texture_ref *ref, const struct weights *weights, bool srgb,
                    float out[4])
 {
     const struct bd_texture *texture = texture_of(scene, hit, ref);
     if (!texture) return false;
     float uv[2];
-    map_coordinates(hit, ref, corners, uv);
+    map_coordinates(hit, ref, weights, uv);
     bd_texture_at(scene, texture, srgb, uv[0], uv[1], out);
     return true;
 }
@@ -85,42 +79,42 @@ float bd_surface_alpha(const struct bd_scene *scene, const struct bd_hit *hit)
     const struct bd_material *material = material_of(scene, hit);
     const struct bd_texture_ref *ref = &material->base_color_map;
     const struct bd_texture *texture = texture_of(scene, hit, ref);
-    struct corners corners = corners_of(hit);
+    struct weights weights = weights_of(hit);
     float alpha = material->base_color[3];
     if (texture) {
         float uv[2];
-        map_coordinates(hit, ref, &corners, uv);
+        map_coordinates(hit, ref, &weights, uv);
         alpha *= bd_texture_alpha_at(scene, texture, uv[0], uv[1]);
     }
     if (hit->primitive->color) {
         float color[4];
-        interpolate(hit->primitive->color, 4, &corners, color);
+        interpolate(hit, hit->primitive->color, 4, &weights, color);
         alpha *= color[3];
     }
     return alpha;
 }
 
 static void base_color_at(const struct bd_scene *scene, const struct bd_hit *hit,
-                          const struct corners *corners, float out[3])
+                          const struct weights *weights, float out[3])
 {
     const struct bd_material *material = material_of(scene, hit);
     float map[4], color[4];
     bd_vec3f_copy(out, material->base_color);
-    if (map_at(scene, hit, &material->base_color_map, corners, true, map))
+    if (map_at(scene, hit, &material->base_color_map, weights, true, map))
         bd_vec3f_filter(out, out, map);
     if (!hit->primitive->color) return;
-    interpolate(hit->primitive->color, 4, corners, color);
+    interpolate(hit, hit->primitive->color, 4, weights, color);
     bd_vec3f_filter(out, out, color);
 }
 
 static void emission_at(const struct bd_scene *scene, const struct bd_hit *hit,
-                        const struct corners *corners, float out[3])
+                        const struct weights *weights, float out[3])
 {
     const struct bd_material *material = material_of(scene, hit);
     float map[4];
     bd_vec3f_copy(out, material->emissive);
     if (out[0] == 0 && out[1] == 0 && out[2] == 0) return;
-    if (map_at(scene, hit, &material->emissive_map, corners, true, map))
+    if (map_at(scene, hit, &material->emissive_map, weights, true, map))
         bd_vec3f_filter(out, out, map);
 }
 
@@ -129,16 +123,15 @@ static void emission_at(const struct bd_scene *scene, const struct bd_hit *hit,
 // Bends `n` by the material's normal map, if it has one. The frame is used as interpolated, neither
 // unit nor orthogonal, with the bitangent from the cross product: as MikkTSpace bakes it.
 static void bend(const struct bd_scene *scene, const struct bd_hit *hit,
-                 const struct corners *corners, float n[3])
+                 const struct weights *weights, float n[3])
 {
     const struct bd_material *material = material_of(scene, hit);
     float map[4], t[3] = {0, 0, 0}, b[3], bent[3], handedness = 0;
-    if (!hit->primitive->tangent) return;
-    if (!map_at(scene, hit, &material->normal_map, corners, false, map)) return;
+    if (!hit->tangents) return;
+    if (!map_at(scene, hit, &material->normal_map, weights, false, map)) return;
     for (int c = 0; c < 3; c++) {
-        const struct bd_shading_vertex *v = vertex_of(hit, corners, c);
-        bd_vec3f_add_scaled(t, t, v->tangent, corners->weight[c]);
-        handedness += corners->weight[c] * v->handedness;
+        bd_vec3f_add_scaled(t, t, hit->tangents[c].tangent, weights->of[c]);
+        handedness += weights->of[c] * hit->tangents[c].handedness;
     }
     bd_vec3f_cross(b, n, t);
     float x = (2 * map[0] - 1) * material->normal_scale;
@@ -150,13 +143,12 @@ static void bend(const struct bd_scene *scene, const struct bd_hit *hit,
 }
 
 static void normals_at(const struct bd_scene *scene, const struct bd_hit *hit,
-                       const struct corners *corners, bool from_behind, struct bd_surface *out)
+                       const struct weights *weights, bool from_behind, struct bd_surface *out)
 {
     bd_vec3f_scale(out->normal_geometric, hit->normal_geometric, from_behind ? -1 : 1);
     float n[3] = {0, 0, 0};
-    for (int c = 0; c < 3; c++)
-        bd_vec3f_add_scaled(n, n, vertex_of(hit, corners, c)->normal, corners->weight[c]);
-    bend(scene, hit, corners, n);
+    for (int c = 0; c < 3; c++) bd_vec3f_add_scaled(n, n, hit->corners[c].normal, weights->of[c]);
+    bend(scene, hit, weights, n);
     if (!bd_vec3f_normalize(n)) {
         bd_vec3f_copy(out->normal, out->normal_geometric);
         return;
@@ -168,20 +160,20 @@ static void normals_at(const struct bd_scene *scene, const struct bd_hit *hit,
 // --- the whole ----------------------------------------------------------------------------------
 
 static void metal_and_glass_at(const struct bd_scene *scene, const struct bd_hit *hit,
-                               const struct corners *corners, bool transmission,
+                               const struct weights *weights, bool transmission,
                                struct bd_surface *out)
 {
     const struct bd_material *material = material_of(scene, hit);
     float map[4];
     out->metallic = material->metallic;
     out->roughness = material->roughness;
-    if (map_at(scene, hit, &material->metallic_roughness_map, corners, false, map)) {
+    if (map_at(scene, hit, &material->metallic_roughness_map, weights, false, map)) {
         out->metallic *= map[2];
         out->roughness *= map[1];
     }
     if (!transmission || material->transmission == 0) return;
     out->transmission = material->transmission;
-    if (map_at(scene, hit, &material->transmission_map, corners, false, map))
+    if (map_at(scene, hit, &material->transmission_map, weights, false, map))
         out->transmission *= map[0];
 }
 
@@ -197,7 +189,7 @@ void bd_surface_at(const struct bd_scene *scene, const struct bd_hit *hit, const
                    bool lambert, bool transmission, struct bd_surface *out)
 {
     const struct bd_material *material = material_of(scene, hit);
-    struct corners corners = corners_of(hit);
+    struct weights weights = weights_of(hit);
     bool from_behind = bd_vec3f_dot(hit->normal_geometric, wo) < 0;
     *out = (struct bd_surface){
         .ior = material->ior,
@@ -206,19 +198,19 @@ void bd_surface_at(const struct bd_scene *scene, const struct bd_hit *hit, const
         .lambert = lambert,
         .unlit = material->unlit,
     };
-    normals_at(scene, hit, &corners, from_behind, out);
-    if (!lambert) metal_and_glass_at(scene, hit, &corners, transmission, out);
+    normals_at(scene, hit, &weights, from_behind, out);
+    if (!lambert) metal_and_glass_at(scene, hit, &weights, transmission, out);
     bool is_rear = from_behind && !material->double_sided;
     // Light leaves a solid through the rear of its surface, whatever glTF's culling flag says.
     if (is_rear && out->transmission == 0) {
         make_black(out);
         return;
     }
-    base_color_at(scene, hit, &corners, out->base_color);
+    base_color_at(scene, hit, &weights, out->base_color);
     if (material->unlit) {
         bd_vec3f_copy(out->emission, out->base_color);
         make_black(out);
     } else if (!is_rear) {
-        emission_at(scene, hit, &corners, out->emission);
+        emission_at(scene, hit, &weights, out->emission);
     }
 }

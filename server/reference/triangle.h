@@ -1,6 +1,6 @@
-// What the tracer asks of a triangle that a ray met: worked out once for all, in double precision,
-// and kept in one line of the cache. Where a vertex's data lie scattered, the wait for them is what
-// a meeting costs.
+// What the tracer and the shading ask of a triangle that a ray met: worked out once for all, the
+// shape in double precision, and kept in two neighbouring lines of the cache. Where a vertex's data
+// lie scattered, the wait for them is what a meeting costs.
 //
 // Private to reference/. Made on one thread, then read by all.
 
@@ -11,6 +11,7 @@
 #include <stdalign.h>
 #include <stdbool.h>
 
+#include "reference/corner.h"
 #include "reference/vec3f.h"
 
 // A scene's diagonal is 1 to 2. More than this would be seen.
@@ -22,9 +23,16 @@ struct bd_triangle {
     float normal[3];   // unit, glTF's front; zero if the triangle has no area
     float uncertainty; // how far off it a ray must start for the triangle's shape alone
     float drawn_in;    // share of the way to its middle by which points of it are drawn in
+    alignas(64) struct bd_corner shading[3];
 };
 
-// `mirrored`: the corners run the wrong way round, since the instance is a mirror image.
+// Beside a triangle whose material has a normal map.
+struct bd_triangle_tangents {
+    struct bd_corner_tangent corner[3];
+};
+
+// Without `shading`. `mirrored`: the corners run the wrong way round, since the instance is a
+// mirror image.
 struct bd_triangle bd_triangle_of(const float a[3], const float b[3], const float c[3],
                                   bool mirrored);
 

@@ -40,9 +40,9 @@ struct setup {
     struct bd_material material;
     struct bd_primitive primitive;
     struct bd_scene scene;
-    const float *normal_from_mesh, *world_from_mesh;
-    bool mirrored;
-    struct bd_shading_vertex vertices[4];
+    struct bd_linear linear;
+    struct bd_corner corners[3];
+    struct bd_corner_tangent tangents[3];
     struct bd_hit hit;
 };
 
@@ -51,6 +51,12 @@ static const struct bd_texture_ref no_map = {BD_NONE, 0, {1, 0, 0, 0, 1, 0}};
 static struct bd_texture_ref map_of(int32_t texture)
 {
     return (struct bd_texture_ref){texture, 0, {1, 0, 0, 0, 1, 0}};
+}
+
+static void set_linear(struct setup *s, const float world[9], const float inverse_transpose[9])
+{
+    memcpy(s->linear.world_from_mesh, world, sizeof s->linear.world_from_mesh);
+    memcpy(s->linear.normal_from_mesh, inverse_transpose, sizeof s->linear.normal_from_mesh);
 }
 
 static void setup(struct setup *s)
@@ -87,16 +93,21 @@ static void setup(struct setup *s)
                                  .texture_count = 3,
                                  .materials = &s->material,
                                  .material_count = 1};
-    s->normal_from_mesh = s->world_from_mesh = identity;
+    set_linear(s, identity, identity);
     s->hit = (struct bd_hit){
-        .primitive = &s->primitive, .vertices = s->vertices, .normal_geometric = {0, 0, 1}};
+        .primitive = &s->primitive, .corners = s->corners, .normal_geometric = {0, 0, 1}};
 }
 
 static struct bd_surface seen(struct setup *s, const float wo[3], bool lambert, bool transmission)
 {
     struct bd_surface out;
-    bd_shading_vertices(&s->primitive, s->normal_from_mesh, s->world_from_mesh, s->mirrored,
-                        s->vertices);
+    for (int c = 0; c < 3; c++) {
+        uint32_t vertex = s->primitive.index[3 * s->hit.triangle + (uint32_t)c];
+        s->corners[c] = bd_corner_of(&s->primitive, vertex, &s->linear);
+        if (s->primitive.tangent)
+            s->tangents[c] = bd_corner_tangent_of(&s->primitive, vertex, &s->linear);
+    }
+    s->hit.tangents = s->primitive.tangent ? s->tangents : NULL;
     bd_surface_at(&s->scene, &s->hit, wo, lambert, transmission, &out);
     return out;
 }
@@ -227,8 +238,8 @@ static void mirrored_normal_map(void **state)
     struct setup s;
     setup(&s);
     s.material.normal_map = map_of(2);
-    s.world_from_mesh = s.normal_from_mesh = mirror;
-    s.mirrored = true;
+    set_linear(&s, mirror, mirror);
+    s.linear.mirrored = true;
     double x = 1, y = 2 * 128 / 255.0 - 1, z = 2 * 191 / 255.0 - 1, l = sqrt(x * x + y * y + z * z);
     assert_near(at(&s, .4f, .2f, to_eye).normal, -x / l, y / l, z / l);
     assert_near(at(&s, .6f, .2f, to_eye).normal, -y / l, x / l, z / l);
@@ -250,7 +261,7 @@ static void uneven_scale(void **state)
     struct setup s;
     setup(&s);
     s.primitive.normal = tilted;
-    s.world_from_mesh = wide, s.normal_from_mesh = inverse;
+    set_linear(&s, wide, inverse);
     double l = sqrt(.4 * .4 + .6 * .6), x = .5 * .4 / l, z = .5 * (.6 / l + 1),
            n = sqrt(x * x + z * z);
     assert_near(at(&s, .5f, .25f, to_eye).normal, x / n, 0, z / n);

@@ -1,0 +1,14 @@
+// Primitives of instances, flattened into reference space: what Embree is given and what a meeting
+// and its shading read. Private to reference/; made on one thread, then read by all.
+
+#ifndef BD_REFERENCE_FLATTEN_H
+#define BD_REFERENCE_FLATTEN_H
+
+#include "reference/geometry.h"
+
+struct bd_flat_counts bd_flatten_count(const struct bd_scene *scene);
+
+// Fills the geometry's parts, positions, triangles and tangents, which have room for those counts.
+void bd_flatten(struct bd_geometry *geometry);
+
+#endif
