@@ -1,0 +1,70 @@
+// Discontinuity pyramids: in which blocks of a picture, or of a light's map, something jumps, so
+// that one evaluation cannot stand for the whole block (Nichols and Wyman 2010, D1 to D4 of
+// algorithms.md A1; Nichols, Shopf and Wyman 2009).
+//
+// A block's own test looks at its pixels that can be lit, at the block's own level. A block is
+// discontinuous if its own test says so, or a neighbour's where neighbours are asked, or if any of
+// its children is: so the property is monotone up the pyramid, and every pixel has exactly one
+// coarsest smooth block (errata N5). Level 0 is never discontinuous: a pixel is lit as it is.
+
+#ifndef BD_PASS_DISCONTINUITY_H
+#define BD_PASS_DISCONTINUITY_H
+
+#include "pass/gbuffer.h"
+#include "pass/multires_layout.h"
+#include "pass/rsm.h"
+
+enum bd_depth_test {
+    BD_DEPTH_TEST_MINMAX,     // D1: zmax - zmin > T zmin
+    BD_DEPTH_TEST_DERIVATIVE, // D2: the largest slope of a pixel, |grad z| / z, per pixel, > T
+    BD_DEPTH_TEST_OFF,        // no pyramid of depths is made
+};
+
+enum bd_normal_test {
+    BD_NORMAL_TEST_MINMAX, // D3: the range of any component > T, T in [0, 2]
+    BD_NORMAL_TEST_CHORD, // D4: the largest |n1 - n2| between neighbouring pixels > T ("curvature")
+    BD_NORMAL_TEST_OFF,   // no pyramid of normals is made
+};
+
+// Whose own tests count for a block, beside its own and its children's.
+enum bd_neighbourhood {
+    BD_NEIGHBOURHOOD_PLAIN,
+    BD_NEIGHBOURHOOD_DIAGONAL, // the 4 blocks that touch its corners
+    BD_NEIGHBOURHOOD_ADJACENT, // all 8 around it
+};
+
+struct bd_discontinuity_settings {
+    enum bd_depth_test depth_test;
+    enum bd_normal_test normal_test;
+    enum bd_neighbourhood neighbourhood;
+    double depth_threshold;  // >= 0; infinite: the same as OFF
+    double normal_threshold; // >= 0; infinite: the same as OFF
+    uint32_t coarsest_side;  // blocks along the longer side of the coarsest level, at most
+};
+
+// One of two: what the camera sees, or one face of what a light sees. The depth of the latter is
+// the distance along the face's axis (directional: along the light).
+struct bd_discontinuity_inputs {
+    const struct bd_gbuffer *gbuffer;
+    const struct bd_viewpoint *viewpoint; // of either
+    const struct bd_rsm *rsm;             // NULL for the camera's
+    uint32_t face;
+    const struct bd_render_space *space;
+    struct bd_discontinuity_settings settings;
+};
+
+struct bd_discontinuity {
+    struct bd_multires_layout layout;
+    // R32UI, levels from 1 on, stacked (shared/multires.h).
+    struct bd_tex *flags;          // BD_BLOCK_*
+    struct bd_tex *representative; // BD_PIXEL_PACK; undefined where the block is empty
+};
+
+BD_MUST_CHECK
+enum bd_err bd_discontinuity_run(const struct bd_pass_context *context,
+                                 const struct bd_discontinuity_inputs *inputs,
+                                 struct bd_discontinuity **out, struct bd_fault *fault);
+void bd_discontinuity_destroy(struct bd_gpu *gpu, struct bd_discontinuity **discontinuity);
+uint64_t bd_discontinuity_bytes(const struct bd_discontinuity *discontinuity);
+
+#endif

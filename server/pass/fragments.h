@@ -1,0 +1,40 @@
+// The list of fragments: the blocks that are lit as a whole, so that every pixel that can be lit is
+// in exactly one of them (algorithms.md A1 refinement, A2.1 classification).
+//
+// Block B of level k is a fragment if it is not empty, is smooth (or k = 0), and its parent is
+// discontinuous (or k is the coarsest level). The list is ordered by level from the coarsest, in a
+// level by rows of 8 x 8 tiles (neighbours in the list are neighbours in the picture), and is made
+// by prefix sums: the same on every run and device.
+
+#ifndef BD_PASS_FRAGMENTS_H
+#define BD_PASS_FRAGMENTS_H
+
+#include "pass/discontinuity.h"
+
+enum bd_refinement {
+    BD_REFINEMENT_ONE_PASS,  // every block decides for itself
+    BD_REFINEMENT_ITERATIVE, // from the coarsest level, each pass splits what is discontinuous
+};
+
+struct bd_fragments {
+    struct bd_multires_layout layout;
+    struct bd_buf *list; // uint32 BD_FRAGMENT_PACK each, `count` of them
+    // On the host, read back once: slices and counts in the report need them.
+    uint32_t count;
+    uint32_t level_first[BD_MULTIRES_LEVEL_MAX], level_count[BD_MULTIRES_LEVEL_MAX];
+    // Three uint32 group counts and one of 0, for an indirect dispatch of `count` invocations in
+    // groups of 64.
+    struct bd_buf *dispatch;
+};
+
+// `gbuffer` tells which pixels of level 0 can be lit (rsm: which texels hold something).
+BD_MUST_CHECK
+enum bd_err bd_fragments_run(const struct bd_pass_context *context,
+                             const struct bd_discontinuity_inputs *inputs,
+                             const struct bd_discontinuity *discontinuity,
+                             enum bd_refinement refinement, struct bd_fragments **out,
+                             struct bd_fault *fault);
+void bd_fragments_destroy(struct bd_gpu *gpu, struct bd_fragments **fragments);
+uint64_t bd_fragments_bytes(const struct bd_fragments *fragments);
+
+#endif

@@ -1,0 +1,34 @@
+// A quadtree of VPLs over each face of a reflective shadow map (Nichols, Shopf and Wyman 2009, 3.5;
+// algorithms.md A2.4): leaves are a grid of VPLs, each inner node sums up its four children, so
+// that a receiver may take a whole patch of the map for one light where that is good enough.
+
+#ifndef BD_PASS_VPL_TREE_H
+#define BD_PASS_VPL_TREE_H
+
+#include "pass/vpl_grid.h"
+
+// Nodes of all faces, face by face, in a face level by level from the roots, in a level by Morton
+// order: the children of a node lie together (shared/vpl_tree.h).
+struct bd_vpl_tree {
+    struct bd_buf *nodes;
+    uint32_t face_count;
+    uint32_t root_side, leaf_side; // nodes along a face's side; powers of two
+};
+
+struct bd_vpl_tree_inputs {
+    const struct bd_vpl_list
+        *leaves; // a grid of leaf_side x leaf_side a face, kernel disk or patch
+    uint32_t leaf_side, face_count;
+    uint32_t root_side; // at most leaf_side
+    const struct bd_light_setup *light;
+    const struct bd_render_space *space;
+};
+
+BD_MUST_CHECK
+enum bd_err bd_vpl_tree_run(const struct bd_pass_context *context,
+                            const struct bd_vpl_tree_inputs *inputs, struct bd_vpl_tree **out,
+                            struct bd_fault *fault);
+void bd_vpl_tree_destroy(struct bd_gpu *gpu, struct bd_vpl_tree **tree);
+uint64_t bd_vpl_tree_bytes(const struct bd_vpl_tree *tree);
+
+#endif

@@ -1,0 +1,42 @@
+// A multiresolution image: blocks of pixels at several levels (algorithms.md A1, A2.1).
+//
+// Block (x, y) of level k covers the pixels [x 2^k, (x+1) 2^k) x [y 2^k, (y+1) 2^k) of the picture
+// as far as they lie in it: level k has ceil(width / 2^k) x ceil(height / 2^k) blocks, the last ones
+// may be cut, and no row is ever dropped. Level 0 is a texture of the picture's size; the coarser
+// levels share a second one, stacked from level 1 down, level k beginning at row `levels[k].y`. (The
+// papers stack them beside the picture, where the widest picture of a device leaves no room.)
+#ifndef BD_SHARED_MULTIRES_H
+#define BD_SHARED_MULTIRES_H
+
+#include "shared/types.h"
+
+// Pictures up to 16384 px a side, in blocks up to 16384 px.
+#define BD_MULTIRES_LEVEL_MAX 15
+
+struct bd_multires_layout {
+    BD_UVEC4 size_px;                       // xy = the picture, z = levels, w = unused
+    BD_UVEC4 levels[BD_MULTIRES_LEVEL_MAX]; // xy = blocks of the level, z = first row in the stack
+                                            // (level 0: 0), w = unused
+};
+
+// A fragment is one block that is lit as a whole, packed in 32 bits.
+#define BD_FRAGMENT_PACK(level, x, y) ((level) << 28 | (y) << 14 | (x))
+#define BD_FRAGMENT_LEVEL(packed)     ((packed) >> 28)
+#define BD_FRAGMENT_X(packed)         ((packed) & 16383u)
+#define BD_FRAGMENT_Y(packed)         ((packed) >> 14 & 16383u)
+
+// What a block is, in the texture of flags.
+#define BD_BLOCK_EMPTY         0u // nothing in it can be lit: background, unlit surfaces
+#define BD_BLOCK_SMOOTH        1u
+#define BD_BLOCK_DISCONTINUOUS 2u // holds a discontinuity; so do all its parents
+
+// The pixel that stands for a block: of those that can be lit the nearest to its centre.
+#define BD_PIXEL_PACK(x, y) ((y) << 16 | (x))
+#define BD_PIXEL_X(packed)  ((packed) & 65535u)
+#define BD_PIXEL_Y(packed)  ((packed) >> 16)
+
+#ifndef BD_GLSL
+_Static_assert(sizeof(struct bd_multires_layout) == 256, "std140 size");
+#endif
+
+#endif
