@@ -2,114 +2,16 @@
 // order of the list, without visibility.
 //
 // image 0: irradiance, demodulated: no receiver albedo in it.
-// image 1 (BD_GLOSSY): what the whole BRDF reflects towards the eye beyond base colour / pi times
-// that irradiance, which cannot be demodulated. Negative where the diffuse lobe loses more than the
-// specular one gives.
-// BD_VPL_PATCH: VPLs nearer than their own limit are integrated as the parallelograms that they
-// are (A2.2); else the disk kernel, which is the bare one where the stored area is 0.
-#include "common/array.glsl"
-#include "common/brdf.glsl"
-#include "common/form_factor.glsl"
-#include "common/gbuffer.glsl"
+// image 1 (BD_GLOSSY): what the whole BRDF reflects beyond that (common/vpl_gather.glsl).
+#include "common/vpl_gather.glsl"
 #include "shared/gather.h"
-#include "shared/vpl.h"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(std140, binding = BD_UNIFORM_ARGS) uniform args_block { bd_gather_args args; };
-BD_ARRAY(vpls, BD_UNIT_VPLS);
-BD_ARRAY(vpl_quads, BD_UNIT_VPL_QUADS);
 layout(binding = 0, rgba32f) uniform image2D irradiance;
 #ifdef BD_GLOSSY
 layout(binding = 1, rgba32f) uniform image2D glossy;
 #endif
-
-// Squared distances below this are a receiver on the VPL itself (render space is about 1 wide).
-const float COINCIDENT_SQUARED = 1e-12;
-// A receiver in the VPL's own plane gets nothing from it, and the patch's form factor has no value
-// there; nor does a VPL in the receiver's plane give it anything, however its shading normal leans.
-// So that rounding cannot lift one out of the other's plane (hazard 3): the sine must be above what
-// a normal loses in the G-buffer (3e-5), the height above what a position does.
-const float COPLANAR_SQUARED = 4e-8;
-const float COPLANAR_HEIGHT = 1e-5;
-
-bool is_above(float height, float r2)
-{
-    return height > COPLANAR_HEIGHT && height * height > COPLANAR_SQUARED * r2;
-}
-
-float patch_kernel(uint index, vec3 to_vpl, vec3 n)
-{
-    vec4 u = BD_LOAD(vpl_quads, index * BD_VPL_QUAD_VEC4S);
-    vec3 v = BD_LOAD(vpl_quads, index * BD_VPL_QUAD_VEC4S + 1u).xyz;
-    return quad_form_factor(to_vpl, u.xyz, v, n) * u.w;
-}
-
-#ifdef BD_GLOSSY
-// Per irradiance. The specular lobe cannot be integrated over a patch: its peak is held to what a
-// patch can send.
-vec3 beyond_diffuse(receiver r, vec3 viewer, vec3 to_vpl, float r2)
-{
-    vec3 l = to_vpl * inversesqrt(r2);
-    float roughness = max(r.roughness, 0.25);
-    vec3 all = brdf(r.base_color, r.metallic, roughness, r.f0_dielectric, r.normal, l, viewer);
-    return all - r.base_color * ((1.0 - r.metallic) / PI);
-}
-#endif
-
-struct sums {
-    vec3 diffuse, glossy;
-};
-
-void add(inout sums s, receiver r, vec3 viewer, vec3 to_vpl, float r2, vec3 irradiance_of_vpl)
-{
-    s.diffuse += irradiance_of_vpl;
-#ifdef BD_GLOSSY
-    if ((r.metallic > 0.0 || r.roughness < 0.6) && irradiance_of_vpl != vec3(0.0))
-        s.glossy += irradiance_of_vpl * beyond_diffuse(r, viewer, to_vpl, r2);
-#endif
-}
-
-// A block of at most 32 VPLs. Those near enough to be integrated as patches are marked in a bit
-// mask and done after the others, because a software device runs both sides of every branch:
-// in the inner loop the patch's formula would cost six times the rest.
-void gather_block(inout sums s, receiver r, vec3 viewer, uint begin, uint end)
-{
-    uint near = 0u;
-    for (uint index = begin; index < end; index++) {
-        vec4 at = BD_LOAD(vpls, index * BD_VPL_VEC4S);
-        vec4 normal = BD_LOAD(vpls, index * BD_VPL_VEC4S + 1u);
-        vec3 flux = BD_LOAD(vpls, index * BD_VPL_VEC4S + 2u).rgb;
-        vec3 to_vpl = at.xyz - r.position;
-        float r2 = dot(to_vpl, to_vpl);
-        float vpl_dot = -dot(normal.xyz, to_vpl);
-        float receiver_dot = dot(r.normal, to_vpl);
-        float side = dot(r.normal_geometric, to_vpl);
-        bool faces = is_above(vpl_dot, r2);
-        float kernel = 0.0;
-        if (faces && receiver_dot > 0.0 && is_above(side, r2) && r2 > COINCIDENT_SQUARED)
-            kernel = disk_kernel(receiver_dot, vpl_dot, r2, at.w);
-#ifdef BD_VPL_PATCH
-        if (faces && r2 < normal.w) {
-            kernel = 0.0;
-            near |= 1u << (index - begin);
-        }
-#endif
-        add(s, r, viewer, to_vpl, r2, flux * kernel);
-    }
-#ifdef BD_VPL_PATCH
-    while (near != 0u) {
-        uint index = begin + uint(findLSB(near));
-        near &= near - 1u;
-        vec3 to_vpl = BD_LOAD(vpls, index * BD_VPL_VEC4S).xyz - r.position;
-        float r2 = dot(to_vpl, to_vpl);
-        // A patch reaches over the edge of what it stands for: only one whose centre is above the
-        // receiver's surface counts, or the outside of a thin wall is lit from within.
-        if (!is_above(dot(to_vpl, r.normal_geometric), r2)) continue;
-        vec3 flux = BD_LOAD(vpls, index * BD_VPL_VEC4S + 2u).rgb;
-        add(s, r, viewer, to_vpl, r2, flux * patch_kernel(index, to_vpl, r.normal));
-    }
-#endif
-}
 
 void main()
 {
