@@ -96,18 +96,39 @@ void bd_bind_all(struct bd_gpu *gpu, const struct bd_bindings *bindings)
             bd_uniform_bind(gpu, i, bindings->uniforms[i].bytes, bindings->uniforms[i].size_bytes);
 }
 
-void bd_gpu_dispatch(struct bd_gpu *gpu, const struct bd_program *program,
-                     const struct bd_bindings *bindings, uint32_t x, uint32_t y, uint32_t z)
+// `counts`: where an indirect dispatch takes its counts from; NULL for a direct one.
+static void prepare_dispatch(struct bd_gpu *gpu, const struct bd_program *program,
+                             const struct bd_bindings *bindings, const struct bd_buf *counts)
 {
     BD_ASSERT(program->source.compute && !gpu->in_target);
-    BD_ASSERT(x <= 65535 && y <= 65535 && z <= 65535);
-    if (x == 0 || y == 0 || z == 0) return;
     bd_warm_dispatch(gpu, program, bindings);
     gpu->serial++;
     bd_bind_note(gpu, bindings);
+    if (counts) bd_barrier_read(gpu, &counts->access, BD_USE_COMMAND);
     bd_barrier_issue(gpu);
     bd_bind_all(gpu, bindings);
     glUseProgram(program->id);
+}
+
+void bd_gpu_dispatch(struct bd_gpu *gpu, const struct bd_program *program,
+                     const struct bd_bindings *bindings, uint32_t x, uint32_t y, uint32_t z)
+{
+    BD_ASSERT(x <= 65535 && y <= 65535 && z <= 65535);
+    if (x == 0 || y == 0 || z == 0) return;
+    prepare_dispatch(gpu, program, bindings, NULL);
     glDispatchCompute(x, y, z);
     bd_gpu_check(gpu, "bd_gpu_dispatch");
+}
+
+void bd_gpu_dispatch_indirect(struct bd_gpu *gpu, const struct bd_program *program,
+                              const struct bd_bindings *bindings, const struct bd_buf *counts,
+                              size_t offset_bytes)
+{
+    const size_t counts_bytes = 3 * sizeof(uint32_t);
+    BD_ASSERT(offset_bytes % 4 == 0 && counts->size_bytes >= counts_bytes &&
+              offset_bytes <= counts->size_bytes - counts_bytes);
+    prepare_dispatch(gpu, program, bindings, counts);
+    glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, counts->id);
+    glDispatchComputeIndirect((GLintptr)offset_bytes);
+    bd_gpu_check(gpu, "bd_gpu_dispatch_indirect");
 }

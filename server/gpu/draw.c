@@ -63,10 +63,7 @@ void bd_gpu_target_begin(struct bd_gpu *gpu, const struct bd_target *target)
     bd_barrier_issue(gpu);
     glBindFramebuffer(GL_FRAMEBUFFER, gpu->framebuffer);
     glViewport(0, 0, (GLsizei)size->width_px, (GLsizei)size->height_px);
-    if (target->depth.tex)
-        glEnable(GL_DEPTH_TEST);
-    else
-        glDisable(GL_DEPTH_TEST);
+    glDepthMask(GL_TRUE); // clearing obeys it
     glEnable(GL_SCISSOR_TEST);
     bd_gpu_target_rows(gpu, 0, size->height_px);
     clear_target(gpu, target, color_count);
@@ -142,22 +139,52 @@ static void set_faces(const struct bd_draw *draw)
     }
 }
 
+static void set_depth(const struct bd_gpu *gpu, const struct bd_draw *draw)
+{
+    if (gpu->target.depth.tex && draw->depth != BD_DRAW_DEPTH_IGNORE)
+        glEnable(GL_DEPTH_TEST);
+    else
+        glDisable(GL_DEPTH_TEST);
+    glDepthMask(draw->depth == BD_DRAW_DEPTH_WRITE);
+}
+
+static void set_blend(const struct bd_draw *draw)
+{
+    switch (draw->blend) {
+    case BD_BLEND_REPLACE:
+        glDisable(GL_BLEND);
+        break;
+    case BD_BLEND_ADD:
+        glEnable(GL_BLEND);
+        glBlendFunc(GL_ONE, GL_ONE);
+        break;
+    }
+}
+
+static GLenum topology_of(const struct bd_draw *draw)
+{
+    return draw->topology == BD_TOPOLOGY_POINTS ? GL_POINTS : GL_TRIANGLES;
+}
+
 void bd_draw_submit(struct bd_gpu *gpu, const struct bd_draw *draw, uint32_t index_count,
                     uint32_t instance_count)
 {
+    GLenum topology = topology_of(draw);
     bd_bind_all(gpu, &draw->bindings);
     for (GLuint i = 0; i < BD_ATTRIBUTE_MAX; i++) set_attribute(gpu, i, &draw->attributes[i]);
     set_faces(draw);
+    set_depth(gpu, draw);
+    set_blend(draw);
     glBindVertexArray(gpu->vertex_array);
     glUseProgram(draw->program->id);
     if (draw->indices) {
         glVertexArrayElementBuffer(gpu->vertex_array, draw->indices->id);
         glDrawElementsInstancedBaseVertexBaseInstance(
-            GL_TRIANGLES, (GLsizei)index_count, GL_UNSIGNED_INT,
+            topology, (GLsizei)index_count, GL_UNSIGNED_INT,
             (const void *)(uintptr_t)draw->index_offset_bytes, (GLsizei)instance_count,
             draw->base_vertex, draw->base_instance);
     } else {
-        glDrawArraysInstancedBaseInstance(GL_TRIANGLES, draw->base_vertex, (GLsizei)index_count,
+        glDrawArraysInstancedBaseInstance(topology, draw->base_vertex, (GLsizei)index_count,
                                           (GLsizei)instance_count, draw->base_instance);
     }
 }
@@ -170,9 +197,17 @@ static void note_attributes(struct bd_gpu *gpu, const struct bd_draw *draw)
     if (draw->indices) bd_barrier_read(gpu, &draw->indices->access, BD_USE_INDEX);
 }
 
+static void check_blend(const struct bd_gpu *gpu, const struct bd_draw *draw)
+{
+    for (uint32_t i = 0; i < BD_TARGET_COLOR_MAX && gpu->target.color[i].tex; i++)
+        BD_ASSERT(draw->blend == BD_BLEND_REPLACE ||
+                  bd_format_info(gpu->target.color[i].tex->desc.format)->is_float);
+}
+
 void bd_gpu_draw(struct bd_gpu *gpu, const struct bd_draw *draw)
 {
     BD_ASSERT(gpu->in_target && draw->program->source.vertex);
+    check_blend(gpu, draw);
     if (draw->index_count == 0 || draw->instance_count == 0) return;
     gpu->serial++;
     bd_bind_note(gpu, &draw->bindings);

@@ -147,9 +147,9 @@ struct bd_program_source {
 // device, compiled and linked at first request. Software drivers generate code later, for the
 // formats and sampling that are bound: so the first dispatch or draw with bindings of a new kind
 // is run once before, in a way that leaves no trace (one work group with zero uniforms, zero
-// storage and images of its own; one triangle behind an empty scissor). Both count as `compile`
-// (bd_gpu_compile_ms) and not to the pass around them. It asks one thing of a kernel: to end when
-// all its uniforms are zero.
+// storage and images of its own; one triangle or a few points behind an empty scissor). Both count
+// as `compile` (bd_gpu_compile_ms) and not to the pass around them. It asks one thing of a kernel:
+// to end when all its uniforms are zero.
 BD_MUST_CHECK
 enum bd_err bd_program_get(struct bd_gpu *gpu, const struct bd_program_source *source,
                            struct bd_program **out, struct bd_fault *fault);
@@ -199,6 +199,11 @@ struct bd_bindings {
 // Counts are work groups.
 void bd_gpu_dispatch(struct bd_gpu *gpu, const struct bd_program *program,
                      const struct bd_bindings *bindings, uint32_t x, uint32_t y, uint32_t z);
+// Counts that the device has worked out: three uint32 at `offset_bytes` of `counts`, a multiple
+// of 4. Each must be at most 65535; nobody checks. Zero is allowed.
+void bd_gpu_dispatch_indirect(struct bd_gpu *gpu, const struct bd_program *program,
+                              const struct bd_bindings *bindings, const struct bd_buf *counts,
+                              size_t offset_bytes);
 
 // Render target: colour textures and a depth texture of one size. `layer` selects a layer of an
 // array texture (0 for plain ones).
@@ -215,6 +220,23 @@ struct bd_target {
 };
 
 enum bd_cull { BD_CULL_NONE, BD_CULL_BACK };
+enum bd_topology {
+    BD_TOPOLOGY_TRIANGLES,
+    BD_TOPOLOGY_POINTS, // a point colours the pixel that it lies in
+};
+// How a draw uses the target's depth. Without a depth texture all three are the last.
+enum bd_draw_depth {
+    BD_DRAW_DEPTH_WRITE, // what is nearer passes, and leaves its depth
+    BD_DRAW_DEPTH_TEST,  // what is nearer passes, the depth stays
+    BD_DRAW_DEPTH_IGNORE,
+};
+enum bd_blend {
+    BD_BLEND_REPLACE,
+    // Adds to every colour, alpha too, in 32 bits a channel. Fragments of one pixel are added in
+    // the order of draws, instances and primitives, so that two runs give the same sum. Every
+    // colour texture of the target must be R32F, RG32F or RGBA32F.
+    BD_BLEND_ADD,
+};
 
 // Attribute i of a vertex is `layout(location = i)`.
 struct bd_attribute {
@@ -240,6 +262,9 @@ struct bd_draw {
     enum bd_cull cull; // front faces are counter-clockwise as the viewer sees them (so is
                        // gl_FrontFacing); `mirrored` swaps that
     bool mirrored;
+    enum bd_topology topology;
+    enum bd_draw_depth depth;
+    enum bd_blend blend;
 };
 
 // Clears the colours to 0 and the depth to 0 (infinitely far: depth is reversed), sets the

@@ -22,6 +22,7 @@ enum bd_use {
     BD_USE_STORAGE,    // storage block
     BD_USE_VERTEX,     // vertex attribute
     BD_USE_INDEX,      // element array
+    BD_USE_COMMAND,    // counts of an indirect dispatch
     BD_USE_TARGET,     // colour or depth attachment
     BD_USE_TEX_UPDATE, // upload, clear, readback of a texture
     BD_USE_BUF_UPDATE, // the same of a buffer
@@ -44,6 +45,7 @@ struct bd_format_info {
     GLenum internal_format, format, type;
     uint32_t texel_bytes;
     bool is_uint, is_depth, is_image; // is_image: may be bound with glBindImageTexture
+    bool is_float;                    // 32 bits a channel: sums keep their low bits
 };
 
 struct bd_tex {

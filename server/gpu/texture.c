@@ -7,17 +7,17 @@
 const struct bd_format_info *bd_format_info(enum bd_format format)
 {
     // clang-format off
-    static const struct bd_format_info infos[] = { // ... bytes, is_uint, is_depth, is_image
-        [BD_FORMAT_RGBA8]      = {GL_RGBA8, GL_RGBA, GL_UNSIGNED_BYTE, 4, 0, 0, 1},
-        [BD_FORMAT_RGBA8_SRGB] = {GL_SRGB8_ALPHA8, GL_RGBA, GL_UNSIGNED_BYTE, 4, 0, 0, 0},
-        [BD_FORMAT_RGBA16]     = {GL_RGBA16, GL_RGBA, GL_UNSIGNED_SHORT, 8, 0, 0, 1},
-        [BD_FORMAT_R32F]       = {GL_R32F, GL_RED, GL_FLOAT, 4, 0, 0, 1},
-        [BD_FORMAT_RG32F]      = {GL_RG32F, GL_RG, GL_FLOAT, 8, 0, 0, 1},
-        [BD_FORMAT_RGBA32F]    = {GL_RGBA32F, GL_RGBA, GL_FLOAT, 16, 0, 0, 1},
-        [BD_FORMAT_R32UI]      = {GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, 4, 1, 0, 1},
-        [BD_FORMAT_RG32UI]     = {GL_RG32UI, GL_RG_INTEGER, GL_UNSIGNED_INT, 8, 1, 0, 1},
-        [BD_FORMAT_RGBA32UI]   = {GL_RGBA32UI, GL_RGBA_INTEGER, GL_UNSIGNED_INT, 16, 1, 0, 1},
-        [BD_FORMAT_DEPTH32F]   = {GL_DEPTH_COMPONENT32F, GL_DEPTH_COMPONENT, GL_FLOAT, 4, 0, 1, 0},
+    static const struct bd_format_info infos[] = { // ... bytes, is_uint, is_depth, is_image, is_float
+        [BD_FORMAT_RGBA8]      = {GL_RGBA8, GL_RGBA, GL_UNSIGNED_BYTE, 4, 0, 0, 1, 0},
+        [BD_FORMAT_RGBA8_SRGB] = {GL_SRGB8_ALPHA8, GL_RGBA, GL_UNSIGNED_BYTE, 4, 0, 0, 0, 0},
+        [BD_FORMAT_RGBA16]     = {GL_RGBA16, GL_RGBA, GL_UNSIGNED_SHORT, 8, 0, 0, 1, 0},
+        [BD_FORMAT_R32F]       = {GL_R32F, GL_RED, GL_FLOAT, 4, 0, 0, 1, 1},
+        [BD_FORMAT_RG32F]      = {GL_RG32F, GL_RG, GL_FLOAT, 8, 0, 0, 1, 1},
+        [BD_FORMAT_RGBA32F]    = {GL_RGBA32F, GL_RGBA, GL_FLOAT, 16, 0, 0, 1, 1},
+        [BD_FORMAT_R32UI]      = {GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, 4, 1, 0, 1, 0},
+        [BD_FORMAT_RG32UI]     = {GL_RG32UI, GL_RG_INTEGER, GL_UNSIGNED_INT, 8, 1, 0, 1, 0},
+        [BD_FORMAT_RGBA32UI]   = {GL_RGBA32UI, GL_RGBA_INTEGER, GL_UNSIGNED_INT, 16, 1, 0, 1, 0},
+        [BD_FORMAT_DEPTH32F]   = {GL_DEPTH_COMPONENT32F, GL_DEPTH_COMPONENT, GL_FLOAT, 4, 0, 1, 0, 0},
     };
     // clang-format on
     BD_ASSERT_CMP((size_t)format, <, sizeof infos / sizeof *infos);

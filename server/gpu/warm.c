@@ -27,8 +27,16 @@ static uint32_t texture_signature(const struct bd_tex *tex)
            (uint32_t)(desc->level_count > 1) << 12;
 }
 
+// What it looks at in a draw beside its bindings: the states of what happens to a fragment.
+static uint32_t state_signature(const struct bd_draw *draw, const struct bd_target *target)
+{
+    return 1u | (uint32_t)(target->depth.tex != NULL) << 1 | (uint32_t)draw->topology << 2 |
+           (uint32_t)draw->depth << 4 | (uint32_t)draw->blend << 8;
+}
+
+// `draw` is NULL for a dispatch.
 static uint64_t signature(struct bd_gpu *gpu, const struct bd_bindings *bindings,
-                          const struct bd_target *target)
+                          const struct bd_draw *draw)
 {
     if (!gpu->caps.software) return 1; // hardware compiles once
     uint32_t parts[BD_BINDING_MAX + COUNT(bindings->images) + BD_TARGET_COLOR_MAX + 1] = {0};
@@ -43,10 +51,10 @@ static uint64_t signature(struct bd_gpu *gpu, const struct bd_bindings *bindings
     for (uint32_t i = 0; i < COUNT(bindings->images); i++, count++)
         parts[count] = texture_signature(bindings->images[i].tex) |
                        (uint32_t)(bindings->images[i].layer < 0) << 16;
-    for (uint32_t i = 0; i < BD_TARGET_COLOR_MAX && target; i++)
-        if (target->color[i].tex)
-            parts[count + i] = 1u | (uint32_t)target->color[i].tex->desc.format << 1;
-    if (target) parts[count + BD_TARGET_COLOR_MAX] = target->depth.tex != NULL;
+    for (uint32_t i = 0; i < BD_TARGET_COLOR_MAX && draw; i++)
+        if (gpu->target.color[i].tex)
+            parts[count + i] = 1u | (uint32_t)gpu->target.color[i].tex->desc.format << 1;
+    if (draw) parts[count + BD_TARGET_COLOR_MAX] = state_signature(draw, &gpu->target);
     return bd_hash64(parts, sizeof parts, 1);
 }
 
@@ -121,11 +129,11 @@ void bd_warm_dispatch(struct bd_gpu *gpu, const struct bd_program *program,
     bd_gpu_check(gpu, "bd_warm_dispatch");
 }
 
-// The draw itself, one triangle of it, behind an empty scissor: code is generated for the target
-// and the states at hand, and no pixel is touched.
+// The draw itself, one triangle or three points of it, behind an empty scissor: code is generated
+// for the target and the states at hand, and no pixel is touched.
 void bd_warm_draw(struct bd_gpu *gpu, const struct bd_draw *draw)
 {
-    if (!is_new(draw->program, signature(gpu, &draw->bindings, &gpu->target))) return;
+    if (!is_new(draw->program, signature(gpu, &draw->bindings, draw))) return;
     glFinish();
     uint64_t start_ns = bd_clock_ns();
     glScissor(0, 0, 0, 0);

@@ -56,6 +56,31 @@ static GLbitfield add_to_storage(void)
     return issued;
 }
 
+// Counts of 0: what is dispatched does nothing, its barriers are issued all the same.
+static GLbitfield write_counts(struct bd_buf *counts)
+{
+    const uint32_t none[4] = {0};
+    const struct bd_bindings bindings = {
+        .storage[0] = {.buf = counts, .write = true},
+        .uniforms[0] = {none, sizeof none},
+    };
+    issued = 0;
+    bd_gpu_dispatch(gpu, compute_program("test/counts.comp"), &bindings, 1, 1, 1);
+    return issued;
+}
+
+static GLbitfield dispatch_counted(const struct bd_buf *counts)
+{
+    const float offset = 0;
+    const struct bd_bindings bindings = {
+        .images[0] = {.tex = tex, .write = true},
+        .uniforms[0] = {&offset, sizeof offset},
+    };
+    issued = 0;
+    bd_gpu_dispatch_indirect(gpu, compute_program("test/fill.comp"), &bindings, counts, 8);
+    return issued;
+}
+
 static GLbitfield read_storage(void)
 {
     float value;
@@ -108,17 +133,33 @@ static void what_the_api_wrote_needs_none(void **state)
     assert_int_equal(read_image(), 0);
 }
 
+static void counts_of_a_dispatch_wait_for_who_wrote_them(void **state)
+{
+    (void)state;
+    struct bd_buf *counts = make_buf(5 * sizeof(uint32_t), NULL);
+    assert_int_equal(dispatch_counted(counts), 0);
+    assert_int_equal(write_counts(counts), 0);
+    assert_int_equal(dispatch_counted(counts),
+                     GL_COMMAND_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
+    assert_int_equal(dispatch_counted(counts), GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
+    bd_buf_clear(gpu, counts);
+    bd_buf_destroy(gpu, &counts);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(each_use_waits_for_the_write_before_it, set_up, tear_down),
         cmocka_unit_test_setup_teardown(what_the_api_wrote_needs_none, set_up, tear_down),
+        cmocka_unit_test_setup_teardown(counts_of_a_dispatch_wait_for_who_wrote_them, set_up,
+                                        tear_down),
     };
     gpu_test_open();
     // Warm-up has barriers of its own: have it done with before recording.
     set_up(NULL);
     fill_image();
     add_to_storage();
+    write_counts(sums);
     tear_down(NULL);
     PFNGLMEMORYBARRIERPROC real = epoxy_glMemoryBarrier;
     epoxy_glMemoryBarrier = record;

@@ -129,6 +129,38 @@ static void warm_up_leaves_no_trace(void **state)
     bd_tex_destroy(gpu, &tex);
 }
 
+// The counts come from a shader, and lie somewhere in their buffer.
+static void counts_on_the_device_say_how_much_runs(void **state)
+{
+    (void)state;
+    static const uint32_t cases[][4] = {{1, 2}, {2, 1, 1}, {0, 2, 1}, {1, 2, 1}};
+    struct bd_tex *tex = make_tex(BD_FORMAT_R32F, TEST_WIDTH, TEST_HEIGHT, 0);
+    struct bd_buf *counts = make_buf(5 * sizeof(uint32_t), NULL);
+    for (size_t i = 0; i < COUNT(cases); i++) {
+        const struct bd_bindings to_counts = {
+            .storage[0] = {.buf = counts, .write = true},
+            .uniforms[0] = {cases[i], sizeof cases[i]},
+        };
+        const float offset = 1;
+        const struct bd_bindings to_image = {
+            .images[0] = {.tex = tex, .write = true},
+            .uniforms[0] = {&offset, sizeof offset},
+        };
+        bd_tex_clear(gpu, tex, (const float[4]){0});
+        bd_gpu_dispatch(gpu, compute_program("test/counts.comp"), &to_counts, 1, 1, 1);
+        bd_gpu_dispatch_indirect(gpu, compute_program("test/fill.comp"), &to_image, counts, 8);
+        float texels[TEST_HEIGHT][TEST_WIDTH];
+        read_tex(tex, 0, texels, sizeof texels);
+        for (uint32_t y = 0; y < TEST_HEIGHT; y++)
+            for (uint32_t x = 0; x < TEST_WIDTH; x++) {
+                bool runs = x < 8 * cases[i][0] && y < 4 * cases[i][1] && cases[i][2] > 0;
+                assert_true((texels[y][x] > 0) == runs);
+            }
+    }
+    bd_buf_destroy(gpu, &counts);
+    bd_tex_destroy(gpu, &tex);
+}
+
 static void upload_clear_and_partial_read(void **state)
 {
     (void)state;
@@ -208,6 +240,7 @@ int main(void)
         cmocka_unit_test(chain_of_dispatches_sees_every_write),
         cmocka_unit_test(array_is_read_beside_a_storage_block_of_its_number),
         cmocka_unit_test(warm_up_leaves_no_trace),
+        cmocka_unit_test(counts_on_the_device_say_how_much_runs),
         cmocka_unit_test(upload_clear_and_partial_read),
         cmocka_unit_test(sampling_wraps_filters_and_picks_layers),
         cmocka_unit_test(compile_errors_name_file_and_line),
