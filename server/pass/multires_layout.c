@@ -1,0 +1,54 @@
+#include "pass/multires_layout.h"
+
+#include <stdbool.h>
+
+#include "base/assert.h"
+
+#define SIDE_MAX_PX 16384u
+
+static uint32_t halved(uint32_t blocks)
+{
+    return (blocks + 1) / 2;
+}
+
+static uint32_t longer(uint32_t width, uint32_t height)
+{
+    return width > height ? width : height;
+}
+
+struct bd_multires_layout bd_multires_layout_of(uint32_t width_px, uint32_t height_px,
+                                                uint32_t coarsest_side)
+{
+    BD_ASSERT_CMP(width_px, >=, 1);
+    BD_ASSERT_CMP(height_px, >=, 1);
+    BD_ASSERT_CMP(longer(width_px, height_px), <=, SIDE_MAX_PX);
+    BD_ASSERT_CMP(coarsest_side, >=, 1);
+    struct bd_multires_layout layout = {
+        .size_px = {width_px, height_px, 1, 0},
+        .levels[0] = {width_px, height_px, 0, 0},
+    };
+    const struct bd_uvec4 *finer = &layout.levels[0];
+    for (uint32_t row = 0; longer(finer->x, finer->y) > coarsest_side; finer++) {
+        struct bd_uvec4 *level = &layout.levels[layout.size_px.z++];
+        *level = (struct bd_uvec4){halved(finer->x), halved(finer->y), row, 0};
+        row += level->y;
+    }
+    return layout;
+}
+
+uint64_t bd_multires_block_count(const struct bd_multires_layout *layout)
+{
+    uint64_t blocks = 0;
+    for (uint32_t k = 0; k < layout->size_px.z; k++)
+        blocks += (uint64_t)layout->levels[k].x * layout->levels[k].y;
+    return blocks;
+}
+
+void bd_multires_stack_size(const struct bd_multires_layout *layout, uint32_t *width_px,
+                            uint32_t *height_px)
+{
+    const struct bd_uvec4 *last = &layout->levels[layout->size_px.z - 1];
+    bool stacked = layout->size_px.z > 1;
+    *width_px = stacked ? layout->levels[1].x : 1;
+    *height_px = stacked ? last->z + last->y : 1;
+}
