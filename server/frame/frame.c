@@ -104,6 +104,8 @@ static enum bd_err run_sub_frame(struct bd_frame *frame, uint32_t index,
     if (!err) err = bd_stage_direct(frame);
     if (!err && frame->plan->indirect) err = bd_stage_indirect(frame);
     if (!err) err = composite(frame, index, layers);
+    if (!err && frame->indirect)
+        frame->report->counts.fragments += frame->indirect->fragment_count;
     if (frame->request->aa > 1) bd_stage_forget_camera_side(frame);
     return err;
 }
@@ -117,9 +119,6 @@ static enum bd_err run_camera_side(struct bd_frame *frame, struct bd_tex *layers
     for (uint32_t s = 0; s < frame->request->aa; s++) {
         enum bd_err err = run_sub_frame(frame, s, layers);
         if (err) return err;
-        if (frame->plan->indirect)
-            frame->report->counts.fragments +=
-                (uint64_t)frame->request->width_px * frame->request->height_px;
     }
     return BD_ERR_OK;
 }

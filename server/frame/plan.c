@@ -68,6 +68,13 @@ static void omit(struct bd_report *report, bool omitted, const char *pass, const
     snprintf(report->omitted[at].reason, sizeof report->omitted[at].reason, "%s", reason);
 }
 
+// The passes of the technique's own; of one without indirect light those that it might have.
+static const char *const *own_passes(const struct bd_plan *plan)
+{
+    static const char *const usual[] = {"gather", NULL};
+    return plan->technique->passes ? plan->technique->passes : usual;
+}
+
 static void list_passes(const struct bd_plan *plan, struct bd_report *report)
 {
     if (plan->technique->is_reference) {
@@ -80,7 +87,8 @@ static void list_passes(const struct bd_plan *plan, struct bd_report *report)
     add_pass(report, plan->lights, "direct");
     add_pass(report, plan->vpl_grid, "rsm");
     add_pass(report, plan->vpl_grid, "vpl_grid");
-    add_pass(report, plan->indirect, "gather");
+    for (const char *const *pass = own_passes(plan); *pass; pass++)
+        add_pass(report, plan->indirect, *pass);
     add_pass(report, true, "composite");
     add_pass(report, true, "readback");
 }
@@ -102,8 +110,9 @@ static void list_omitted(const struct bd_plan *plan, const struct bd_scene *scen
                                                         : "the technique has no indirect light";
     omit(report, !plan->vpl_grid, "rsm", no_indirect);
     omit(report, !plan->vpl_grid, "vpl_grid", no_indirect);
-    omit(report, !plan->indirect, "gather", no_indirect);
-    omit(report, plan->indirect && !plan->glossy, "gather",
+    for (const char *const *pass = own_passes(plan); *pass; pass++)
+        omit(report, !plan->indirect, *pass, no_indirect);
+    omit(report, plan->indirect && !plan->glossy, own_passes(plan)[0],
          plan->params.lambert ? "glossy lobe: brdf=lambert"
                               : "glossy lobe: every surface is rough and no metal");
 }

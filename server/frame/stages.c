@@ -81,12 +81,18 @@ static enum bd_err end_pass(struct bd_frame *frame, enum bd_err err)
     return err;
 }
 
-static bool reuse(struct bd_frame *frame, const char *name, uint64_t key, void **output)
+static bool take_over(struct bd_frame *frame, uint64_t key, void **output)
 {
     if (frame->anew) bd_memo_forget_older(frame->renderer->memo, key);
     *output = bd_memo_find(frame->renderer->memo, key);
-    if (*output) bd_report_mark(frame->report, name, BD_PASS_REUSED);
     return *output != NULL;
+}
+
+static bool reuse(struct bd_frame *frame, const char *name, uint64_t key, void **output)
+{
+    bool found = take_over(frame, key, output);
+    if (found) bd_report_mark(frame->report, name, BD_PASS_REUSED);
+    return found;
 }
 
 static void destroy_scene(void *owner, void *output)
@@ -312,8 +318,10 @@ enum bd_err bd_stage_indirect(struct bd_frame *frame)
         key = bd_key_number(key, frame->lights[i].vpl_key);
     key = bd_key_number(key, frame->plan->glossy);
     frame->indirect_key = key;
-    if (reuse(frame, "gather", key, (void **)&frame->indirect)) return BD_ERR_OK;
-    bd_report_mark(frame->report, "gather", BD_PASS_RAN);
+    bool reused = take_over(frame, key, (void **)&frame->indirect);
+    for (const char *const *pass = technique->passes; *pass; pass++)
+        bd_report_mark(frame->report, *pass, reused ? BD_PASS_REUSED : BD_PASS_RAN);
+    if (reused) return BD_ERR_OK;
     enum bd_err err = run_indirect(frame);
     if (err) return err;
     bd_memo_store(frame->renderer->memo, key, frame->indirect, bd_indirect_bytes(frame->indirect),

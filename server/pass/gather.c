@@ -113,6 +113,7 @@ enum bd_err bd_gather_run(const struct bd_pass_context *context,
         .out = calloc(1, sizeof *g.out),
     };
     BD_ASSERT(g.out);
+    g.out->fragment_count = (uint64_t)g.view.size_px.x * g.view.size_px.y;
     enum bd_err err = create_targets(context->gpu, inputs, g.out, fault);
     if (!err) err = gather_all(&g, fault);
     if (err) {

@@ -28,6 +28,7 @@ struct bd_indirect {
     // RGBA32F, what the whole BRDF reflects beyond the diffuse albedo / pi x irradiance: can be
     // negative; NULL if not asked for.
     struct bd_tex *glossy;
+    uint64_t fragment_count; // places where light was gathered, or to which it was splatted
 };
 
 BD_MUST_CHECK

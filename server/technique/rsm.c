@@ -28,6 +28,7 @@ static enum bd_err gather_indirect(const struct bd_pass_context *context,
     return err;
 }
 
+static const char *const passes[] = {"gather", NULL};
 static const char *const ladder[] = {"vpls=16",   "vpls=64",    "vpls=256",   "vpls=1024",
                                       "vpls=4096", "vpls=16384", "vpls=65536", NULL};
 
@@ -36,6 +37,7 @@ const struct bd_technique bd_technique_rsm = {
     .summary = "one bounce from a grid of virtual lights, gathered at every pixel",
     .model = {.indirect_bounces = 1, .lights = BD_LIGHTS_PUNCTUAL, .glossy_receivers = true},
     .inputs = BD_INPUT_VPL_GRID,
+    .passes = passes,
     .params_read = 1u << BD_PARAM_BRDF | 1u << BD_PARAM_SHADOW_SIZE | 1u << BD_PARAM_VPLS |
                    1u << BD_PARAM_VPL_BUDGET | 1u << BD_PARAM_RSM_SIZE |
                    1u << BD_PARAM_VPL_KERNEL | 1u << BD_PARAM_NEAR_FIELD |

@@ -65,6 +65,10 @@ struct bd_technique {
     const char *summary;
     struct bd_model model;
     uint32_t inputs;      // BD_INPUT_*
+    // What its indirect light runs after the inputs are made, in order, by the names of
+    // protocol/README.md, ended by NULL; it brackets each with bd_gpu_pass_begin and _end. NULL if
+    // it has no indirect light.
+    const char *const *passes;
     uint64_t params_read; // bits 1 << enum bd_param
     struct bd_tolerance tolerance;
     // Codes of the hazards that concern it beside those that concern all (algorithms.md C): letters
