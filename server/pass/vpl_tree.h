@@ -13,6 +13,9 @@ struct bd_vpl_tree {
     struct bd_buf *nodes;
     uint32_t face_count;
     uint32_t root_side, leaf_side; // nodes along a face's side; powers of two
+    // Of the light, in render space and the frame's light unit, for who cuts the tree: solid angle
+    // of a face (directional: its area), its peak intensity (lux), and the flux of the whole light.
+    double face_extent, intensity, flux;
 };
 
 struct bd_vpl_tree_inputs {
@@ -23,6 +26,11 @@ struct bd_vpl_tree_inputs {
     const struct bd_light_setup *light;
     const struct bd_render_space *space;
 };
+
+// Nodes of a face above level `level`, which has the roots as level 0.
+uint32_t bd_vpl_tree_level_first(const struct bd_vpl_tree *tree, uint32_t level);
+// Levels from the roots to the leaves, both counted.
+uint32_t bd_vpl_tree_level_count(const struct bd_vpl_tree *tree);
 
 BD_MUST_CHECK
 enum bd_err bd_vpl_tree_run(const struct bd_pass_context *context,

@@ -25,6 +25,7 @@
 #define BD_UNIT_GBUFFER_MATERIAL 3
 #define BD_UNIT_GBUFFER_TRIANGLE 4
 #define BD_UNIT_GBUFFER_EMISSION 5
+#define BD_UNIT_TREE_NODES       4 // array, shared/vpl_tree.h
 #define BD_UNIT_TRIANGLES        6 // array, three vec4s a triangle
 #define BD_UNIT_SHADOW_IDS       7
 #define BD_UNIT_VPLS             6 // array, shared/vpl.h
@@ -42,5 +43,9 @@
 // Storage blocks of vpl_grid.
 #define BD_STORAGE_VPLS      0
 #define BD_STORAGE_VPL_QUADS 1
+
+// Storage blocks of vpl_tree and gather_tree.
+#define BD_STORAGE_TREE_NODES 0
+#define BD_STORAGE_ESTIMATES  0
 
 #endif

@@ -1,0 +1,142 @@
+#include "pass/vpl_tree.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "base/assert.h"
+#include "shared/bindings.h"
+#include "shared/types.h"
+#include "shared/vpl_tree.h"
+
+static bool is_power_of_two(uint32_t n)
+{
+    return n > 0 && (n & (n - 1)) == 0;
+}
+
+// Nodes of level `level` in a face.
+static uint32_t level_nodes(const struct bd_vpl_tree *tree, uint32_t level)
+{
+    return (tree->root_side << level) * (tree->root_side << level);
+}
+
+uint32_t bd_vpl_tree_level_first(const struct bd_vpl_tree *tree, uint32_t level)
+{
+    return (level_nodes(tree, level) - level_nodes(tree, 0)) / 3;
+}
+
+uint32_t bd_vpl_tree_level_count(const struct bd_vpl_tree *tree)
+{
+    uint32_t count = 1;
+    while (tree->root_side << (count - 1) < tree->leaf_side) count++;
+    return count;
+}
+
+static uint32_t face_nodes(const struct bd_vpl_tree *tree)
+{
+    return bd_vpl_tree_level_first(tree, bd_vpl_tree_level_count(tree));
+}
+
+// --- the light ------------------------------------------------------------------------------
+
+static double solid_angle_sr(double half_width, double half_height)
+{
+    double w2 = half_width * half_width, h2 = half_height * half_height;
+    return 4 * asin(half_width * half_height / sqrt((1 + w2) * (1 + h2)));
+}
+
+static void describe_light(struct bd_vpl_tree *tree, const struct bd_light_setup *setup,
+                           const struct bd_render_space *space)
+{
+    const struct bd_light *light = setup->light;
+    const double per_m2 = space->render_per_m * space->render_per_m;
+    const double strongest = fmax(light->color[0], fmax(light->color[1], light->color[2]));
+    const bool directional = light->kind == BD_LIGHT_DIRECTIONAL;
+    tree->face_extent = directional ? 4 * setup->half_width * setup->half_height * per_m2
+                                    : solid_angle_sr(setup->half_width, setup->half_height);
+    tree->intensity = strongest * (directional ? light->intensity / space->unit_cd_m2
+                                               : bd_render_intensity(space, light->intensity));
+    tree->flux = setup->flux_lm * per_m2 / space->unit_cd_m2;
+}
+
+// --- the nodes ------------------------------------------------------------------------------
+
+static void dispatch(const struct bd_pass_context *context, const struct bd_vpl_tree_inputs *inputs,
+                     const struct bd_program *program, const struct bd_vpl_tree *tree,
+                     uint32_t level)
+{
+    const struct bd_vpl_tree_args args = {
+        .level = {level_nodes(tree, level), bd_vpl_tree_level_first(tree, level), face_nodes(tree),
+                  level + 1 == bd_vpl_tree_level_count(tree)},
+        .faces = {tree->face_count, tree->leaf_side, 0, 0},
+    };
+    const struct bd_light_uniform light = bd_light_setup_uniform(inputs->light, inputs->space, 0);
+    struct bd_bindings bindings = {0};
+    bindings.arrays[BD_UNIT_VPLS] = inputs->leaves->vpls;
+    bindings.arrays[BD_UNIT_VPL_QUADS] = inputs->leaves->quads;
+    bindings.storage[BD_STORAGE_TREE_NODES].buf = tree->nodes;
+    bindings.storage[BD_STORAGE_TREE_NODES].read = true;
+    bindings.storage[BD_STORAGE_TREE_NODES].write = true;
+    bindings.uniforms[BD_UNIFORM_ARGS].bytes = &args;
+    bindings.uniforms[BD_UNIFORM_ARGS].size_bytes = sizeof args;
+    bindings.uniforms[BD_UNIFORM_LIGHT].bytes = &light;
+    bindings.uniforms[BD_UNIFORM_LIGHT].size_bytes = sizeof light;
+    uint32_t group[3];
+    bd_program_group_size(program, group);
+    bd_gpu_dispatch(context->gpu, program, &bindings, (args.level.x + group[0] - 1) / group[0],
+                    tree->face_count, 1);
+}
+
+static enum bd_err build(const struct bd_pass_context *context,
+                         const struct bd_vpl_tree_inputs *inputs, struct bd_vpl_tree *tree,
+                         struct bd_fault *fault)
+{
+    const struct bd_program_source source = {.compute = "pass/vpl_tree/vpl_tree.comp"};
+    struct bd_program *program;
+    enum bd_err err = bd_program_get(context->gpu, &source, &program, fault);
+    if (err) return err;
+    size_t bytes =
+        (size_t)face_nodes(tree) * tree->face_count * BD_TREE_NODE_VEC4S * sizeof(struct bd_vec4);
+    err = bd_buf_create(context->gpu, "vpl tree", bytes, NULL, &tree->nodes, fault);
+    for (uint32_t level = bd_vpl_tree_level_count(tree); !err && level-- > 0;) {
+        dispatch(context, inputs, program, tree, level);
+        err = bd_slicer_checkpoint(context->slicer, 0);
+    }
+    return err;
+}
+
+enum bd_err bd_vpl_tree_run(const struct bd_pass_context *context,
+                            const struct bd_vpl_tree_inputs *inputs, struct bd_vpl_tree **out,
+                            struct bd_fault *fault)
+{
+    const uint64_t leaf_count =
+        (uint64_t)inputs->leaf_side * inputs->leaf_side * inputs->face_count;
+    BD_ASSERT(is_power_of_two(inputs->root_side) && is_power_of_two(inputs->leaf_side));
+    BD_ASSERT_CMP(inputs->root_side, <=, inputs->leaf_side);
+    BD_ASSERT_CMP(leaf_count, ==, inputs->leaves->count);
+    struct bd_vpl_tree *tree = calloc(1, sizeof *tree);
+    BD_ASSERT(tree);
+    tree->face_count = inputs->face_count;
+    tree->root_side = inputs->root_side;
+    tree->leaf_side = inputs->leaf_side;
+    describe_light(tree, inputs->light, inputs->space);
+    enum bd_err err = build(context, inputs, tree, fault);
+    if (err) {
+        bd_vpl_tree_destroy(context->gpu, &tree);
+        return err;
+    }
+    *out = tree;
+    return BD_ERR_OK;
+}
+
+void bd_vpl_tree_destroy(struct bd_gpu *gpu, struct bd_vpl_tree **tree)
+{
+    if (!*tree) return;
+    bd_buf_destroy(gpu, &(*tree)->nodes);
+    free(*tree);
+    *tree = NULL;
+}
+
+uint64_t bd_vpl_tree_bytes(const struct bd_vpl_tree *tree)
+{
+    return bd_buf_size_bytes(tree->nodes);
+}
