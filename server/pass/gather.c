@@ -72,21 +72,6 @@ static enum bd_err gather_list(const struct gather *g, const struct bd_vpl_list 
     return BD_ERR_OK;
 }
 
-static enum bd_err create_targets(struct bd_gpu *gpu, const struct bd_gather_inputs *inputs,
-                                  struct bd_indirect *out, struct bd_fault *fault)
-{
-    struct bd_tex_desc desc = {
-        .name = "indirect irradiance",
-        .format = BD_FORMAT_RGBA32F,
-        .width_px = inputs->viewpoint->width_px,
-        .height_px = inputs->viewpoint->height_px,
-    };
-    enum bd_err err = bd_tex_create(gpu, &desc, &out->irradiance, fault);
-    if (err || !inputs->glossy) return err;
-    desc.name = "indirect glossy";
-    return bd_tex_create(gpu, &desc, &out->glossy, fault);
-}
-
 static enum bd_err gather_all(struct gather *g, struct bd_fault *fault)
 {
     struct bd_program_source source = {.compute = "pass/gather/gather.comp"};
@@ -110,11 +95,9 @@ enum bd_err bd_gather_run(const struct bd_pass_context *context,
         .context = context,
         .inputs = inputs,
         .view = bd_viewpoint_uniform(inputs->viewpoint, &inputs->scene->space),
-        .out = calloc(1, sizeof *g.out),
     };
-    BD_ASSERT(g.out);
-    g.out->fragment_count = (uint64_t)g.view.size_px.x * g.view.size_px.y;
-    enum bd_err err = create_targets(context->gpu, inputs, g.out, fault);
+    enum bd_err err =
+        bd_indirect_create(context->gpu, inputs->viewpoint, inputs->glossy, &g.out, fault);
     if (!err) err = gather_all(&g, fault);
     if (err) {
         bd_indirect_destroy(context->gpu, &g.out);
@@ -122,6 +105,25 @@ enum bd_err bd_gather_run(const struct bd_pass_context *context,
     }
     *out = g.out;
     return BD_ERR_OK;
+}
+
+enum bd_err bd_indirect_create(struct bd_gpu *gpu, const struct bd_viewpoint *viewpoint, bool glossy,
+                               struct bd_indirect **out, struct bd_fault *fault)
+{
+    struct bd_indirect *indirect = *out = calloc(1, sizeof **out);
+    BD_ASSERT(indirect);
+    indirect->fragment_count = (uint64_t)viewpoint->width_px * viewpoint->height_px;
+    struct bd_tex_desc desc = {
+        .name = "indirect irradiance",
+        .format = BD_FORMAT_RGBA32F,
+        .width_px = viewpoint->width_px,
+        .height_px = viewpoint->height_px,
+    };
+    enum bd_err err = bd_tex_create(gpu, &desc, &indirect->irradiance, fault);
+    desc.name = "indirect glossy";
+    if (!err && glossy) err = bd_tex_create(gpu, &desc, &indirect->glossy, fault);
+    if (err) bd_indirect_destroy(gpu, out);
+    return err;
 }
 
 void bd_indirect_destroy(struct bd_gpu *gpu, struct bd_indirect **indirect)

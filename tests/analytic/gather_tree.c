@@ -1,0 +1,289 @@
+// Gather over cuts of trees (pass/gather_tree.h) against the flat sum of the same leaves, in a room
+// with two lights.
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "base/clock.h"
+#include "pass/gather_tree.h"
+#include "world.h"
+
+#define SIDE   24 // pixels
+#define LIGHTS 2
+
+static const char *const criteria[] = {"lightcuts", "bound", "level", "printed"};
+
+// A scene as passes see it, with VPLs and trees of each light.
+struct stage {
+    struct world *world;
+    struct bd_pass_context context;
+    struct bd_gpu_scene *scene;
+    struct bd_viewpoint viewpoint;
+    struct bd_gbuffer *gbuffer;
+    struct bd_vpl_list *lists[LIGHTS];
+    struct bd_vpl_tree *trees[LIGHTS];
+    bool patches;
+};
+
+static int open_world(void **state)
+{
+    *state = world_create();
+    return 0;
+}
+
+static int close_world(void **state)
+{
+    world_destroy((struct world **)state);
+    return 0;
+}
+
+static void build_room(struct world *w, double scale, double power)
+{
+    const double centre[3] = {0, 0, 0}, half = .3 * scale, lamp[3] = {.3 * scale, .4 * scale, 0};
+    const double eye[3] = {-.8 * scale, .6 * scale, .7 * scale}, aside[3] = {1, -.6, -.5};
+    const double sun[3] = {.2, -1, .1};
+    world_clear(w);
+    int32_t grey = world_add_material(w, .5f), black = world_add_material(w, 0);
+    world_add_box_room(w, grey, centre, scale);
+    const double screen[4][3] = {
+        {-half, -half, 0}, {half, -half, 0}, {half, half, 0}, {-half, half, 0}};
+    world_add_quad(w, black, screen, 1);
+    world_add_light(w, BD_LIGHT_POINT, lamp, sun, (float)(power * scale * scale));
+    world_add_light(w, BD_LIGHT_SPOT, eye, aside, (float)(.25 * power * scale * scale));
+    world_add_camera(w, eye, lamp, 1.5);
+}
+
+static void light_up(struct stage *s, uint32_t light, uint32_t leaf_side, uint32_t root_side,
+                     enum bd_vpl_kernel kernel)
+{
+    const struct bd_light_setup setup = bd_light_setup_of(s->world->scene, light);
+    struct bd_fault fault = {0};
+    struct bd_rsm *rsm;
+    const struct bd_rsm_inputs to_rsm = {
+        .scene = s->scene, .light = &setup, .side_px = 4 * leaf_side, .lambert = true};
+    assert_int_equal(bd_rsm_render(&s->context, &to_rsm, &rsm, &fault), BD_ERR_OK);
+    const struct bd_vpl_grid_inputs to_vpls = {.rsm = rsm,
+                                               .light = &setup,
+                                               .space = &s->scene->space,
+                                               .grid_side = leaf_side,
+                                               .kernel = kernel,
+                                               .near_field = 5};
+    assert_int_equal(bd_vpl_grid_run(&s->context, &to_vpls, &s->lists[light], &fault), BD_ERR_OK);
+    bd_rsm_destroy(s->world->gpu, &rsm);
+    const struct bd_vpl_tree_inputs to_tree = {.leaves = s->lists[light],
+                                               .leaf_side = leaf_side,
+                                               .face_count = setup.face_count,
+                                               .root_side = root_side,
+                                               .light = &setup,
+                                               .space = &s->scene->space};
+    assert_int_equal(bd_vpl_tree_run(&s->context, &to_tree, &s->trees[light], &fault), BD_ERR_OK);
+}
+
+static struct stage open_stage(struct world *w, uint32_t leaf_side, uint32_t root_side,
+                               enum bd_vpl_kernel kernel)
+{
+    struct stage s = {.world = w, .patches = kernel == BD_KERNEL_PATCH};
+    struct bd_fault fault = {0};
+    assert_int_equal(bd_scene_finish(w->scene, &fault), BD_ERR_OK);
+    bd_slicer_init(&w->renderer.slicer, w->gpu, NULL, NULL);
+    s.context = (struct bd_pass_context){w->gpu, &w->renderer.slicer};
+    assert_int_equal(bd_gpu_scene_create(&w->renderer.uploader, w->scene, &s.scene, &fault),
+                     BD_ERR_OK);
+    s.viewpoint = bd_viewpoint_of_camera(w->scene, 0, SIDE, SIDE);
+    const struct bd_gbuffer_inputs inputs = {
+        .scene = s.scene, .viewpoint = &s.viewpoint, .lambert = true};
+    assert_int_equal(bd_gbuffer_render(&s.context, &inputs, &s.gbuffer, &fault), BD_ERR_OK);
+    for (uint32_t l = 0; l < LIGHTS; l++) light_up(&s, l, leaf_side, root_side, kernel);
+    return s;
+}
+
+static void close_stage(struct stage *s)
+{
+    struct bd_gpu *gpu = s->world->gpu;
+    for (uint32_t l = 0; l < LIGHTS; l++) {
+        bd_vpl_tree_destroy(gpu, &s->trees[l]);
+        bd_vpl_list_destroy(gpu, &s->lists[l]);
+    }
+    bd_gbuffer_destroy(gpu, &s->gbuffer);
+    bd_gpu_scene_destroy(&s->world->renderer.uploader, &s->scene);
+}
+
+typedef struct bd_vec4 picture[SIDE * SIDE];
+
+static void read_irradiance(struct stage *s, struct bd_indirect *indirect, picture out)
+{
+    struct bd_readback *readback;
+    struct bd_fault fault = {0};
+    struct bd_gpu *gpu = s->world->gpu;
+    assert_int_equal(bd_gpu_readback_start(gpu, indirect->irradiance, 0, &readback, &fault),
+                     BD_ERR_OK);
+    assert_int_equal(bd_gpu_readback_finish(gpu, &readback, out, sizeof(picture)), BD_ERR_OK);
+    bd_indirect_destroy(gpu, &indirect);
+}
+
+static void gather_flat(struct stage *s, picture out)
+{
+    const struct bd_gather_inputs inputs = {.scene = s->scene,
+                                            .viewpoint = &s->viewpoint,
+                                            .gbuffer = s->gbuffer,
+                                            .lists = (const struct bd_vpl_list *const *)s->lists,
+                                            .list_count = LIGHTS,
+                                            .near_patches = s->patches};
+    struct bd_indirect *indirect;
+    struct bd_fault fault = {0};
+    assert_int_equal(bd_gather_run(&s->context, &inputs, &indirect, &fault), BD_ERR_OK);
+    read_irradiance(s, indirect, out);
+}
+
+static void gather_cut(struct stage *s, enum bd_tree_criterion criterion, double tau, picture out)
+{
+    const struct bd_gather_tree_inputs inputs = {
+        .scene = s->scene,
+        .viewpoint = &s->viewpoint,
+        .gbuffer = s->gbuffer,
+        .trees = (const struct bd_vpl_tree *const *)s->trees,
+        .leaves = (const struct bd_vpl_list *const *)s->lists,
+        .tree_count = LIGHTS,
+        .criterion = criterion,
+        .tau = tau,
+        .near_patches = s->patches,
+    };
+    struct bd_indirect *indirect;
+    struct bd_fault fault = {0};
+    assert_int_equal(bd_gather_tree_run(&s->context, &inputs, &indirect, &fault), BD_ERR_OK);
+    read_irradiance(s, indirect, out);
+}
+
+// Relative RMSE over the mean, and the largest error over the mean.
+static double error_of(picture a, picture reference, double *largest)
+{
+    double squares = 0, mean = 0;
+    *largest = 0;
+    for (int i = 0; i < SIDE * SIDE; i++) mean += reference[i].x / (SIDE * SIDE);
+    for (int i = 0; i < SIDE * SIDE; i++) {
+        double e = (double)a[i].x - reference[i].x;
+        squares += e * e / (SIDE * SIDE);
+        *largest = fmax(*largest, fabs(e) / mean);
+    }
+    assert_true(mean > 0);
+    return sqrt(squares) / mean;
+}
+
+static void without_error_every_leaf_counts(void **state)
+{
+    const enum bd_vpl_kernel kernels[] = {BD_KERNEL_PATCH, BD_KERNEL_DISK, BD_KERNEL_POINT};
+    const uint32_t root_sides[] = {4, 1, 16};
+    for (int k = 0; k < 3; k++) {
+        build_room(*state, 1, 1);
+        struct stage s = open_stage(*state, 16, root_sides[k], kernels[k]);
+        picture flat, cut;
+        gather_flat(&s, flat);
+        for (int c = BD_TREE_LIGHTCUTS; c <= BD_TREE_LEVEL; c++) {
+            double largest;
+            gather_cut(&s, (enum bd_tree_criterion)c, 0, cut);
+            error_of(cut, flat, &largest);
+            print_message("    %s: largest difference %.1e of the mean\n", criteria[c], largest);
+            assert_true(largest <= 2e-5);
+        }
+        close_stage(&s);
+    }
+}
+
+static void error_falls_with_tau(void **state)
+{
+    const double taus[3][3] = {{.1, .02, .004}, {.1, .02, .004}, {.1, .02, .004}};
+    const double limits[3] = {.1, .03, .01};
+    build_room(*state, 1, 1);
+    struct stage s = open_stage(*state, 32, 2, BD_KERNEL_PATCH);
+    picture flat, cut;
+    gather_flat(&s, flat);
+    for (int c = BD_TREE_LIGHTCUTS; c <= BD_TREE_LEVEL; c++) {
+        double before = INFINITY, largest;
+        for (int t = 0; t < 3; t++) {
+            uint64_t start_ns = bd_clock_ns();
+            gather_cut(&s, (enum bd_tree_criterion)c, taus[c][t], cut);
+            double ms = bd_ms_since(start_ns), error = error_of(cut, flat, &largest);
+            print_message("    %s, tau %g: %.4f, largest %.4f, %.1f ms\n", criteria[c], taus[c][t],
+                          error, largest, ms);
+            assert_true(error < before && error < limits[t]);
+            before = error;
+        }
+    }
+    close_stage(&s);
+}
+
+// Light in units of a power of two, lengths too: the same numbers reach every shader.
+static void scale_and_power_change_nothing(void **state)
+{
+    picture first, other;
+    for (int c = BD_TREE_LIGHTCUTS; c <= BD_TREE_LEVEL; c++) {
+        build_room(*state, 1, 1);
+        struct stage s = open_stage(*state, 16, 2, BD_KERNEL_PATCH);
+        gather_cut(&s, (enum bd_tree_criterion)c, .02, first);
+        close_stage(&s);
+        const double scales[][2] = {{1, 0x1p20}, {0x1p12, 1}, {0x1p-9, 0x1p-20}};
+        for (int k = 0; k < 3; k++) {
+            build_room(*state, scales[k][0], scales[k][1]);
+            s = open_stage(*state, 16, 2, BD_KERNEL_PATCH);
+            gather_cut(&s, (enum bd_tree_criterion)c, .02, other);
+            close_stage(&s);
+            assert_memory_equal(first, other, sizeof first);
+        }
+    }
+}
+
+// A power that is none of two moves the frame's light unit, but not the cuts.
+static void any_power_gives_the_same_cuts(void **state)
+{
+    picture first, other;
+    for (int c = BD_TREE_LIGHTCUTS; c <= BD_TREE_LEVEL; c++) {
+        build_room(*state, 1, 1);
+        struct stage s = open_stage(*state, 16, 2, BD_KERNEL_PATCH);
+        gather_cut(&s, (enum bd_tree_criterion)c, .02, first);
+        close_stage(&s);
+        build_room(*state, 1, 1.7);
+        s = open_stage(*state, 16, 2, BD_KERNEL_PATCH);
+        gather_cut(&s, (enum bd_tree_criterion)c, .02, other);
+        close_stage(&s);
+        double largest;
+        for (int i = 0; i < SIDE * SIDE; i++) other[i].x /= 1.7f;
+        error_of(other, first, &largest);
+        assert_true(largest <= 1e-3);
+    }
+}
+
+// As printed, splitting a block into four equal ones divides what it sends by four (errata N2):
+// with twice the leaves along a side a quarter of the light is left.
+static void printed_formulas_lose_light_with_refinement(void **state)
+{
+    double means[2] = {0};
+    for (int k = 0; k < 2; k++) {
+        build_room(*state, 1, 1);
+        struct stage s = open_stage(*state, 16u << k, 16u << k, BD_KERNEL_DISK);
+        picture out;
+        gather_cut(&s, BD_TREE_PRINTED, .02, out);
+        for (int i = 0; i < SIDE * SIDE; i++) means[k] += out[i].x;
+        close_stage(&s);
+    }
+    ASSERT_REL(means[0] / means[1], 4, .2);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(without_error_every_leaf_counts),
+        cmocka_unit_test(error_falls_with_tau),
+        cmocka_unit_test(scale_and_power_change_nothing),
+        cmocka_unit_test(any_power_gives_the_same_cuts),
+        cmocka_unit_test(printed_formulas_lose_light_with_refinement),
+    };
+    return cmocka_run_group_tests(tests, open_world, close_world);
+}
