@@ -1,9 +1,12 @@
 // Gather at fragments: each sums every VPL at the point that stands for its block (Nichols, Shopf
 // and Wyman 2009, 3.2; algorithms.md A2.2). Demodulated irradiance, without visibility.
 //
+// That point is the block's centre, the mean of the pixels around it, or where those are not one
+// surface the pixel that stands for the block.
+//
 // Two ways to visit the same fragments, with the same sums to rounding: the compacted list, in
-// compute; and the paper's, a quad over each level behind a mask that rejects what is no fragment
-// before its shader runs.
+// compute; and the paper's, a triangle over all blocks behind a mask that rejects what is no
+// fragment before its shader runs.
 
 #ifndef BD_PASS_GATHER_FRAGMENTS_H
 #define BD_PASS_GATHER_FRAGMENTS_H
@@ -22,17 +25,18 @@ struct bd_gather_fragments_inputs {
     const struct bd_vpl_list *const *lists; // one a light, in the order that they are summed in
     uint32_t list_count;
     bool near_patches; // some VPL asks for the exact near field
-    bool direction;    // the irradiance's dominant direction, too (surface detail)
+    bool vector;       // the irradiance vector, too (surface detail)
     enum bd_fragment_visit visit;
 };
 
 // Light at fragments, as a multiresolution image (shared/multires.h). a = 1 where a fragment is.
 struct bd_multires_light {
     struct bd_multires_layout layout;
-    struct bd_tex *fine,
-        *coarse; // RGBA32F: irradiance in the frame's light unit; level 0, the rest
-    // RGBA32F or NULL: sum of luminance of irradiance x unit direction it comes from.
-    struct bd_tex *fine_direction, *coarse_direction;
+    // RGBA32F: irradiance in the frame's light unit; level 0, the rest.
+    struct bd_tex *fine, *coarse;
+    // RGBA32F or NULL: the irradiance vector, of luminance: its dot product with the fragment's
+    // normal is the luminance of its irradiance.
+    struct bd_tex *fine_vector, *coarse_vector;
 };
 
 BD_MUST_CHECK
@@ -42,7 +46,7 @@ enum bd_err bd_gather_fragments_run(const struct bd_pass_context *context,
 // All textures of a multiresolution light, cleared to no data: for whoever fills it.
 BD_MUST_CHECK
 enum bd_err bd_multires_light_create(struct bd_gpu *gpu, const struct bd_multires_layout *layout,
-                                     bool direction, struct bd_multires_light **out,
+                                     bool vector, struct bd_multires_light **out,
                                      struct bd_fault *fault);
 void bd_multires_light_destroy(struct bd_gpu *gpu, struct bd_multires_light **light);
 

@@ -1,18 +1,24 @@
 // Masked coarse-to-fine interpolation of light at fragments to every pixel (algorithms.md A1,
-// Upsampling): from the coarsest level on, each block that lies in a fragment of its own level or
-// above takes the mean, weighted by a tent over 3 x 3, of those around it that hold data. Whether a
-// block holds data is a mask of its own: black is data.
+// Upsampling): from the coarsest level on, each block that lies in a fragment above its own level
+// takes the mean, weighted by a tent over 3 x 3, of those around it that hold data and are the same
+// surface. Whether a block holds data is a mask of its own: black is data.
+//
+// What departs from the paper, each for a smaller error where light changes smoothly: a fragment
+// keeps what it gathered at its own level; where some of the 3 x 3 hold no data the weights are
+// tilted, so that light which changes linearly over the picture stays linear; and where a block has
+// neighbours on both sides, their second difference counts.
 
 #ifndef BD_PASS_UPSAMPLE_H
 #define BD_PASS_UPSAMPLE_H
 
 #include "pass/gather_fragments.h"
 
+// What a pixel's own normal adds to light of a block.
 enum bd_surface_detail {
     BD_SURFACE_DETAIL_OFF,
-    BD_SURFACE_DETAIL_DIRECTION, // E x <n, e> / <n_fragment, e>, e the dominant direction, in [0,
-                                 // 4]
-    BD_SURFACE_DETAIL_PAPER,     // Eq. 3 with alpha = .5: darkens
+    // E x (V . n) / luminance of E, in [0, 4]: V the irradiance vector, n the pixel's normal
+    BD_SURFACE_DETAIL_DIRECTION,
+    BD_SURFACE_DETAIL_PAPER, // Eq. 3 with alpha = .5: darkens
 };
 
 struct bd_upsample_inputs {
@@ -20,7 +26,8 @@ struct bd_upsample_inputs {
     const struct bd_viewpoint *viewpoint;
     const struct bd_gbuffer *gbuffer;
     const struct bd_discontinuity *discontinuity;
-    struct bd_multires_light *light; // its textures are written over
+    struct bd_multires_light *light; // its coarse textures are written over; with vectors for
+                                     // BD_SURFACE_DETAIL_DIRECTION
     enum bd_surface_detail detail;
 };
 

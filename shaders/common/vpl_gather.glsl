@@ -6,10 +6,13 @@
 // BD_GLOSSY: also what the whole BRDF reflects towards the viewer beyond base colour / pi times
 // the irradiance, which cannot be demodulated. Negative where the diffuse lobe loses more than the
 // specular one gives.
+// BD_VECTOR: also the irradiance vector, of luminance: its dot product with the receiver's normal is
+// the luminance of the irradiance, and near it for normals near that one.
 #include "common/array.glsl"
 #include "common/brdf.glsl"
 #include "common/form_factor.glsl"
 #include "common/gbuffer.glsl"
+#include "common/luminance.glsl"
 #include "shared/vpl.h"
 
 BD_ARRAY(vpls, BD_UNIT_VPLS);
@@ -48,9 +51,25 @@ vec3 beyond_diffuse(receiver r, vec3 viewer, vec3 to_vpl, float r2)
 }
 #endif
 
+#ifdef BD_VECTOR
+// Light that grazes the receiver would make the vector long along the surface, for normals so far
+// from its own that they are no longer the same surface.
+const float VECTOR_COSINE_MIN = 0.2;
+
+// Irradiance vector of a unit of irradiance: its part along the normal is 1.
+vec3 vector_of_unit(vec3 to_vpl, float r2, vec3 n)
+{
+    vec3 l = to_vpl * inversesqrt(r2);
+    float cosine = dot(l, n);
+    return n + (l - n * cosine) / max(cosine, VECTOR_COSINE_MIN);
+}
+#endif
+
 struct sums {
-    vec3 diffuse, glossy;
+    vec3 diffuse, glossy, vector;
 };
+
+sums no_light() { return sums(vec3(0.0), vec3(0.0), vec3(0.0)); }
 
 void add(inout sums s, receiver r, vec3 viewer, vec3 to_vpl, float r2, vec3 irradiance_of_vpl)
 {
@@ -58,6 +77,10 @@ void add(inout sums s, receiver r, vec3 viewer, vec3 to_vpl, float r2, vec3 irra
 #ifdef BD_GLOSSY
     if ((r.metallic > 0.0 || r.roughness < 0.6) && irradiance_of_vpl != vec3(0.0))
         s.glossy += irradiance_of_vpl * beyond_diffuse(r, viewer, to_vpl, r2);
+#endif
+#ifdef BD_VECTOR
+    if (irradiance_of_vpl != vec3(0.0))
+        s.vector += luminance(irradiance_of_vpl) * vector_of_unit(to_vpl, r2, r.normal);
 #endif
 }
 

@@ -9,6 +9,7 @@
 #define BD_UNIFORM_ARGS     1 // the arguments of the pass
 #define BD_UNIFORM_MATERIAL 2 // shared/material.h, raster passes
 #define BD_UNIFORM_LIGHT    3 // shared/light.h
+#define BD_UNIFORM_MULTIRES 2 // shared/multires.h, passes over blocks
 
 // Textures and arrays of the raster passes (gbuffer, shadow_map, rsm).
 #define BD_UNIT_INSTANCES          0 // array, shared/instance.h
@@ -33,6 +34,15 @@
 #define BD_UNIT_DIRECT           6
 #define BD_UNIT_INDIRECT         7
 #define BD_UNIT_INDIRECT_GLOSSY  8
+
+// Textures of what works on blocks of pixels (shared/multires.h), beside the G-buffer and VPLs.
+#define BD_UNIT_BLOCK_FLAGS          8
+#define BD_UNIT_BLOCK_REPRESENTATIVE 9
+#define BD_UNIT_FINE                 10
+#define BD_UNIT_FINE_VECTOR          11
+
+// Storage blocks of gather_fragments.
+#define BD_STORAGE_FRAGMENTS 0
 
 // Textures of vpl_grid.
 #define BD_UNIT_RSM_POSITION 0

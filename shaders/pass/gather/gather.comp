@@ -20,7 +20,7 @@ void main()
     receiver r = gbuffer_receiver(pixel);
     vec3 viewer = direction_to_viewer(r.relative_position);
     bool first = args.rows.z != 0u;
-    sums s = sums(vec3(0.0), vec3(0.0));
+    sums s = no_light();
     uint end = args.vpls.x + (r.lit ? args.vpls.y : 0u);
     for (uint at = args.vpls.x; at < end; at += 32u)
         gather_block(s, r, viewer, at, min(at + 32u, end));

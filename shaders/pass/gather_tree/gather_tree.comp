@@ -179,7 +179,7 @@ void main()
     estimates[index] = estimate;
 #else
     vec3 viewer = direction_to_viewer(r.relative_position);
-    sums s = sums(vec3(0.0), vec3(0.0));
+    sums s = no_light();
     float estimate = estimates[index];
     if (r.lit) gather(s, r, viewer, estimate);
     estimates[index] = estimate;

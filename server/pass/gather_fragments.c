@@ -1,0 +1,267 @@
+#include "pass/gather_fragments.h"
+
+#include "shared/bindings.h"
+#include "shared/gather_fragments.h"
+
+// VPLs a dispatch: a fixed number, because it sets the order of the sums. As in gather.c.
+#define VPLS_PER_DISPATCH 1024u
+#define GROUPS_MAX        65535u // of one dispatch
+// The irradiance vector takes as long again as the sum.
+#define VECTOR_UNITS 2.0
+
+struct gather {
+    const struct bd_pass_context *context;
+    const struct bd_gather_fragments_inputs *inputs;
+    const struct bd_program *program;
+    struct bd_view view;
+    struct bd_multires_light *out;
+    double units_per_vpl;
+    uint32_t ranges_done; // of VPLs, over all lists
+};
+
+// --- what both visits share -------------------------------------------------------------------
+
+static void bind_image(struct bd_bindings *bindings, uint32_t unit, struct bd_tex *tex)
+{
+    bindings->images[unit].tex = tex;
+    bindings->images[unit].read = bindings->images[unit].write = tex != NULL;
+}
+
+static struct bd_bindings bind_common(const struct gather *g,
+                                      const struct bd_gather_fragments_args *args)
+{
+    struct bd_bindings bindings = {
+        .textures[BD_UNIT_BLOCK_REPRESENTATIVE] = {.tex = g->inputs->discontinuity->representative},
+        .uniforms[BD_UNIFORM_VIEW] = {&g->view, sizeof g->view},
+        .uniforms[BD_UNIFORM_MULTIRES] = {&g->out->layout, sizeof g->out->layout},
+        .uniforms[BD_UNIFORM_ARGS] = {args, sizeof *args},
+    };
+    bd_gbuffer_bind(g->inputs->gbuffer, &bindings);
+    bind_image(&bindings, 0, g->out->fine);
+    bind_image(&bindings, 1, g->out->coarse);
+    bind_image(&bindings, 2, g->out->fine_vector);
+    bind_image(&bindings, 3, g->out->coarse_vector);
+    return bindings;
+}
+
+static void bind_vpls(const struct bd_vpl_list *list, struct bd_bindings *bindings)
+{
+    bindings->arrays[BD_UNIT_VPLS] = list->vpls;
+    bindings->arrays[BD_UNIT_VPL_QUADS] = list->quads;
+}
+
+static struct bd_program_source with_defines(const struct gather *g,
+                                             struct bd_program_source source)
+{
+    if (g->inputs->near_patches) bd_define(&source.defines, "BD_VPL_PATCH", 1);
+    if (g->inputs->vector) bd_define(&source.defines, "BD_VECTOR", 1);
+    return source;
+}
+
+// Calls `visit` for every range of VPLs, in the order of the sums.
+static enum bd_err for_each_range(struct gather *g,
+                                  enum bd_err (*visit)(struct gather *g,
+                                                       const struct bd_vpl_list *list,
+                                                       uint32_t first, uint32_t count))
+{
+    g->ranges_done = 0;
+    for (uint32_t l = 0; l < g->inputs->list_count; l++) {
+        const struct bd_vpl_list *list = g->inputs->lists[l];
+        for (uint32_t at = 0; at < list->count; at += VPLS_PER_DISPATCH) {
+            uint32_t left = list->count - at;
+            enum bd_err err =
+                visit(g, list, at, left < VPLS_PER_DISPATCH ? left : VPLS_PER_DISPATCH);
+            if (err) return err;
+            g->ranges_done++;
+        }
+    }
+    return BD_ERR_OK;
+}
+
+// --- the list -----------------------------------------------------------------------------------
+
+static uint32_t fragments_of_slice(const struct gather *g, double units_per_fragment, uint32_t left)
+{
+    uint32_t group[3];
+    bd_program_group_size(g->program, group);
+    double groups = bd_slicer_units(g->context->slicer) / (units_per_fragment * group[0]);
+    uint32_t whole = groups < 1 ? 1 : groups > GROUPS_MAX ? GROUPS_MAX : (uint32_t)groups;
+    return left / group[0] < whole ? left : whole * group[0];
+}
+
+static enum bd_err visit_list(struct gather *g, const struct bd_vpl_list *list, uint32_t first_vpl,
+                              uint32_t vpl_count)
+{
+    const struct bd_fragments *fragments = g->inputs->fragments;
+    double units_per_fragment = vpl_count * g->units_per_vpl;
+    uint32_t group[3];
+    bd_program_group_size(g->program, group);
+    for (uint32_t at = 0; at < fragments->count;) {
+        uint32_t count = fragments_of_slice(g, units_per_fragment, fragments->count - at);
+        const struct bd_gather_fragments_args args = {
+            .fragments = {at, count, g->ranges_done == 0, 0},
+            .vpls = {first_vpl, vpl_count, 0, 0},
+        };
+        struct bd_bindings bindings = bind_common(g, &args);
+        bind_vpls(list, &bindings);
+        bindings.storage[BD_STORAGE_FRAGMENTS].buf = fragments->list;
+        bindings.storage[BD_STORAGE_FRAGMENTS].read = true;
+        bd_gpu_dispatch(g->context->gpu, g->program, &bindings, (count + group[0] - 1) / group[0],
+                        1, 1);
+        enum bd_err err = bd_slicer_checkpoint(g->context->slicer, units_per_fragment * count);
+        if (err) return err;
+        at += count;
+    }
+    return BD_ERR_OK;
+}
+
+static enum bd_err gather_list(struct gather *g, struct bd_fault *fault)
+{
+    const struct bd_program_source source = with_defines(
+        g, (struct bd_program_source){.compute = "pass/gather_fragments/gather_fragments.comp"});
+    struct bd_program *program;
+    enum bd_err err = bd_program_get(g->context->gpu, &source, &program, fault);
+    if (err) return err;
+    g->program = program;
+    return for_each_range(g, visit_list);
+}
+
+// --- the mask -----------------------------------------------------------------------------------
+
+// The depth of the mask is in front of that of the gather (depth is reversed).
+#define DEPTH_OF_MASK   1.0f
+#define DEPTH_OF_GATHER 0.5f
+
+static void draw_over_all(const struct gather *g, const struct bd_program *program,
+                          const struct bd_bindings *bindings, enum bd_draw_depth depth)
+{
+    const struct bd_draw draw = {
+        .program = program,
+        .bindings = *bindings,
+        .index_count = 3,
+        .instance_count = 1,
+        .depth = depth,
+    };
+    bd_gpu_draw(g->context->gpu, &draw);
+}
+
+static enum bd_err draw_mask(const struct gather *g, bool fine, struct bd_fault *fault)
+{
+    struct bd_program_source source = {.vertex = "pass/gather_fragments/level.vert",
+                                       .fragment = "pass/gather_fragments/mask.frag"};
+    if (fine) bd_define(&source.defines, "BD_FINE", 1);
+    struct bd_program *program;
+    enum bd_err err = bd_program_get(g->context->gpu, &source, &program, fault);
+    if (err) return err;
+    const struct bd_gather_fragments_args args = {.depth = {DEPTH_OF_MASK, 0, 0, 0}};
+    struct bd_bindings bindings = {
+        .textures[BD_UNIT_BLOCK_FLAGS] = {.tex = g->inputs->discontinuity->flags},
+        .uniforms[BD_UNIFORM_VIEW] = {&g->view, sizeof g->view},
+        .uniforms[BD_UNIFORM_MULTIRES] = {&g->out->layout, sizeof g->out->layout},
+        .uniforms[BD_UNIFORM_ARGS] = {&args, sizeof args},
+    };
+    bd_gbuffer_bind(g->inputs->gbuffer, &bindings);
+    draw_over_all(g, program, &bindings, BD_DRAW_DEPTH_WRITE);
+    return BD_ERR_OK;
+}
+
+// Fragments of the level 0 texture, or of the stack.
+static uint32_t fragments_of(const struct bd_fragments *fragments, bool fine)
+{
+    return fine ? fragments->level_count[0] : fragments->count - fragments->level_count[0];
+}
+
+static enum bd_err visit_target(struct gather *g, bool fine, const struct bd_vpl_list *list,
+                                uint32_t first_vpl, uint32_t vpl_count)
+{
+    const struct bd_tex_desc *desc = bd_tex_desc(fine ? g->out->fine : g->out->coarse);
+    const struct bd_gather_fragments_args args = {
+        .fragments = {0, 0, g->ranges_done == 0, 0},
+        .vpls = {first_vpl, vpl_count, 0, 0},
+        .depth = {DEPTH_OF_GATHER, 0, 0, 0},
+    };
+    struct bd_bindings bindings = bind_common(g, &args);
+    bind_vpls(list, &bindings);
+    // What is behind the mask costs nothing; on the average over rows that is known.
+    double units_per_row = (double)fragments_of(g->inputs->fragments, fine) * vpl_count *
+                           g->units_per_vpl / desc->height_px;
+    for (uint32_t row = 0; row < desc->height_px;) {
+        uint32_t rows = bd_slicer_rows(g->context->slicer, units_per_row, desc->height_px - row);
+        bd_gpu_target_rows(g->context->gpu, row, rows);
+        draw_over_all(g, g->program, &bindings, BD_DRAW_DEPTH_TEST);
+        enum bd_err err = bd_slicer_checkpoint(g->context->slicer, units_per_row * rows);
+        if (err) return err;
+        row += rows;
+    }
+    return BD_ERR_OK;
+}
+
+static enum bd_err visit_fine(struct gather *g, const struct bd_vpl_list *list, uint32_t first_vpl,
+                              uint32_t vpl_count)
+{
+    return visit_target(g, true, list, first_vpl, vpl_count);
+}
+
+static enum bd_err visit_coarse(struct gather *g, const struct bd_vpl_list *list,
+                                uint32_t first_vpl, uint32_t vpl_count)
+{
+    return visit_target(g, false, list, first_vpl, vpl_count);
+}
+
+static enum bd_err gather_behind_mask(struct gather *g, bool fine, struct bd_fault *fault)
+{
+    if (fragments_of(g->inputs->fragments, fine) == 0) return BD_ERR_OK;
+    struct bd_program_source source = with_defines(
+        g, (struct bd_program_source){.vertex = "pass/gather_fragments/level.vert",
+                                      .fragment = "pass/gather_fragments/gather_fragments.frag"});
+    if (fine) bd_define(&source.defines, "BD_FINE", 1);
+    const struct bd_tex_desc *size = bd_tex_desc(fine ? g->out->fine : g->out->coarse);
+    const struct bd_tex_desc desc = {
+        .name = "mask of fragments",
+        .format = BD_FORMAT_DEPTH32F,
+        .width_px = size->width_px,
+        .height_px = size->height_px,
+    };
+    struct bd_target target = {0};
+    struct bd_program *program;
+    enum bd_err err = bd_program_get(g->context->gpu, &source, &program, fault);
+    if (!err) err = bd_tex_create(g->context->gpu, &desc, &target.depth.tex, fault);
+    if (err) return err;
+    g->program = program;
+    bd_gpu_target_begin(g->context->gpu, &target);
+    err = draw_mask(g, fine, fault);
+    if (!err) err = for_each_range(g, fine ? visit_fine : visit_coarse);
+    bd_gpu_target_end(g->context->gpu);
+    bd_tex_destroy(g->context->gpu, &target.depth.tex);
+    return err;
+}
+
+// --- the pass -----------------------------------------------------------------------------------
+
+static enum bd_err gather_all(struct gather *g, struct bd_fault *fault)
+{
+    if (g->inputs->visit == BD_FRAGMENT_VISIT_LIST) return gather_list(g, fault);
+    enum bd_err err = gather_behind_mask(g, true, fault);
+    return err ? err : gather_behind_mask(g, false, fault);
+}
+
+enum bd_err bd_gather_fragments_run(const struct bd_pass_context *context,
+                                    const struct bd_gather_fragments_inputs *inputs,
+                                    struct bd_multires_light **out, struct bd_fault *fault)
+{
+    struct gather g = {
+        .context = context,
+        .inputs = inputs,
+        .view = bd_viewpoint_uniform(inputs->viewpoint, &inputs->scene->space),
+        .units_per_vpl = inputs->vector ? VECTOR_UNITS : 1,
+    };
+    enum bd_err err = bd_multires_light_create(context->gpu, &inputs->fragments->layout,
+                                               inputs->vector, &g.out, fault);
+    if (!err) err = gather_all(&g, fault);
+    if (err) {
+        bd_multires_light_destroy(context->gpu, &g.out);
+        return err;
+    }
+    *out = g.out;
+    return BD_ERR_OK;
+}

@@ -1,0 +1,60 @@
+#include <stdlib.h>
+
+#include "base/assert.h"
+#include "pass/gather_fragments.h"
+
+static enum bd_err create_cleared(struct bd_gpu *gpu, const char *name, uint32_t width_px,
+                                  uint32_t height_px, struct bd_tex **out, struct bd_fault *fault)
+{
+    static const float no_data[4];
+    const struct bd_tex_desc desc = {
+        .name = name,
+        .format = BD_FORMAT_RGBA32F,
+        .width_px = width_px,
+        .height_px = height_px,
+    };
+    enum bd_err err = bd_tex_create(gpu, &desc, out, fault);
+    if (!err) bd_tex_clear(gpu, *out, no_data);
+    return err;
+}
+
+static enum bd_err create_all(struct bd_gpu *gpu, bool vector, struct bd_multires_light *light,
+                              struct bd_fault *fault)
+{
+    uint32_t width = light->layout.size_px.x, height = light->layout.size_px.y, wide, high;
+    bd_multires_stack_size(&light->layout, &wide, &high);
+    enum bd_err err = create_cleared(gpu, "light of pixels", width, height, &light->fine, fault);
+    if (!err) err = create_cleared(gpu, "light of blocks", wide, high, &light->coarse, fault);
+    if (err || !vector) return err;
+    err = create_cleared(gpu, "vector of pixels", width, height, &light->fine_vector, fault);
+    if (!err)
+        err = create_cleared(gpu, "vector of blocks", wide, high, &light->coarse_vector, fault);
+    return err;
+}
+
+enum bd_err bd_multires_light_create(struct bd_gpu *gpu, const struct bd_multires_layout *layout,
+                                     bool vector, struct bd_multires_light **out,
+                                     struct bd_fault *fault)
+{
+    struct bd_multires_light *light = calloc(1, sizeof *light);
+    BD_ASSERT(light);
+    light->layout = *layout;
+    enum bd_err err = create_all(gpu, vector, light, fault);
+    if (err) {
+        bd_multires_light_destroy(gpu, &light);
+        return err;
+    }
+    *out = light;
+    return BD_ERR_OK;
+}
+
+void bd_multires_light_destroy(struct bd_gpu *gpu, struct bd_multires_light **light)
+{
+    if (!*light) return;
+    bd_tex_destroy(gpu, &(*light)->fine);
+    bd_tex_destroy(gpu, &(*light)->coarse);
+    bd_tex_destroy(gpu, &(*light)->fine_vector);
+    bd_tex_destroy(gpu, &(*light)->coarse_vector);
+    free(*light);
+    *light = NULL;
+}
