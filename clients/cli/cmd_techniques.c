@@ -51,7 +51,9 @@ static void print_technique(const Bounced__Technique *technique)
     printf("  tolerance   direct %g %%", 100 * technique->tolerance_direct);
     if (technique->tolerance_indirect > 0)
         printf(", indirect %g %%", 100 * technique->tolerance_indirect);
-    fputs(" against closed forms of its model\n", stdout);
+    fputs(" against closed forms of its model", stdout);
+    if (technique->tolerance_settings) printf(", at %s", technique->tolerance_settings);
+    putchar('\n');
     for (size_t i = 0; i < technique->n_parameters; i++) print_parameter(technique->parameters[i]);
 }
 

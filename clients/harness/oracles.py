@@ -79,7 +79,7 @@ class Sighting:
 def sight(daemon, oracle, reading, view, path):
     """The sightings of one view."""
     technique = reading.technique
-    settings = {**reading.settings, **oracle.settings}
+    settings = {**technique.tolerance_settings, **reading.settings, **oracle.settings}
     if not oracle.full_brdf and technique.has("brdf"):
         settings["brdf"] = "lambert"
     side = max(oracle.side, TRACED_SIDE if technique.is_reference else 0)

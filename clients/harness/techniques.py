@@ -32,9 +32,14 @@ class Technique:
     tolerance_indirect: float
     hazard_codes: str
     is_reference: bool
+    tolerance_settings: dict = dataclasses.field(default_factory=dict)  # what the tolerances ask for
 
     def has(self, key):
         return key in self.parameters
+
+    def adds_up_by_blending(self):
+        """Whether the rows about splats (T) or photons (P) concern it."""
+        return bool(set("TP") & set(self.hazard_codes))
 
 
 def settings_of(text):
@@ -54,7 +59,8 @@ def _technique(item):
         tolerance_direct=item.get("tolerance_direct", 0.0),
         tolerance_indirect=item.get("tolerance_indirect", 0.0),
         hazard_codes=item.get("hazard_codes", ""),
-        is_reference=item.get("is_reference", False))
+        is_reference=item.get("is_reference", False),
+        tolerance_settings=settings_of(item.get("tolerance_settings", "")))
 
 
 def parsed(text):

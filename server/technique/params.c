@@ -45,6 +45,7 @@ static const struct param_row table[BD_PARAM_COUNT] = {
                              {"patch", "disk", "point"}},
     [BD_PARAM_NEAR_FIELD] = {"near_field", PARAM_REAL, FIELD(near_field), 0, 1000, 5, {0}},
     [BD_PARAM_PAPER_MODE] = {"paper_mode", PARAM_COUNT, FIELD(paper_mode), 0, 1, 0, {0}},
+    [BD_PARAM_SPLAT_SHARE] = {"splat_share", PARAM_REAL, FIELD(splat_share), 1e-6, 1, 0.05, {0}},
     [BD_PARAM_MODEL_OF] = {"model_of", PARAM_TECHNIQUE, FIELD(model_of), 0, 0, 0, {0}},
     [BD_PARAM_SPP] = {"spp", PARAM_EVEN, FIELD(spp), 2, SPP_MAX, 64, {0}},
     [BD_PARAM_FIRST_SAMPLE] = {"first_sample", PARAM_EVEN, FIELD(first_sample), 0, SPP_MAX, 0, {0}},

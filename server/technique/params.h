@@ -39,6 +39,7 @@ enum bd_param {
     BD_PARAM_VPL_KERNEL,  // patch | disk | point (pass/vpl_grid.h)
     BD_PARAM_NEAR_FIELD,  // radii (or half lengths) of a VPL's patch below which `patch` is exact
     BD_PARAM_PAPER_MODE,  // 1: the papers' printed formulas
+    BD_PARAM_SPLAT_SHARE, // fragments of all splats, as a part of pixels x VPLs
     // Of the reference: which part of the rendering equation (reference/reference.h), how often.
     BD_PARAM_MODEL_OF,            // a technique: presets bounces, indirect_visibility, lights,
                                   // senders, transmission and alpha to what its model says; what is
@@ -67,6 +68,7 @@ struct bd_params {
     uint32_t vpl_kernel; // enum bd_vpl_kernel
     double near_field;
     uint32_t paper_mode;
+    double splat_share;
     uint32_t model_of; // 0 = none, else 1 + the index of a technique
     uint32_t spp, first_sample;
     uint32_t bounces; // UINT32_MAX = unlimited

@@ -8,6 +8,7 @@
 static const struct bd_technique *const techniques[] = {
     &bd_technique_direct,
     &bd_technique_rsm,
+    &bd_technique_rsm_splat,
     &bd_technique_reference,
 };
 #define TECHNIQUE_COUNT (sizeof techniques / sizeof techniques[0])

@@ -44,10 +44,13 @@ struct bd_model {
     bool coverage; // BLEND lets light through instead of being a mask
 };
 
-// Largest relative error of a layer against a closed form that holds in the technique's own model,
-// at default parameters (tests/matrix derives from the model which closed forms those are).
+// Largest relative error of a layer against a closed form that holds in the technique's own model
+// (the harness derives from the model which closed forms those are).
 struct bd_tolerance {
     double direct, indirect;
+    // "KEY=VALUE KEY=VALUE": what must be set for it, where the defaults leave light out by design.
+    // NULL: at default parameters.
+    const char *settings;
 };
 
 struct bd_technique_inputs {
@@ -87,6 +90,7 @@ struct bd_technique {
 extern const struct bd_technique bd_technique_direct;
 extern const struct bd_technique bd_technique_reference;
 extern const struct bd_technique bd_technique_rsm;
+extern const struct bd_technique bd_technique_rsm_splat;
 
 // By name; NULL and a fault that lists the names if there is none.
 const struct bd_technique *bd_technique_find(const char *name, struct bd_fault *fault);

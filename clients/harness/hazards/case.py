@@ -77,7 +77,9 @@ class Case:
 
     def settings(self, wanted, best, samples):
         """`wanted` on what every row starts from; `best` adds the ladder's top."""
-        out = {"brdf": "lambert"} if self.technique.has("brdf") else {}
+        out = dict(self.technique.tolerance_settings)
+        if self.technique.has("brdf"):
+            out["brdf"] = "lambert"
         if best and self.technique.ladder and not self.technique.is_reference:
             out.update(self.technique.ladder[-1])
         for key in ("spp", "samples"):

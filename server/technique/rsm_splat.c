@@ -1,0 +1,56 @@
+// Baseline `rsm_splat` (algorithms.md A0.7 N3): the virtual lights of `rsm`, each splatted to the
+// pixels that it can light brightest, and to no others.
+//
+// Paper:  Dachsbacher and Stamminger 2006 (splatting indirect illumination); the bound is set as in
+//         Nichols, Shopf and Wyman 2009, Fig. 8: by how many fragments all splats make together
+// Exact when: as `rsm`, and splat_share = 1
+// Known:  what lies beyond the bounds is lost: at the share that a multiresolution picture needs,
+//         most of the light. What `rsm` ignores is ignored here
+
+#include "pass/splat_vpls.h"
+#include "technique/technique.h"
+
+static enum bd_err splat_indirect(const struct bd_pass_context *context,
+                                  const struct bd_technique_inputs *inputs,
+                                  struct bd_indirect **out, struct bd_fault *fault)
+{
+    const struct bd_gather_inputs splat = {
+        .scene = inputs->scene,
+        .viewpoint = inputs->viewpoint,
+        .gbuffer = inputs->gbuffer,
+        .lists = inputs->vpl_lists,
+        .list_count = inputs->light_count,
+        .near_patches = inputs->params->vpl_kernel == BD_KERNEL_PATCH,
+        .glossy = inputs->glossy_receivers,
+    };
+    struct bd_splat_bound bound;
+    bd_gpu_pass_begin(context->gpu, "splat");
+    enum bd_err err =
+        bd_splat_bound_find(context, &splat, inputs->params->splat_share, &bound, fault);
+    if (!err) err = bd_splat_vpls_run(context, &splat, &bound, out, fault);
+    bd_gpu_pass_end(context->gpu);
+    return err;
+}
+
+static const char *const passes[] = {"splat", NULL};
+// A share below 1 never pays: for the same fragments fewer VPLs with all their light are nearer.
+static const char *const ladder[] = {"vpls=16 splat_share=1",    "vpls=64 splat_share=1",
+                                      "vpls=256 splat_share=1",   "vpls=1024 splat_share=1",
+                                      "vpls=4096 splat_share=1",  "vpls=16384 splat_share=1",
+                                      NULL};
+
+const struct bd_technique bd_technique_rsm_splat = {
+    .name = "rsm_splat",
+    .summary = "one bounce from a grid of virtual lights, splatted where each is brightest",
+    .model = {.indirect_bounces = 1, .lights = BD_LIGHTS_PUNCTUAL, .glossy_receivers = true},
+    .inputs = BD_INPUT_VPL_GRID,
+    .passes = passes,
+    .params_read = 1u << BD_PARAM_BRDF | 1u << BD_PARAM_SHADOW_SIZE | 1u << BD_PARAM_VPLS |
+                   1u << BD_PARAM_VPL_BUDGET | 1u << BD_PARAM_RSM_SIZE |
+                   1u << BD_PARAM_VPL_KERNEL | 1u << BD_PARAM_NEAR_FIELD |
+                   1u << BD_PARAM_PAPER_MODE | 1u << BD_PARAM_SPLAT_SHARE,
+    .tolerance = {.direct = 1e-3, .indirect = 1e-2, .settings = "splat_share=1"},
+    .hazard_codes = "T",
+    .ladder = ladder,
+    .indirect = splat_indirect,
+};
