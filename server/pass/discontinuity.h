@@ -6,6 +6,12 @@
 // discontinuous if its own test says so, or a neighbour's where neighbours are asked, or if any of
 // its children is: so the property is monotone up the pyramid, and every pixel has exactly one
 // coarsest smooth block (errata N5). Level 0 is never discontinuous: a pixel is lit as it is.
+//
+// Where depth is tested, a block that has both pixels that can be lit and others is discontinuous:
+// a silhouette (hazard 30). Normals are shading normals: what light over a block varies with
+// (shaders/pass/discontinuity/measures.glsl). In an orthographic view depth says nothing about
+// scale: the tests relate it to half the longer side of the frame, which is what depth itself is to
+// a view of 90 degrees.
 
 #ifndef BD_PASS_DISCONTINUITY_H
 #define BD_PASS_DISCONTINUITY_H
@@ -15,9 +21,11 @@
 #include "pass/rsm.h"
 
 enum bd_depth_test {
-    BD_DEPTH_TEST_MINMAX,     // D1: zmax - zmin > T zmin
-    BD_DEPTH_TEST_DERIVATIVE, // D2: the largest slope of a pixel, |grad z| / z, per pixel, > T
-    BD_DEPTH_TEST_OFF,        // no pyramid of depths is made
+    BD_DEPTH_TEST_MINMAX, // D1: zmax - zmin > T zmin
+    // D2: the largest slope of a pixel, |grad z| / z, per pixel, > T. Along each axis the larger
+    // difference to its two neighbours, so that a jump between two blocks belongs to both.
+    BD_DEPTH_TEST_DERIVATIVE,
+    BD_DEPTH_TEST_OFF, // no pyramid of depths is made
 };
 
 enum bd_normal_test {

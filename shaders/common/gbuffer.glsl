@@ -13,8 +13,11 @@ struct receiver {
     vec3 normal, normal_geometric;
     vec3 base_color;
     float metallic, roughness, f0_dielectric;
-    bool lit; // something is there, and light can reach it
+    bool lit; // material_is_lit
 };
+
+// Something is there, and light can reach it.
+bool material_is_lit(vec4 material) { return material.w > 0.0 && material.z == 0.0; }
 
 receiver gbuffer_receiver(ivec2 pixel)
 {
@@ -31,6 +34,6 @@ receiver gbuffer_receiver(ivec2 pixel)
     r.metallic = albedo.a;
     r.roughness = material.x;
     r.f0_dielectric = material.y;
-    r.lit = material.w > 0.0 && material.z == 0.0;
+    r.lit = material_is_lit(material);
     return r;
 }

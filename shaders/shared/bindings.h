@@ -50,6 +50,19 @@
 #define BD_UNIT_RSM_ALBEDO   2
 #define BD_UNIT_RSM_WEIGHT   3
 
+// Textures of discontinuity, beside those of the G-buffer or the light's map.
+#define BD_UNIT_FINER_DEPTH        5
+#define BD_UNIT_FINER_NORMAL       6
+#define BD_UNIT_FINER_NORMAL_LEAST 7
+#define BD_UNIT_OWN_TESTS          8
+
+// Images of discontinuity.
+#define BD_IMAGE_DEPTH_MEASURES        0
+#define BD_IMAGE_NORMAL_MEASURES       1
+#define BD_IMAGE_NORMAL_LEAST_MEASURES 2
+#define BD_IMAGE_OWN_TESTS             3
+#define BD_IMAGE_BLOCKS                4
+
 // Storage blocks of vpl_grid.
 #define BD_STORAGE_VPLS      0
 #define BD_STORAGE_VPL_QUADS 1

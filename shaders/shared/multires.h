@@ -19,6 +19,13 @@ struct bd_multires_layout {
                                             // (level 0: 0), w = unused
 };
 
+// As a member of other structs: GLSL knows no `struct NAME`.
+#ifdef BD_GLSL
+#define BD_MULTIRES_LAYOUT bd_multires_layout
+#else
+#define BD_MULTIRES_LAYOUT struct bd_multires_layout
+#endif
+
 // A fragment is one block that is lit as a whole, packed in 32 bits.
 #define BD_FRAGMENT_PACK(level, x, y) ((level) << 28 | (y) << 14 | (x))
 #define BD_FRAGMENT_LEVEL(packed)     ((packed) >> 28)

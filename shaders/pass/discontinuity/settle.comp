@@ -1,0 +1,58 @@
+// Flags of one level, from the finest up: by own tests, the neighbours' as far as they are asked, and
+// the children's flags, which makes the property monotone (errata N5).
+#include "common/multires.glsl"
+#include "shared/bindings.h"
+#include "shared/discontinuity.h"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(std140, binding = BD_UNIFORM_ARGS) uniform args_block { bd_discontinuity_args args; };
+layout(binding = BD_UNIT_OWN_TESTS) uniform usampler2D own_tests;
+layout(binding = BD_IMAGE_BLOCKS, r32ui) uniform uimage2D flags;
+
+bool jumps(uvec4 level, uvec2 block)
+{
+    if (!multires_has(level, block)) return false;
+    return (texelFetch(own_tests, multires_texel(level, block), 0).x & BD_OWN_JUMP) != 0u;
+}
+
+bool neighbour_jumps(uvec4 level, uvec2 block)
+{
+    bool found = false;
+    for (int i = 0; i < 9; i++) {
+        ivec2 step = ivec2(i % 3, i / 3) - 1;
+        bool corner = step.x != 0 && step.y != 0;
+        // Beyond the first row or column the number wraps, and the level has no such block.
+        if (corner || args.tests.x == BD_NEIGHBOURS_ALL)
+            found = found || jumps(level, uvec2(ivec2(block) + step));
+    }
+    return found;
+}
+
+bool child_is_discontinuous(uvec2 block)
+{
+    if (args.slice.z < 2u) return false; // pixels are not
+    uvec4 finer = args.multires.levels[args.slice.z - 1u];
+    bool found = false;
+    for (uint i = 0u; i < 4u; i++) {
+        uvec2 child = block * 2u + uvec2(i & 1u, i >> 1u);
+        if (multires_has(finer, child))
+            found = found ||
+                    imageLoad(flags, multires_texel(finer, child)).x == BD_BLOCK_DISCONTINUOUS;
+    }
+    return found;
+}
+
+void main()
+{
+    uvec4 level = args.multires.levels[args.slice.z];
+    uvec2 block = gl_GlobalInvocationID.xy + uvec2(0u, args.slice.x);
+    if (gl_GlobalInvocationID.y >= args.slice.y || !multires_has(level, block)) return;
+    ivec2 texel = multires_texel(level, block);
+    uint flag = BD_BLOCK_EMPTY;
+    if ((texelFetch(own_tests, texel, 0).x & BD_OWN_LIT) != 0u) {
+        bool found = jumps(level, block) || child_is_discontinuous(block);
+        if (args.tests.x != BD_NEIGHBOURS_NONE) found = found || neighbour_jumps(level, block);
+        flag = found ? BD_BLOCK_DISCONTINUOUS : BD_BLOCK_SMOOTH;
+    }
+    imageStore(flags, texel, uvec4(flag));
+}

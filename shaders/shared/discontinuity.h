@@ -1,0 +1,33 @@
+// Arguments of pass/discontinuity.
+#ifndef BD_SHARED_DISCONTINUITY_H
+#define BD_SHARED_DISCONTINUITY_H
+
+#include "shared/multires.h"
+
+// The values of the defines BD_DEPTH_TEST and BD_NORMAL_TEST.
+#define BD_TEST_RANGE 0 // depth: of z; normal: of its components
+#define BD_TEST_JUMP  1 // depth: the slope of a pixel; normal: the chord between two pixels
+#define BD_TEST_NONE  2
+
+#define BD_NEIGHBOURS_NONE     0u
+#define BD_NEIGHBOURS_DIAGONAL 1u
+#define BD_NEIGHBOURS_ALL      2u
+
+// What a block is by itself, whatever its neighbours and children are.
+#define BD_OWN_LIT   1u // it has pixels that can be lit
+#define BD_OWN_UNLIT 2u // it has others, too
+#define BD_OWN_JUMP  4u // its own test says that it is discontinuous
+
+struct bd_discontinuity_args {
+    BD_MULTIRES_LAYOUT multires;
+    BD_UVEC4 slice; // x = first row, y = rows, z = level, w = face of the light's map
+    BD_UVEC4 tests; // x = BD_NEIGHBOURS_*
+    BD_VEC4 limits; // x = threshold of depth, y = of normals; z = what depth is relative to in an
+                    // orthographic view, 0 in a perspective one: there it is depth itself
+};
+
+#ifndef BD_GLSL
+_Static_assert(sizeof(struct bd_discontinuity_args) == 304, "std140 size");
+#endif
+
+#endif

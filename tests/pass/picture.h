@@ -1,0 +1,90 @@
+// Pictures made by hand, as a camera or a light would see them, for passes that look at where
+// surfaces jump; and what their blocks are, straight from the definition (pass/discontinuity.h,
+// algorithms.md A1): every block looks at each of its pixels.
+
+#ifndef BD_TESTS_PASS_PICTURE_H
+#define BD_TESTS_PASS_PICTURE_H
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "pass/discontinuity.h"
+
+#define COUNT(array) (sizeof(array) / sizeof *(array))
+
+// --- the device ---------------------------------------------------------------------------
+
+extern struct bd_pass_context context;
+
+// Ends the process with 77, "skipped", where there is no device.
+int open_device(void **state);
+int close_device(void **state);
+
+// --- pictures -----------------------------------------------------------------------------
+
+enum cover { COVER_NOTHING, COVER_UNLIT, COVER_LIT };
+
+struct pixel {
+    enum cover cover;
+    float depth;
+    float normal[2]; // octahedral, whole multiples of 1/32767: both buffers keep them as they are
+};
+
+struct picture_size {
+    uint32_t width, height;
+};
+
+struct picture_kind {
+    const char *name;
+    struct pixel (*look)(uint32_t x, uint32_t y, struct picture_size size);
+};
+
+// Noise, checkerboards, single pixels and the like, each unkind in its own way.
+extern const struct picture_kind picture_kinds[];
+extern const size_t picture_kind_count;
+
+// A repeatable number in [0, 1).
+float noise(uint32_t x, uint32_t y, uint32_t stream);
+// The octahedral coordinates of a direction, which need not be unit.
+void set_normal(struct pixel *pixel, float x, float y, float z);
+
+struct picture {
+    struct picture_size size;
+    struct pixel *pixels; // depth as the device finds it
+    struct bd_viewpoint viewpoint;
+    struct bd_render_space space;
+    struct bd_gbuffer gbuffer; // of a camera
+    struct bd_rsm rsm;         // of a light: the others of its faces hold noise
+    bool is_light;
+    uint32_t face;
+};
+
+// Looks everywhere and uploads. A light's map is as wide as high.
+struct picture picture_of_camera(const struct picture_kind *kind, struct picture_size size);
+struct picture picture_of_light(const struct picture_kind *kind, uint32_t side_px,
+                                bool orthographic);
+void picture_destroy(struct picture *picture);
+struct bd_discontinuity_inputs picture_inputs(const struct picture *picture,
+                                              const struct bd_discontinuity_settings *settings);
+
+// --- the definition -----------------------------------------------------------------------
+
+struct blocks {
+    struct bd_multires_layout layout;
+    uint32_t first[BD_MULTIRES_LEVEL_MAX]; // of a level, in the arrays
+    uint32_t *flags, *representatives;
+};
+
+struct blocks blocks_by_definition(const struct picture *picture,
+                                   const struct bd_discontinuity_settings *settings);
+// As the pass left them; level 0 is what can be lit.
+struct blocks blocks_of_device(const struct picture *picture,
+                               const struct bd_discontinuity *discontinuity);
+void blocks_destroy(struct blocks *blocks);
+uint32_t block_index(const struct blocks *blocks, uint32_t level, uint32_t x, uint32_t y);
+
+#endif
