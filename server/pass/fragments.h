@@ -23,7 +23,8 @@ struct bd_fragments {
     uint32_t count;
     uint32_t level_first[BD_MULTIRES_LEVEL_MAX], level_count[BD_MULTIRES_LEVEL_MAX];
     // Three uint32 group counts and one of 0, for an indirect dispatch of `count` invocations in
-    // groups of 64.
+    // groups of 64: no more than 65535 groups in a row, so that a long list takes several rows, the
+    // last of which reaches beyond it.
     struct bd_buf *dispatch;
 };
 

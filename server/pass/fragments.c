@@ -1,0 +1,286 @@
+#include "pass/fragments.h"
+
+#include <inttypes.h>
+#include <stdlib.h>
+
+#include "base/assert.h"
+#include "shared/bindings.h"
+#include "shared/fragments.h"
+
+// Of a half tile, in the slicer's unit, an evaluation of a VPL.
+#define UNITS_PER_HALF_TILE 60.0
+#define ITEMS_MAX           (BD_FRAGMENT_GROUPS_MAX * BD_FRAGMENT_GROUP) // of one dispatch
+
+struct work {
+    const struct bd_pass_context *context;
+    const struct bd_discontinuity_inputs *inputs;
+    const struct bd_discontinuity *discontinuity;
+    struct bd_fragments_args args;
+    struct bd_buf *masks, *reached; // a word for each half tile; the latter of the iterative way
+    struct bd_buf *scan, *summary;
+    struct bd_fragments *out;
+};
+
+static uint32_t divided_up(uint32_t n, uint32_t by)
+{
+    return (n + by - 1) / by;
+}
+
+// --- tiles and buffers --------------------------------------------------------------------
+
+// Tiles are numbered from the coarsest level.
+static void lay_out_tiles(struct bd_fragments_args *args)
+{
+    uint32_t tiles = 0;
+    for (uint32_t k = args->multires.size_px.z; k-- > 0;) {
+        uint32_t columns = divided_up(args->multires.levels[k].x, BD_FRAGMENT_TILE_SIDE);
+        uint32_t rows = divided_up(args->multires.levels[k].y, BD_FRAGMENT_TILE_SIDE);
+        args->tiles[k] = (struct bd_uvec4){tiles, columns, 0, 0};
+        tiles += columns * rows;
+    }
+    args->total.x = tiles;
+}
+
+static uint32_t first_half_tile(const struct bd_fragments_args *args, uint32_t level)
+{
+    return 2 * args->tiles[level].x;
+}
+
+static uint32_t end_half_tile(const struct bd_fragments_args *args, uint32_t level)
+{
+    return 2 * (level > 0 ? args->tiles[level - 1].x : args->total.x);
+}
+
+// Numbers in all levels of the prefix sum.
+static size_t scan_size(uint32_t tiles)
+{
+    size_t numbers = tiles;
+    do {
+        tiles = divided_up(tiles, BD_FRAGMENT_SCAN_RUN);
+        numbers += tiles;
+    } while (tiles > 1);
+    return numbers;
+}
+
+static enum bd_err create_buffers(struct work *w, enum bd_refinement refinement,
+                                  struct bd_fault *fault)
+{
+    struct bd_gpu *gpu = w->context->gpu;
+    const size_t mask_bytes = 2 * sizeof(uint32_t) * w->args.total.x;
+    enum bd_err err = bd_buf_create(gpu, "fragment masks", mask_bytes, NULL, &w->masks, fault);
+    if (!err && refinement == BD_REFINEMENT_ITERATIVE)
+        err = bd_buf_create(gpu, "reached blocks", mask_bytes, NULL, &w->reached, fault);
+    if (!err)
+        err = bd_buf_create(gpu, "fragment scan", sizeof(uint32_t) * scan_size(w->args.total.x),
+                            NULL, &w->scan, fault);
+    if (!err)
+        err = bd_buf_create(gpu, "fragment summary", sizeof(struct bd_fragments_summary), NULL,
+                            &w->summary, fault);
+    if (!err)
+        err = bd_buf_create(gpu, "fragment dispatch", 4 * sizeof(uint32_t), NULL, &w->out->dispatch,
+                            fault);
+    return err;
+}
+
+static void destroy_work(struct work *w)
+{
+    struct bd_gpu *gpu = w->context->gpu;
+    bd_buf_destroy(gpu, &w->masks);
+    bd_buf_destroy(gpu, &w->reached);
+    bd_buf_destroy(gpu, &w->scan);
+    bd_buf_destroy(gpu, &w->summary);
+}
+
+// --- kernels ------------------------------------------------------------------------------
+
+static void bind_storage(struct bd_bindings *bindings, uint32_t unit, struct bd_buf *buf, bool read,
+                         bool write)
+{
+    bindings->storage[unit].buf = buf;
+    bindings->storage[unit].read = read;
+    bindings->storage[unit].write = write;
+}
+
+static enum bd_err get_program(const struct work *w, const char *compute,
+                               const struct bd_defines *defines, const struct bd_program **out,
+                               struct bd_fault *fault)
+{
+    struct bd_program_source source = {.compute = compute};
+    if (defines) source.defines = *defines;
+    struct bd_program *program = NULL;
+    enum bd_err err = bd_program_get(w->context->gpu, &source, &program, fault);
+    *out = program;
+    return err;
+}
+
+// One invocation for each item of [first, end).
+static void dispatch(struct work *w, const struct bd_program *program, struct bd_bindings *bindings,
+                     uint32_t first, uint32_t end)
+{
+    w->args.range.x = first;
+    w->args.range.y = end;
+    w->args.range.w = w->inputs->face;
+    bindings->uniforms[BD_UNIFORM_ARGS].bytes = &w->args;
+    bindings->uniforms[BD_UNIFORM_ARGS].size_bytes = sizeof w->args;
+    bd_gpu_dispatch(w->context->gpu, program, bindings, divided_up(end - first, BD_FRAGMENT_GROUP),
+                    1, 1);
+}
+
+// Half tiles [first, end), in slices. The last slice is left to the next checkpoint.
+static enum bd_err run_half_tiles(struct work *w, const struct bd_program *program,
+                                  struct bd_bindings *bindings, uint32_t first, uint32_t end)
+{
+    enum bd_err err = BD_ERR_OK;
+    while (!err && first < end) {
+        uint32_t count = end - first < ITEMS_MAX ? end - first : ITEMS_MAX;
+        count = bd_slicer_rows(w->context->slicer, UNITS_PER_HALF_TILE, count);
+        dispatch(w, program, bindings, first, first + count);
+        first += count;
+        if (first < end) err = bd_slicer_checkpoint(w->context->slicer, 0);
+    }
+    return err;
+}
+
+static void bind_classify(const struct work *w, struct bd_bindings *bindings)
+{
+    const struct bd_rsm *rsm = w->inputs->rsm;
+    if (rsm)
+        bindings->textures[BD_UNIT_RSM_POSITION].tex = rsm->position;
+    else
+        bindings->textures[BD_UNIT_GBUFFER_MATERIAL].tex = w->inputs->gbuffer->material;
+    bindings->textures[BD_UNIT_BLOCK_FLAGS].tex = w->discontinuity->flags;
+    bind_storage(bindings, BD_STORAGE_FRAGMENT_MASKS, w->masks, false, true);
+    if (w->reached) bind_storage(bindings, BD_STORAGE_REACHED_MASKS, w->reached, true, true);
+}
+
+static enum bd_err classify(struct work *w, enum bd_refinement refinement, struct bd_fault *fault)
+{
+    const struct bd_program *program;
+    struct bd_bindings bindings = {0};
+    struct bd_defines defines = {0};
+    bool iterative = refinement == BD_REFINEMENT_ITERATIVE;
+    if (iterative) bd_define(&defines, "BD_ITERATIVE", 1);
+    if (w->inputs->rsm) bd_define(&defines, "BD_RSM", 1);
+    enum bd_err err = get_program(w, "pass/fragments/classify.comp", &defines, &program, fault);
+    if (err) return err;
+    bind_classify(w, &bindings);
+    if (!iterative) return run_half_tiles(w, program, &bindings, 0, 2 * w->args.total.x);
+    for (uint32_t k = w->args.multires.size_px.z; !err && k-- > 0;)
+        err = run_half_tiles(w, program, &bindings, first_half_tile(&w->args, k),
+                             end_half_tile(&w->args, k));
+    return err;
+}
+
+static enum bd_err scan(struct work *w, struct bd_fault *fault)
+{
+    const struct bd_program *program;
+    enum bd_err err = get_program(w, "pass/fragments/scan.comp", NULL, &program, fault);
+    if (err) return err;
+    struct bd_bindings bindings = {0};
+    bind_storage(&bindings, BD_STORAGE_FRAGMENT_MASKS, w->masks, true, false);
+    bind_storage(&bindings, BD_STORAGE_FRAGMENT_SCAN, w->scan, true, true);
+    uint32_t numbers = w->args.total.x;
+    w->args.range.z = 0;
+    do {
+        numbers = divided_up(numbers, BD_FRAGMENT_SCAN_RUN);
+        dispatch(w, program, &bindings, 0, numbers);
+        w->args.range.z++;
+    } while (numbers > 1);
+    return BD_ERR_OK;
+}
+
+static void read_counts(const struct bd_fragments_summary *summary, struct bd_fragments *out)
+{
+    uint32_t end = out->count = summary->count.x;
+    for (uint32_t k = 0; k < out->layout.size_px.z; k++) {
+        out->level_first[k] = summary->first[k].x;
+        out->level_count[k] = end - summary->first[k].x;
+        end = summary->first[k].x;
+    }
+}
+
+static enum bd_err summarize(struct work *w, struct bd_fault *fault)
+{
+    const struct bd_program *program;
+    enum bd_err err = get_program(w, "pass/fragments/summary.comp", NULL, &program, fault);
+    if (err) return err;
+    struct bd_bindings bindings = {0};
+    bind_storage(&bindings, BD_STORAGE_FRAGMENT_SCAN, w->scan, true, false);
+    bind_storage(&bindings, BD_STORAGE_FRAGMENT_SUMMARY, w->summary, false, true);
+    bind_storage(&bindings, BD_STORAGE_FRAGMENT_DISPATCH, w->out->dispatch, false, true);
+    dispatch(w, program, &bindings, 0, 1);
+    struct bd_fragments_summary summary;
+    err = bd_buf_read(w->context->gpu, w->summary, 0, &summary, sizeof summary);
+    if (!err) read_counts(&summary, w->out);
+    return err;
+}
+
+static enum bd_err create_list(struct work *w, struct bd_fault *fault)
+{
+    const uint64_t bytes = sizeof(uint32_t) * (uint64_t)(w->out->count ? w->out->count : 1);
+    uint64_t max_bytes = bd_gpu_caps(w->context->gpu)->storage_block_max_bytes;
+    if (bytes > max_bytes)
+        return bd_fault_set(fault, BD_ERR_LIMIT, "size",
+                            "a picture of %" PRIu32 " fragments; the device's lists hold %" PRIu64,
+                            w->out->count, max_bytes / sizeof(uint32_t));
+    return bd_buf_create(w->context->gpu, "fragments", bytes, NULL, &w->out->list, fault);
+}
+
+static enum bd_err write_list(struct work *w, struct bd_fault *fault)
+{
+    const struct bd_program *program;
+    enum bd_err err = get_program(w, "pass/fragments/list.comp", NULL, &program, fault);
+    if (!err) err = create_list(w, fault);
+    if (err) return err;
+    struct bd_bindings bindings = {0};
+    bind_storage(&bindings, BD_STORAGE_FRAGMENT_MASKS, w->masks, true, false);
+    bind_storage(&bindings, BD_STORAGE_FRAGMENT_SCAN, w->scan, true, false);
+    bind_storage(&bindings, BD_STORAGE_FRAGMENT_LIST, w->out->list, false, true);
+    return run_half_tiles(w, program, &bindings, 0, 2 * w->args.total.x);
+}
+
+// --- the pass -----------------------------------------------------------------------------
+
+enum bd_err bd_fragments_run(const struct bd_pass_context *context,
+                             const struct bd_discontinuity_inputs *inputs,
+                             const struct bd_discontinuity *discontinuity,
+                             enum bd_refinement refinement, struct bd_fragments **out,
+                             struct bd_fault *fault)
+{
+    struct work w = {
+        .context = context,
+        .inputs = inputs,
+        .discontinuity = discontinuity,
+        .args.multires = discontinuity->layout,
+        .out = calloc(1, sizeof *w.out),
+    };
+    BD_ASSERT(w.out);
+    w.out->layout = discontinuity->layout;
+    lay_out_tiles(&w.args);
+    enum bd_err err = create_buffers(&w, refinement, fault);
+    if (!err) err = classify(&w, refinement, fault);
+    if (!err) err = scan(&w, fault);
+    if (!err) err = summarize(&w, fault);
+    if (!err) err = write_list(&w, fault);
+    destroy_work(&w);
+    if (err) {
+        bd_fragments_destroy(context->gpu, &w.out);
+        return err;
+    }
+    *out = w.out;
+    return BD_ERR_OK;
+}
+
+void bd_fragments_destroy(struct bd_gpu *gpu, struct bd_fragments **fragments)
+{
+    if (!*fragments) return;
+    bd_buf_destroy(gpu, &(*fragments)->list);
+    bd_buf_destroy(gpu, &(*fragments)->dispatch);
+    free(*fragments);
+    *fragments = NULL;
+}
+
+uint64_t bd_fragments_bytes(const struct bd_fragments *fragments)
+{
+    return bd_buf_size_bytes(fragments->list) + bd_buf_size_bytes(fragments->dispatch);
+}

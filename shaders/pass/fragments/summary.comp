@@ -1,0 +1,23 @@
+// Counts, for the host and for indirect dispatches.
+#include "pass/fragments/places.glsl"
+
+layout(std430, binding = BD_STORAGE_FRAGMENT_SUMMARY) writeonly buffer summary_block
+{
+    bd_fragments_summary summary;
+};
+layout(std430, binding = BD_STORAGE_FRAGMENT_DISPATCH) writeonly buffer dispatch_block
+{
+    uvec4 dispatch_groups;
+};
+
+void main()
+{
+    uint level = gl_LocalInvocationIndex;
+    if (level < args.multires.size_px.z)
+        summary.first[level] = uvec4(fragments_before(args.tiles[level].x), 0u, 0u, 0u);
+    if (level > 0u) return;
+    uint count = fragment_count(), groups = (count + BD_FRAGMENT_GROUP - 1u) / BD_FRAGMENT_GROUP;
+    summary.count = uvec4(count, 0u, 0u, 0u);
+    dispatch_groups = uvec4(min(groups, BD_FRAGMENT_GROUPS_MAX),
+                            (groups + BD_FRAGMENT_GROUPS_MAX - 1u) / BD_FRAGMENT_GROUPS_MAX, 1u, 0u);
+}

@@ -1,0 +1,35 @@
+// Arguments of pass/fragments.
+//
+// Blocks are handled in tiles of 8 x 8, numbered through all levels from the coarsest, in a level by
+// rows. Half a tile, four rows of it, is one word of a bit mask: bit 8 (y % 4) + x % 8. So the order
+// of the list is that of the masks' bits, and a fragment's place is the number of bits before its own.
+#ifndef BD_SHARED_FRAGMENTS_H
+#define BD_SHARED_FRAGMENTS_H
+
+#include "shared/multires.h"
+
+#define BD_FRAGMENT_TILE_SIDE  8u
+#define BD_FRAGMENT_SCAN_RUN   64u    // numbers that one invocation adds up
+#define BD_FRAGMENT_GROUP      64u    // work-group size of who works through the list
+#define BD_FRAGMENT_GROUPS_MAX 65535u // in one direction
+
+struct bd_fragments_args {
+    BD_MULTIRES_LAYOUT multires;
+    BD_UVEC4 range; // x = first half tile, or first run of the scan; y = the one behind the last;
+                    // z = level of the scan; w = face of the light's map
+    BD_UVEC4 tiles[BD_MULTIRES_LEVEL_MAX]; // of a level: x = the first, y = tiles in a row
+    BD_UVEC4 total;                        // x = tiles of all levels
+};
+
+// What the host reads back.
+struct bd_fragments_summary {
+    BD_UVEC4 count;                        // x
+    BD_UVEC4 first[BD_MULTIRES_LEVEL_MAX]; // x = place of the level's first fragment
+};
+
+#ifndef BD_GLSL
+_Static_assert(sizeof(struct bd_fragments_args) == 528, "std140 size");
+_Static_assert(sizeof(struct bd_fragments_summary) == 256, "std430 size");
+#endif
+
+#endif
