@@ -37,10 +37,6 @@ class Technique:
     def has(self, key):
         return key in self.parameters
 
-    def adds_up_by_blending(self):
-        """Whether the rows about splats (T) or photons (P) concern it."""
-        return bool(set("TP") & set(self.hazard_codes))
-
 
 def settings_of(text):
     """ "vpls=64 rsm_size=128" as {"vpls": "64", "rsm_size": "128"} """

@@ -1,4 +1,4 @@
-// Arguments of pass/splat_bound and pass/splat_vpls.
+// Arguments of pass/splat_bound, pass/splat_vpls and pass/splat_fragments.
 #ifndef BD_SHARED_SPLAT_H
 #define BD_SHARED_SPLAT_H
 
@@ -19,9 +19,15 @@ struct bd_splat_args {
     BD_VEC4 bounds; // x = irradiance
 };
 
+struct bd_splat_fragments_args {
+    BD_UVEC4 vpls;    // x = first VPL of the draw, y = 1 if its list is the first
+    BD_UVEC4 size_px; // xy = width and height of the target
+};
+
 #ifndef BD_GLSL
 _Static_assert(sizeof(struct bd_splat_trial_args) == 16 + 4 * BD_SPLAT_BOUNDS, "std140 size");
 _Static_assert(sizeof(struct bd_splat_args) == 32, "std140 size");
+_Static_assert(sizeof(struct bd_splat_fragments_args) == 32, "std140 size");
 #endif
 
 #endif
