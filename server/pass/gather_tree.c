@@ -20,6 +20,9 @@ _Static_assert(BD_TREE_PRINTED == BD_TREE_CRITERION_PRINTED, "C and GLSL agree")
 #define UNITS_PER_RECEIVER 2000.0
 #define LEARNING_MS_MIN    1.0
 
+#define FRAGMENTS_PER_ROW 64u    // a work group
+#define GROUPS_MAX        65535u // of a dispatch along one axis
+
 struct gather_tree {
     const struct bd_pass_context *context;
     const struct bd_gather_tree_inputs *inputs;
@@ -28,36 +31,62 @@ struct gather_tree {
     double mean_irradiance; // of the frame
     double units_per_receiver;
     struct bd_buf *estimates;
-    struct bd_indirect *out;
+    // Receivers by rows: a row of pixels each, or a work group of fragments. One of the two is
+    // made.
+    uint32_t row_count, row_width;
+    struct bd_indirect *pixels;
+    struct bd_multires_light *blocks;
 };
+
+static void bind_image(struct bd_bindings *bindings, uint32_t unit, struct bd_tex *tex)
+{
+    bindings->images[unit].tex = tex;
+    bindings->images[unit].read = bindings->images[unit].write = tex != NULL;
+}
+
+static void bind_outputs(const struct gather_tree *g, struct bd_bindings *bindings)
+{
+    if (g->pixels) {
+        bind_image(bindings, 0, g->pixels->irradiance);
+        bind_image(bindings, 1, g->pixels->glossy);
+        return;
+    }
+    bind_image(bindings, 0, g->blocks->fine);
+    bind_image(bindings, 1, g->blocks->coarse);
+    bind_image(bindings, 2, g->blocks->fine_vector);
+    bind_image(bindings, 3, g->blocks->coarse_vector);
+}
+
+static void bind_blocks(const struct gather_tree *g, struct bd_bindings *bindings)
+{
+    const struct bd_fragments *fragments = g->inputs->fragments;
+    bindings->textures[BD_UNIT_BLOCK_REPRESENTATIVE].tex = g->inputs->discontinuity->representative;
+    bindings->storage[BD_STORAGE_FRAGMENTS].buf = fragments->list;
+    bindings->storage[BD_STORAGE_FRAGMENTS].read = true;
+    bindings->uniforms[BD_UNIFORM_MULTIRES].bytes = &fragments->layout;
+    bindings->uniforms[BD_UNIFORM_MULTIRES].size_bytes = sizeof fragments->layout;
+}
 
 static void dispatch(const struct gather_tree *g, uint32_t light, bool estimate,
                      const struct bd_gather_tree_args *args)
 {
     const struct bd_program *program = estimate ? g->estimate_program : g->program;
-    struct bd_bindings bindings = {0};
+    struct bd_bindings bindings = {
+        .uniforms[BD_UNIFORM_VIEW] = {&g->view, sizeof g->view},
+        .uniforms[BD_UNIFORM_ARGS] = {args, sizeof *args},
+        .storage[BD_STORAGE_ESTIMATES] = {.buf = g->estimates, .read = true, .write = true},
+    };
     bd_gbuffer_bind(g->inputs->gbuffer, &bindings);
     bindings.arrays[BD_UNIT_VPLS] = g->inputs->leaves[light]->vpls;
     bindings.arrays[BD_UNIT_VPL_QUADS] = g->inputs->leaves[light]->quads;
     bindings.arrays[BD_UNIT_TREE_NODES] = g->inputs->trees[light]->nodes;
-    bindings.storage[BD_STORAGE_ESTIMATES].buf = g->estimates;
-    bindings.storage[BD_STORAGE_ESTIMATES].read = true;
-    bindings.storage[BD_STORAGE_ESTIMATES].write = true;
-    if (!estimate) {
-        bindings.images[0].tex = g->out->irradiance;
-        bindings.images[0].read = bindings.images[0].write = true;
-        bindings.images[1].tex = g->out->glossy;
-        bindings.images[1].read = bindings.images[1].write = g->out->glossy != NULL;
-    }
-    bindings.uniforms[BD_UNIFORM_VIEW].bytes = &g->view;
-    bindings.uniforms[BD_UNIFORM_VIEW].size_bytes = sizeof g->view;
-    bindings.uniforms[BD_UNIFORM_ARGS].bytes = args;
-    bindings.uniforms[BD_UNIFORM_ARGS].size_bytes = sizeof *args;
+    if (g->blocks) bind_blocks(g, &bindings);
+    if (!estimate) bind_outputs(g, &bindings);
     uint32_t group[3];
     bd_program_group_size(program, group);
-    bd_gpu_dispatch(g->context->gpu, program, &bindings,
-                    (g->view.size_px.x + group[0] - 1) / group[0],
-                    (args->rows.y + group[1] - 1) / group[1], 1);
+    uint32_t across = g->blocks ? args->rows.y : g->row_width, down = g->blocks ? 1 : args->rows.y;
+    bd_gpu_dispatch(g->context->gpu, program, &bindings, (across + group[0] - 1) / group[0],
+                    (down + group[1] - 1) / group[1], 1);
 }
 
 // What a receiver's cut costs is not known before: the next slice is as long as this one says.
@@ -87,20 +116,30 @@ static struct bd_gather_tree_args args_of(const struct gather_tree *g, uint32_t 
     };
 }
 
+// Rows of pixels, or fragments from a first one on.
+static void set_rows(const struct gather_tree *g, uint32_t row, uint32_t rows,
+                     struct bd_gather_tree_args *args)
+{
+    args->rows.x = row;
+    args->rows.y = rows;
+    if (!g->blocks) return;
+    const uint32_t first = row * FRAGMENTS_PER_ROW, left = g->inputs->fragments->count - first;
+    args->rows.x = first;
+    args->rows.y = rows * FRAGMENTS_PER_ROW < left ? rows * FRAGMENTS_PER_ROW : left;
+}
+
 static enum bd_err gather_roots(struct gather_tree *g, uint32_t light, bool estimate,
                                 uint32_t first_root, uint32_t root_count, bool first)
 {
-    const uint32_t width = g->view.size_px.x, height = g->view.size_px.y;
     struct bd_gather_tree_args args = args_of(g, light, first_root, root_count, first);
-    for (uint32_t row = 0; row < height;) {
-        double units_per_row =
-            estimate ? (double)width * root_count : width * g->units_per_receiver;
-        uint32_t rows = bd_slicer_rows(g->context->slicer, units_per_row, height - row);
-        args.rows.x = row;
-        args.rows.y = rows;
+    for (uint32_t row = 0; row < g->row_count;) {
+        double units = g->row_width * (estimate ? root_count : g->units_per_receiver);
+        uint32_t rows = bd_slicer_rows(g->context->slicer, units, g->row_count - row);
+        if (rows > GROUPS_MAX) rows = GROUPS_MAX;
+        set_rows(g, row, rows, &args);
         dispatch(g, light, estimate, &args);
         enum bd_err err = estimate ? bd_slicer_checkpoint(g->context->slicer, 0)
-                                   : end_slice(g, (double)width * rows);
+                                   : end_slice(g, (double)g->row_width * rows);
         if (err) return err;
         row += rows;
     }
@@ -139,9 +178,11 @@ static enum bd_err gather_all(struct gather_tree *g)
 static enum bd_err get_programs(struct gather_tree *g, struct bd_fault *fault)
 {
     struct bd_program_source source = {.compute = "pass/gather_tree/gather_tree.comp"};
+    if (g->blocks) bd_define(&source.defines, "BD_FRAGMENTS", 1);
     struct bd_program_source estimate = source;
     if (g->inputs->near_patches) bd_define(&source.defines, "BD_VPL_PATCH", 1);
-    if (g->inputs->glossy) bd_define(&source.defines, "BD_GLOSSY", 1);
+    if (g->pixels && g->inputs->glossy) bd_define(&source.defines, "BD_GLOSSY", 1);
+    if (g->blocks && g->inputs->vector) bd_define(&source.defines, "BD_VECTOR", 1);
     bd_define(&estimate.defines, "BD_ESTIMATE", 1);
     struct bd_program *program = NULL, *estimate_program = NULL;
     enum bd_err err = bd_program_get(g->context->gpu, &source, &program, fault);
@@ -151,16 +192,6 @@ static enum bd_err get_programs(struct gather_tree *g, struct bd_fault *fault)
     return err;
 }
 
-static enum bd_err create_outputs(struct gather_tree *g, struct bd_fault *fault)
-{
-    struct bd_gpu *gpu = g->context->gpu;
-    const struct bd_viewpoint *viewpoint = g->inputs->viewpoint;
-    size_t pixels = (size_t)viewpoint->width_px * viewpoint->height_px;
-    enum bd_err err =
-        bd_buf_create(gpu, "tree estimates", pixels * sizeof(float), NULL, &g->estimates, fault);
-    return err ? err : bd_indirect_create(gpu, viewpoint, g->inputs->glossy, &g->out, fault);
-}
-
 static double mean_irradiance(const struct bd_gather_tree_inputs *inputs)
 {
     double flux = 0, radius = inputs->scene->space.radius;
@@ -168,25 +199,62 @@ static double mean_irradiance(const struct bd_gather_tree_inputs *inputs)
     return flux / (4 * M_PI * radius * radius);
 }
 
-enum bd_err bd_gather_tree_run(const struct bd_pass_context *context,
-                               const struct bd_gather_tree_inputs *inputs, struct bd_indirect **out,
-                               struct bd_fault *fault)
+static struct gather_tree gather_tree_of(const struct bd_pass_context *context,
+                                         const struct bd_gather_tree_inputs *inputs)
 {
-    struct gather_tree g = {
+    return (struct gather_tree){
         .context = context,
         .inputs = inputs,
         .view = bd_viewpoint_uniform(inputs->viewpoint, &inputs->scene->space),
         .mean_irradiance = mean_irradiance(inputs),
         .units_per_receiver = UNITS_PER_RECEIVER,
     };
-    enum bd_err err = create_outputs(&g, fault);
-    if (!err) err = get_programs(&g, fault);
-    if (!err) err = gather_all(&g);
-    bd_buf_destroy(context->gpu, &g.estimates);
+}
+
+static enum bd_err run(struct gather_tree *g, struct bd_fault *fault)
+{
+    const size_t receivers = (size_t)g->row_width * g->row_count;
+    enum bd_err err =
+        bd_buf_create(g->context->gpu, "tree estimates",
+                      (receivers > 0 ? receivers : 1) * sizeof(float), NULL, &g->estimates, fault);
+    if (!err) err = get_programs(g, fault);
+    if (!err) err = gather_all(g);
+    bd_buf_destroy(g->context->gpu, &g->estimates);
+    return err;
+}
+
+enum bd_err bd_gather_tree_run(const struct bd_pass_context *context,
+                               const struct bd_gather_tree_inputs *inputs, struct bd_indirect **out,
+                               struct bd_fault *fault)
+{
+    struct gather_tree g = gather_tree_of(context, inputs);
+    g.row_count = g.view.size_px.y;
+    g.row_width = g.view.size_px.x;
+    enum bd_err err =
+        bd_indirect_create(context->gpu, inputs->viewpoint, inputs->glossy, &g.pixels, fault);
+    if (!err) err = run(&g, fault);
     if (err) {
-        bd_indirect_destroy(context->gpu, &g.out);
+        bd_indirect_destroy(context->gpu, &g.pixels);
         return err;
     }
-    *out = g.out;
+    *out = g.pixels;
+    return BD_ERR_OK;
+}
+
+enum bd_err bd_gather_tree_fragments_run(const struct bd_pass_context *context,
+                                         const struct bd_gather_tree_inputs *inputs,
+                                         struct bd_multires_light **out, struct bd_fault *fault)
+{
+    struct gather_tree g = gather_tree_of(context, inputs);
+    g.row_count = (inputs->fragments->count + FRAGMENTS_PER_ROW - 1) / FRAGMENTS_PER_ROW;
+    g.row_width = FRAGMENTS_PER_ROW;
+    enum bd_err err = bd_multires_light_create(context->gpu, &inputs->fragments->layout,
+                                               inputs->vector, &g.blocks, fault);
+    if (!err) err = run(&g, fault);
+    if (err) {
+        bd_multires_light_destroy(context->gpu, &g.blocks);
+        return err;
+    }
+    *out = g.blocks;
     return BD_ERR_OK;
 }

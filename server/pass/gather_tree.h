@@ -8,7 +8,7 @@
 #ifndef BD_PASS_GATHER_TREE_H
 #define BD_PASS_GATHER_TREE_H
 
-#include "pass/gather.h"
+#include "pass/gather_fragments.h"
 #include "pass/vpl_tree.h"
 
 enum bd_tree_criterion {
@@ -42,12 +42,22 @@ struct bd_gather_tree_inputs {
     enum bd_tree_criterion criterion;
     double tau;
     bool near_patches; // some VPL asks for the exact near field
-    bool glossy;       // receivers have a specular lobe worth its price
+    bool glossy;       // of pixels: receivers have a specular lobe worth its price
+    // Of fragments:
+    const struct bd_discontinuity *discontinuity;
+    const struct bd_fragments *fragments;
+    bool vector; // the irradiance vector, too (surface detail)
 };
 
+// At every pixel.
 BD_MUST_CHECK
 enum bd_err bd_gather_tree_run(const struct bd_pass_context *context,
                                const struct bd_gather_tree_inputs *inputs, struct bd_indirect **out,
                                struct bd_fault *fault);
+// At fragments.
+BD_MUST_CHECK
+enum bd_err bd_gather_tree_fragments_run(const struct bd_pass_context *context,
+                                         const struct bd_gather_tree_inputs *inputs,
+                                         struct bd_multires_light **out, struct bd_fault *fault);
 
 #endif

@@ -143,9 +143,10 @@ static void gather_flat(struct stage *s, picture out)
     read_irradiance(s, indirect, out);
 }
 
-static void gather_cut(struct stage *s, enum bd_tree_criterion criterion, double tau, picture out)
+static struct bd_gather_tree_inputs cut_inputs(struct stage *s, enum bd_tree_criterion criterion,
+                                               double tau)
 {
-    const struct bd_gather_tree_inputs inputs = {
+    return (struct bd_gather_tree_inputs){
         .scene = s->scene,
         .viewpoint = &s->viewpoint,
         .gbuffer = s->gbuffer,
@@ -156,6 +157,11 @@ static void gather_cut(struct stage *s, enum bd_tree_criterion criterion, double
         .tau = tau,
         .near_patches = s->patches,
     };
+}
+
+static void gather_cut(struct stage *s, enum bd_tree_criterion criterion, double tau, picture out)
+{
+    const struct bd_gather_tree_inputs inputs = cut_inputs(s, criterion, tau);
     struct bd_indirect *indirect;
     struct bd_fault fault = {0};
     assert_int_equal(bd_gather_tree_run(&s->context, &inputs, &indirect, &fault), BD_ERR_OK);
@@ -195,6 +201,79 @@ static void without_error_every_leaf_counts(void **state)
         }
         close_stage(&s);
     }
+}
+
+// --- at fragments -------------------------------------------------------------------------------
+
+static void assert_same_light(struct stage *s, const struct bd_tex *a, const struct bd_tex *b)
+{
+    const struct bd_tex_desc *desc = bd_tex_desc(a);
+    const size_t count = (size_t)desc->width_px * desc->height_px * 4;
+    float *texels[2];
+    double mean = 0;
+    for (int k = 0; k < 2; k++) {
+        struct bd_readback *readback;
+        struct bd_fault fault = {0};
+        texels[k] = malloc(count * sizeof(float));
+        assert_int_equal(bd_gpu_readback_start(s->world->gpu, k ? b : a, 0, &readback, &fault),
+                         BD_ERR_OK);
+        assert_int_equal(
+            bd_gpu_readback_finish(s->world->gpu, &readback, texels[k], count * sizeof(float)),
+            BD_ERR_OK);
+    }
+    for (size_t i = 0; i < count; i++) mean += fabsf(texels[1][i]) / (double)count;
+    assert_true(mean > 0);
+    for (size_t i = 0; i < count; i++)
+        if (fabs((double)texels[0][i] - texels[1][i]) > 1e-4 * mean)
+            fail_msg("%zu: %g, expected %g", i, (double)texels[0][i], (double)texels[1][i]);
+    free(texels[0]), free(texels[1]);
+}
+
+static void fragments_are_lit_as_by_every_leaf(void **state)
+{
+    build_room(*state, 1, 1);
+    struct stage s = open_stage(*state, 16, 4, BD_KERNEL_PATCH);
+    struct bd_fault fault = {0};
+    const struct bd_discontinuity_inputs look = {
+        .gbuffer = s.gbuffer,
+        .viewpoint = &s.viewpoint,
+        .space = &s.scene->space,
+        .settings = {.depth_threshold = .3, .normal_threshold = .3, .coarsest_side = 4},
+    };
+    struct bd_discontinuity *discontinuity;
+    struct bd_fragments *fragments;
+    assert_int_equal(bd_discontinuity_run(&s.context, &look, &discontinuity, &fault), BD_ERR_OK);
+    assert_int_equal(bd_fragments_run(&s.context, &look, discontinuity, BD_REFINEMENT_ONE_PASS,
+                                      &fragments, &fault),
+                     BD_ERR_OK);
+    assert_true(fragments->level_count[0] > 0 && fragments->level_count[1] > 0);
+    const struct bd_gather_fragments_inputs flat_inputs = {
+        .scene = s.scene,
+        .viewpoint = &s.viewpoint,
+        .gbuffer = s.gbuffer,
+        .discontinuity = discontinuity,
+        .fragments = fragments,
+        .lists = (const struct bd_vpl_list *const *)s.lists,
+        .list_count = LIGHTS,
+        .near_patches = true,
+        .vector = true,
+    };
+    struct bd_gather_tree_inputs inputs = cut_inputs(&s, BD_TREE_LIGHTCUTS, 0);
+    inputs.discontinuity = discontinuity;
+    inputs.fragments = fragments;
+    inputs.vector = true;
+    struct bd_multires_light *flat, *cut;
+    assert_int_equal(bd_gather_fragments_run(&s.context, &flat_inputs, &flat, &fault), BD_ERR_OK);
+    assert_int_equal(bd_gather_tree_fragments_run(&s.context, &inputs, &cut, &fault), BD_ERR_OK);
+    assert_same_light(&s, cut->fine, flat->fine);
+    assert_same_light(&s, cut->coarse, flat->coarse);
+    assert_same_light(&s, cut->fine_vector, flat->fine_vector);
+    assert_same_light(&s, cut->coarse_vector, flat->coarse_vector);
+    bd_multires_light_destroy(s.world->gpu, &flat);
+    bd_multires_light_destroy(s.world->gpu, &cut);
+    bd_fragments_destroy(s.world->gpu, &fragments);
+    bd_discontinuity_destroy(s.world->gpu, &discontinuity);
+    close_stage(&s);
 }
 
 static void error_falls_with_tau(void **state)
@@ -280,6 +359,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(without_error_every_leaf_counts),
+        cmocka_unit_test(fragments_are_lit_as_by_every_leaf),
         cmocka_unit_test(error_falls_with_tau),
         cmocka_unit_test(scale_and_power_change_nothing),
         cmocka_unit_test(any_power_gives_the_same_cuts),

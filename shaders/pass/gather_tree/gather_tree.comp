@@ -5,20 +5,34 @@
 //
 // image 0: irradiance, demodulated; image 1 (BD_GLOSSY): see common/vpl_gather.glsl.
 // BD_ESTIMATE: adds what the roots by themselves send to each receiver's estimate; no images.
+// BD_FRAGMENTS: a receiver is a block of pixels of a list (images 0 and 1: level 0, the rest; with
+// BD_VECTOR 2 and 3: the irradiance vector), else a pixel.
 #include "common/morton.glsl"
 #include "common/vpl_gather.glsl"
 #include "common/vpl_tree.glsl"
 #include "shared/gather_tree.h"
+#ifdef BD_FRAGMENTS
+#include "common/block_receiver.glsl" // last: what it includes and others do is above
+#endif
 
-layout(local_size_x = 8, local_size_y = 8) in;
 layout(std140, binding = BD_UNIFORM_ARGS) uniform args_block { bd_gather_tree_args args; };
 BD_ARRAY(nodes, BD_UNIT_TREE_NODES);
 // Irradiance that each receiver will get as far as known: coarse, then more and more of it exact.
 layout(std430, binding = BD_STORAGE_ESTIMATES) buffer estimate_block { float estimates[]; };
+#ifdef BD_FRAGMENTS
+layout(local_size_x = 64) in;
+layout(std430, binding = BD_STORAGE_FRAGMENTS) readonly buffer fragments_block { uint fragments[]; };
+#else
+layout(local_size_x = 8, local_size_y = 8) in;
+#endif
 #ifndef BD_ESTIMATE
-layout(binding = 0, rgba32f) uniform image2D irradiance;
-#ifdef BD_GLOSSY
-layout(binding = 1, rgba32f) uniform image2D glossy;
+layout(binding = 0, rgba32f) uniform image2D light_0;
+#if defined(BD_FRAGMENTS) || defined(BD_GLOSSY)
+layout(binding = 1, rgba32f) uniform image2D light_1;
+#endif
+#ifdef BD_VECTOR
+layout(binding = 2, rgba32f) uniform image2D vector_0;
+layout(binding = 3, rgba32f) uniform image2D vector_1;
 #endif
 #endif
 
@@ -116,7 +130,7 @@ const uint NONE = 0xffffffffu;
 // whose index it returns: a software device runs both sides of every branch, and that formula here
 // would cost several times the rest.
 uint walk(inout sums s, receiver r, vec3 viewer, inout place p, uint end, inout float estimate,
-          inout sums at_root, inout float root_alone)
+          inout vec3 at_root, inout float root_alone)
 {
     while (p.root < end) {
         tree_node n = load_node(p);
@@ -125,8 +139,8 @@ uint walk(inout sums s, receiver r, vec3 viewer, inout place p, uint end, inout 
         float bound = tree_bound(n, r.position, r.normal, r.normal_geometric);
         vec3 alone = bound > 0.0 ? node_irradiance(r, n, to_node, r2, p.level) : vec3(0.0);
         if (p.level == 0u) {
-            estimate += strongest(s.diffuse - at_root.diffuse) - root_alone;
-            at_root.diffuse = s.diffuse;
+            estimate += strongest(s.diffuse - at_root) - root_alone;
+            at_root = s.diffuse;
             root_alone = strongest(alone);
         }
         bool inner = p.level + 1u < args.tree.w;
@@ -151,7 +165,7 @@ void gather(inout sums s, receiver r, vec3 viewer, inout float estimate)
 {
     place p = root_place(args.tree.x);
     uint end = args.tree.x + args.tree.y;
-    sums at_root = s;
+    vec3 at_root = s.diffuse;
     float root_alone = 0.0;
     while (p.root < end) {
         uint leaf = walk(s, r, viewer, p, end, estimate, at_root, root_alone);
@@ -162,32 +176,64 @@ void gather(inout sums s, receiver r, vec3 viewer, inout float estimate)
         }
 #endif
     }
-    estimate += strongest(s.diffuse - at_root.diffuse) - root_alone;
+    estimate += strongest(s.diffuse - at_root) - root_alone;
 }
 #endif
 
+// What earlier roots and lights left there. Macros, since no function may be given an image with a
+// format.
+#define EARLIER(image, at) (args.rows.z != 0u ? vec3(0.0) : imageLoad(image, at).rgb)
+#define ADD(image, at, sum) imageStore(image, at, vec4((sum) + EARLIER(image, at), 1.0))
+
+#ifndef BD_ESTIMATE
+#ifdef BD_FRAGMENTS
+void keep(sums s, uint level, ivec2 block)
+{
+    ivec2 at = level == 0u ? block : in_stack(level, block);
+    if (level == 0u) ADD(light_0, at, s.diffuse);
+    else ADD(light_1, at, s.diffuse);
+#ifdef BD_VECTOR
+    if (level == 0u) ADD(vector_0, at, s.vector);
+    else ADD(vector_1, at, s.vector);
+#endif
+}
+#else
+void keep(sums s, uint level, ivec2 pixel)
+{
+    ADD(light_0, pixel, s.diffuse);
+#ifdef BD_GLOSSY
+    ADD(light_1, pixel, s.glossy);
+#endif
+}
+#endif
+#endif
+
+void light_receiver(receiver r, uint index, uint level, ivec2 block)
+{
+#ifdef BD_ESTIMATE
+    float estimate = args.rows.z != 0u ? 0.0 : estimates[index];
+    if (r.lit) gather(r, estimate);
+#else
+    float estimate = estimates[index];
+    sums s = no_light();
+    if (r.lit) gather(s, r, direction_to_viewer(r.relative_position), estimate);
+    keep(s, level, block);
+#endif
+    estimates[index] = estimate;
+}
+
 void main()
 {
+#ifdef BD_FRAGMENTS
+    if (gl_GlobalInvocationID.x >= args.rows.y) return;
+    uint index = args.rows.x + gl_GlobalInvocationID.x, fragment = fragments[index];
+    uint level = BD_FRAGMENT_LEVEL(fragment);
+    ivec2 block = ivec2(BD_FRAGMENT_X(fragment), BD_FRAGMENT_Y(fragment));
+    light_receiver(block_receiver(level, block), index, level, block);
+#else
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, args.rows.x);
     if (pixel.x >= int(view.size_px.x) || gl_GlobalInvocationID.y >= args.rows.y) return;
     uint index = uint(pixel.y) * view.size_px.x + uint(pixel.x);
-    receiver r = gbuffer_receiver(pixel);
-    bool first = args.rows.z != 0u;
-#ifdef BD_ESTIMATE
-    float estimate = first ? 0.0 : estimates[index];
-    if (r.lit) gather(r, estimate);
-    estimates[index] = estimate;
-#else
-    vec3 viewer = direction_to_viewer(r.relative_position);
-    sums s = no_light();
-    float estimate = estimates[index];
-    if (r.lit) gather(s, r, viewer, estimate);
-    estimates[index] = estimate;
-    if (!first) s.diffuse += imageLoad(irradiance, pixel).rgb;
-    imageStore(irradiance, pixel, vec4(s.diffuse, 1.0));
-#ifdef BD_GLOSSY
-    if (!first) s.glossy += imageLoad(glossy, pixel).rgb;
-    imageStore(glossy, pixel, vec4(s.glossy, 1.0));
-#endif
+    light_receiver(gbuffer_receiver(pixel), index, 0u, pixel);
 #endif
 }
