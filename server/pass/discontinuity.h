@@ -48,6 +48,9 @@ struct bd_discontinuity_settings {
     double depth_threshold;  // >= 0; infinite: the same as OFF
     double normal_threshold; // >= 0; infinite: the same as OFF
     uint32_t coarsest_side;  // blocks along the longer side of the coarsest level, at most
+    // Level whose blocks are fragments even where they are discontinuous (pass/fragments.h): none
+    // is finer. Held to the coarsest.
+    uint32_t finest_level;
 };
 
 // One of two: what the camera sees, or one face of what a light sees. The depth of the latter is

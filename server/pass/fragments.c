@@ -257,6 +257,8 @@ enum bd_err bd_fragments_run(const struct bd_pass_context *context,
     BD_ASSERT(w.out);
     w.out->layout = discontinuity->layout;
     lay_out_tiles(&w.args);
+    const uint32_t finest = inputs->settings.finest_level, levels = w.args.multires.size_px.z;
+    w.args.total.y = finest < levels ? finest : levels - 1;
     enum bd_err err = create_buffers(&w, refinement, fault);
     if (!err) err = classify(&w, refinement, fault);
     if (!err) err = scan(&w, fault);

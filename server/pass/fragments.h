@@ -1,7 +1,8 @@
 // The list of fragments: the blocks that are lit as a whole, so that every pixel that can be lit is
 // in exactly one of them (algorithms.md A1 refinement, A2.1 classification).
 //
-// Block B of level k is a fragment if it is not empty, is smooth (or k = 0), and its parent is
+// Block B of level k is a fragment if it is not empty, is smooth (or k the finest level, which is 0
+// unless the settings say otherwise), and its parent is
 // discontinuous (or k is the coarsest level). The list is ordered by level from the coarsest, in a
 // level by rows of 8 x 8 tiles (neighbours in the list are neighbours in the picture), and is made
 // by prefix sums: the same on every run and device.

@@ -35,6 +35,7 @@ bool is_reached(uint level, uvec2 block)
 
 bool is_split(uint level, uvec2 block)
 {
+    if (level <= args.total.y) return false; // its blocks are whole, whatever they hold
     if (level == args.multires.size_px.z) return true; // the coarsest level's blocks have no parent
     return block_flag(level, block) == BD_BLOCK_DISCONTINUOUS && is_reached(level, block);
 }
@@ -46,6 +47,7 @@ void main()
     uint level = level_of_tile(half_tile >> 1u);
     uvec2 first = first_block(level, half_tile);
     uint mask = 0u, reached = 0u;
+    bool finest = level == args.total.y;
     for (uint parent = 0u; parent < 8u; parent++) {
         uvec2 in_half = 2u * uvec2(parent % 4u, parent / 4u);
         if (!is_split(level + 1u, (first + in_half) / 2u)) continue;
@@ -53,7 +55,7 @@ void main()
             uvec2 at = in_half + uvec2(i & 1u, i >> 1u);
             uint flag = block_flag(level, first + at), bit = 1u << (8u * at.y + at.x);
             if (flag != BD_BLOCK_EMPTY) reached |= bit;
-            if (flag == BD_BLOCK_SMOOTH) mask |= bit;
+            if (flag == BD_BLOCK_SMOOTH || (finest && flag != BD_BLOCK_EMPTY)) mask |= bit;
         }
     }
     masks[half_tile] = mask;
