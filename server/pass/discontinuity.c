@@ -13,9 +13,6 @@ _Static_assert(BD_DEPTH_TEST_OFF == BD_TEST_NONE, "C and GLSL agree");
 _Static_assert(BD_NORMAL_TEST_MINMAX == BD_TEST_RANGE, "C and GLSL agree");
 _Static_assert(BD_NORMAL_TEST_CHORD == BD_TEST_JUMP, "C and GLSL agree");
 _Static_assert(BD_NORMAL_TEST_OFF == BD_TEST_NONE, "C and GLSL agree");
-_Static_assert(BD_NEIGHBOURHOOD_PLAIN == BD_NEIGHBOURS_NONE, "C and GLSL agree");
-_Static_assert(BD_NEIGHBOURHOOD_DIAGONAL == BD_NEIGHBOURS_DIAGONAL, "C and GLSL agree");
-_Static_assert(BD_NEIGHBOURHOOD_ADJACENT == BD_NEIGHBOURS_ALL, "C and GLSL agree");
 
 // One block of any kernel in the slicer's unit, an evaluation of a VPL: about what the dearest
 // take.
@@ -169,10 +166,11 @@ static enum bd_err note_work(struct work *w, double units)
     return bd_slicer_checkpoint(w->context->slicer, 0);
 }
 
-static enum bd_err run_rows(struct work *w, const struct bd_program *program,
-                            struct bd_bindings *bindings, uint32_t level, uint32_t width,
-                            uint32_t height)
+static enum bd_err run_level(struct work *w, const struct bd_program *program,
+                             struct bd_bindings *bindings, uint32_t level)
 {
+    const uint32_t width = w->args.multires.levels[level].x;
+    const uint32_t height = w->args.multires.levels[level].y;
     const double units_per_row = UNITS_PER_BLOCK * width;
     uint32_t group[3];
     bd_program_group_size(program, group);
@@ -190,13 +188,6 @@ static enum bd_err run_rows(struct work *w, const struct bd_program *program,
     return BD_ERR_OK;
 }
 
-static enum bd_err run_level(struct work *w, const struct bd_program *program,
-                             struct bd_bindings *bindings, uint32_t level)
-{
-    const struct bd_uvec4 *size = &w->args.multires.levels[level];
-    return run_rows(w, program, bindings, level, size->x, size->y);
-}
-
 static enum bd_err measure(struct work *w, struct bd_fault *fault)
 {
     const struct bd_program *program;
@@ -207,6 +198,7 @@ static enum bd_err measure(struct work *w, struct bd_fault *fault)
     bind_seen(w, &bindings);
     bind_measured(&w->pyramids[0], &bindings);
     bind_image(&bindings, BD_IMAGE_OWN_TESTS, w->own, false);
+    bind_image(&bindings, BD_IMAGE_BLOCKS, w->out->representative, false);
     return run_level(w, program, &bindings, 1);
 }
 
@@ -239,6 +231,7 @@ static enum bd_err settle(struct work *w, struct bd_fault *fault)
     return err;
 }
 
+// Level 1 has them from the pixels that it measured.
 static enum bd_err find_representatives(struct work *w, struct bd_fault *fault)
 {
     const struct bd_program *program;
@@ -246,12 +239,12 @@ static enum bd_err find_representatives(struct work *w, struct bd_fault *fault)
         get_program(w, "pass/discontinuity/representative.comp", false, true, &program, fault);
     if (err) return err;
     struct bd_bindings bindings = {0};
-    uint32_t width, height;
-    bd_multires_stack_size(&w->args.multires, &width, &height);
     bind_seen(w, &bindings);
     bindings.textures[BD_UNIT_OWN_TESTS].tex = w->own;
     bind_image(&bindings, BD_IMAGE_BLOCKS, w->out->representative, false);
-    return run_rows(w, program, &bindings, 0, width, height);
+    for (uint32_t level = 2; !err && level < w->args.multires.size_px.z; level++)
+        err = run_level(w, program, &bindings, level);
+    return err;
 }
 
 static enum bd_err run(struct work *w, struct bd_fault *fault)
@@ -273,6 +266,18 @@ static float depth_scale(const struct bd_viewpoint *viewpoint, const struct bd_v
     return viewpoint->orthographic ? fmaxf(view->axis_x.w, view->axis_y.w) : 0;
 }
 
+static uint32_t neighbour_count(enum bd_neighbourhood neighbourhood)
+{
+    switch (neighbourhood) {
+    case BD_NEIGHBOURHOOD_DIAGONAL:
+        return 4;
+    case BD_NEIGHBOURHOOD_ADJACENT:
+        return 8;
+    default:
+        return 0;
+    }
+}
+
 static struct work work_of(const struct bd_pass_context *context,
                            const struct bd_discontinuity_inputs *inputs)
 {
@@ -287,7 +292,7 @@ static struct work work_of(const struct bd_pass_context *context,
         .view = bd_viewpoint_uniform(viewpoint, inputs->space),
         .args.multires = bd_multires_layout_of(viewpoint->width_px, viewpoint->height_px,
                                                settings->coarsest_side),
-        .args.tests = {(uint32_t)settings->neighbourhood, 0, 0, 0},
+        .args.tests = {neighbour_count(settings->neighbourhood), 0, 0, 0},
     };
     w.args.limits =
         (struct bd_vec4){(float)settings->depth_threshold, (float)settings->normal_threshold,

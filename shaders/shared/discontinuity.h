@@ -9,10 +9,6 @@
 #define BD_TEST_JUMP  1 // depth: the slope of a pixel; normal: the chord between two pixels
 #define BD_TEST_NONE  2
 
-#define BD_NEIGHBOURS_NONE     0u
-#define BD_NEIGHBOURS_DIAGONAL 1u
-#define BD_NEIGHBOURS_ALL      2u
-
 // What a block is by itself, whatever its neighbours and children are.
 #define BD_OWN_LIT   1u // it has pixels that can be lit
 #define BD_OWN_UNLIT 2u // it has others, too
@@ -21,7 +17,7 @@
 struct bd_discontinuity_args {
     BD_MULTIRES_LAYOUT multires;
     BD_UVEC4 slice; // x = first row, y = rows, z = level, w = face of the light's map
-    BD_UVEC4 tests; // x = BD_NEIGHBOURS_*
+    BD_UVEC4 tests; // x = neighbours that are asked: none, the 4 at the corners, or all 8
     BD_VEC4 limits; // x = threshold of depth, y = of normals; z = what depth is relative to in an
                     // orthographic view, 0 in a perspective one: there it is depth itself
 };

@@ -1,4 +1,5 @@
-// Level 1: what 2 x 2 pixels measure, and their own test.
+// Level 1: what 2 x 2 pixels measure, their own test, and which of them stands for all: they are equally
+// near to the centre, so the first that can be lit.
 //
 // Slopes and chords are between neighbours, whichever block they are in: a jump between two blocks
 // belongs to both.
@@ -7,72 +8,94 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = BD_IMAGE_OWN_TESTS, r32ui) writeonly uniform uimage2D own;
+layout(binding = BD_IMAGE_BLOCKS, r32ui) writeonly uniform uimage2D representative;
+
+struct seen {
+    bool lit;
+    float depth;
+    vec3 normal;
+};
 
 bool in_picture(ivec2 pixel)
 {
-    return all(greaterThanEqual(pixel, ivec2(0))) && 
+    return all(greaterThanEqual(pixel, ivec2(0))) &&
            multires_has(args.multires.levels[0], uvec2(pixel));
 }
 
-#if BD_DEPTH_TEST == BD_TEST_JUMP || BD_NORMAL_TEST == BD_TEST_JUMP
-const ivec2 NEIGHBOURS[4] = ivec2[4](ivec2(1, 0), ivec2(-1, 0), ivec2(0, 1), ivec2(0, -1));
-
-// Jumps to the four neighbours. The derivative along an axis is the larger of the two one-sided ones.
-void add_jumps(inout measures m, ivec2 pixel)
+seen look(ivec2 pixel)
 {
-    float depth = seen_depth(pixel, args.slice.w), chord = 0.0;
-    vec3 normal = seen_normal(pixel, args.slice.w);
-    vec2 rise = vec2(0.0);
-    for (int i = 0; i < 4; i++) {
-        ivec2 other = pixel + NEIGHBOURS[i];
-        if (!in_picture(other) || !seen_lit(other, args.slice.w)) continue;
-#if BD_DEPTH_TEST == BD_TEST_JUMP
-        rise = max(rise, abs(seen_depth(other, args.slice.w) - depth) * abs(vec2(NEIGHBOURS[i])));
+    seen s = seen(false, 0.0, vec3(0.0));
+    if (!in_picture(pixel)) return s;
+    s.lit = seen_lit(pixel, args.slice.w);
+#if BD_DEPTH_TEST != BD_TEST_NONE
+    s.depth = seen_depth(pixel, args.slice.w);
 #endif
-#if BD_NORMAL_TEST == BD_TEST_JUMP
-        // The chord itself: 2 sin(acos(dot) / 2) is 0 below 3e-4 rad in 32 bits.
-        chord = max(chord, distance(seen_normal(other, args.slice.w), normal));
+#if BD_NORMAL_TEST != BD_TEST_NONE
+    s.normal = seen_normal(pixel, args.slice.w);
 #endif
-    }
-#if BD_DEPTH_TEST == BD_TEST_JUMP
-    m.depth = max(m.depth, length(rise) / (args.limits.z > 0.0 ? args.limits.z : depth));
-#endif
-#if BD_NORMAL_TEST == BD_TEST_JUMP
-    m.normal = max(m.normal, chord);
-#endif
+    return s;
 }
-#endif
 
-void add_pixel(inout measures m, ivec2 pixel)
+void add_pixel(inout measures m, seen s)
 {
 #if BD_DEPTH_TEST == BD_TEST_RANGE
-    float depth = seen_depth(pixel, args.slice.w);
-    m.depth = max(m.depth, vec2(depth, -depth));
+    m.depth = max(m.depth, vec2(s.depth, -s.depth));
 #endif
 #if BD_NORMAL_TEST == BD_TEST_RANGE
-    vec3 normal = seen_normal(pixel, args.slice.w);
-    m.normal = max(m.normal, normal);
-    m.normal_least = max(m.normal_least, -normal);
-#endif
-#if BD_DEPTH_TEST == BD_TEST_JUMP || BD_NORMAL_TEST == BD_TEST_JUMP
-    add_jumps(m, pixel);
+    m.normal = max(m.normal, s.normal);
+    m.normal_least = max(m.normal_least, -s.normal);
 #endif
 }
+
+#if BD_DEPTH_TEST == BD_TEST_JUMP || BD_NORMAL_TEST == BD_TEST_JUMP
+// x = difference of depth, y = chord; nothing to what cannot be lit. The chord is a distance: 2
+// sin(acos(dot) / 2), the same on paper, is 0 below 3e-4 rad in 32 bits.
+vec2 jump_between(seen a, seen b)
+{
+    vec2 jump = vec2(abs(a.depth - b.depth), distance(a.normal, b.normal));
+    return a.lit && b.lit ? jump : vec2(0.0);
+}
+
+// The derivative along an axis is the larger of the two one-sided ones.
+void add_jumps(inout measures m, seen s, seen left_right[2], seen up_down[2])
+{
+    vec2 along_x = max(jump_between(s, left_right[0]), jump_between(s, left_right[1]));
+    vec2 along_y = max(jump_between(s, up_down[0]), jump_between(s, up_down[1]));
+#if BD_DEPTH_TEST == BD_TEST_JUMP
+    float slope = length(vec2(along_x.x, along_y.x)) / (args.limits.z > 0.0 ? args.limits.z : s.depth);
+    m.depth = max(m.depth, slope);
+#endif
+#if BD_NORMAL_TEST == BD_TEST_JUMP
+    m.normal = max(m.normal, max(along_x.y, along_y.y));
+#endif
+}
+#endif
 
 void main()
 {
     uvec2 block = gl_GlobalInvocationID.xy + uvec2(0u, args.slice.x);
     if (gl_GlobalInvocationID.y >= args.slice.y || !multires_has(args.multires.levels[1], block))
         return;
+    ivec2 first = 2 * ivec2(block);
+    seen inner[4];
+    for (int i = 0; i < 4; i++) inner[i] = look(first + ivec2(i & 1, i >> 1));
     measures m = MEASURES_OF_NOTHING;
-    uint bits = 0u;
+    uint bits = 0u, pixel_of_block = ~0u;
     for (int i = 0; i < 4; i++) {
-        ivec2 pixel = ivec2(block) * 2 + ivec2(i & 1, i >> 1);
-        if (!in_picture(pixel)) continue;
-        bool lit = seen_lit(pixel, args.slice.w);
-        bits |= lit ? BD_OWN_LIT : BD_OWN_UNLIT;
-        if (lit) add_pixel(m, pixel);
+        ivec2 pixel = first + ivec2(i & 1, i >> 1);
+        if (in_picture(pixel)) bits |= inner[i].lit ? BD_OWN_LIT : BD_OWN_UNLIT;
+        if (!inner[i].lit) continue;
+        pixel_of_block = min(pixel_of_block, BD_PIXEL_PACK(uint(pixel.x), uint(pixel.y)));
+        add_pixel(m, inner[i]);
+#if BD_DEPTH_TEST == BD_TEST_JUMP || BD_NORMAL_TEST == BD_TEST_JUMP
+        // One neighbour along each axis is in the block, the other beyond it.
+        seen left_right[2] = seen[2](inner[i ^ 1], look(pixel + ivec2(2 * (i & 1) - 1, 0)));
+        seen up_down[2] = seen[2](inner[i ^ 2], look(pixel + ivec2(0, 2 * (i >> 1) - 1)));
+        add_jumps(m, inner[i], left_right, up_down);
+#endif
     }
+    ivec2 texel = multires_texel(args.multires.levels[1], block);
     store_measures(block, m);
-    imageStore(own, multires_texel(args.multires.levels[1], block), uvec4(bits | own_test(m, bits)));
+    imageStore(own, texel, uvec4(bits | own_test(m, bits)));
+    imageStore(representative, texel, uvec4(pixel_of_block));
 }

@@ -1,5 +1,5 @@
-// The pixel that stands for a block, for the whole stack at once: of those that can be lit the nearest
-// to the block's centre; of equals the first, by rows.
+// The pixel that stands for a block, from level 2 on: of those that can be lit the nearest to the block's
+// centre; of equals the first, by rows.
 //
 // The centre is that of a whole block, also where the picture's edge cuts it: light is interpolated
 // over a regular grid of blocks. In a block that is lit throughout it is found at once. Else the
@@ -17,14 +17,6 @@ struct candidate {
     uint distance; // squared, in half pixels: below 2^31
     uint pixel;
 };
-
-// Of the level whose rows of the stack hold `row`.
-uint level_of_row(uint row)
-{
-    uint level = args.multires.size_px.z - 1u;
-    while (level > 1u && row < args.multires.levels[level].z) level--;
-    return level;
-}
 
 // In half pixels, so that pixels' and blocks' centres are whole numbers.
 uint distance_to(ivec2 centre, uvec2 pixel)
@@ -87,11 +79,9 @@ void search_quarter(uint level, uvec2 quarter, uvec2 side, ivec2 centre, inout c
 
 void main()
 {
-    uvec2 texel = gl_GlobalInvocationID.xy + uvec2(0u, args.slice.x);
-    if (gl_GlobalInvocationID.y >= args.slice.y) return;
-    uint level = level_of_row(texel.y);
-    uvec2 block = uvec2(texel.x, texel.y - args.multires.levels[level].z);
-    if (!has_lit(level, block)) return;
+    uint level = args.slice.z;
+    uvec2 block = gl_GlobalInvocationID.xy + uvec2(0u, args.slice.x);
+    if (gl_GlobalInvocationID.y >= args.slice.y || !has_lit(level, block)) return;
     ivec2 centre = ivec2((2u * block + 1u) << level);
     uvec2 before = uvec2(centre / 2 - 1); // of the four around the centre
     bool found = has_lit(0u, before);
@@ -100,5 +90,5 @@ void main()
         uvec2 side = uvec2(i & 1u, i >> 1u);
         search_quarter(level - 1u, block * 2u + side, side, centre, best);
     }
-    imageStore(representative, ivec2(texel), uvec4(best.pixel));
+    imageStore(representative, multires_texel(args.multires.levels[level], block), uvec4(best.pixel));
 }

@@ -1,5 +1,7 @@
 // Flags of one level, from the finest up: by own tests, the neighbours' as far as they are asked, and
 // the children's flags, which makes the property monotone (errata N5).
+//
+// Loops that end at once, where a branch would do: the software device runs both sides of those.
 #include "common/multires.glsl"
 #include "shared/bindings.h"
 #include "shared/discontinuity.h"
@@ -15,25 +17,24 @@ bool jumps(uvec4 level, uvec2 block)
     return (texelFetch(own_tests, multires_texel(level, block), 0).x & BD_OWN_JUMP) != 0u;
 }
 
+const ivec2 NEIGHBOURS[8] = ivec2[8](ivec2(-1, -1), ivec2(1, -1), ivec2(-1, 1), ivec2(1, 1),
+                                     ivec2(0, -1), ivec2(-1, 0), ivec2(1, 0), ivec2(0, 1));
+
 bool neighbour_jumps(uvec4 level, uvec2 block)
 {
     bool found = false;
-    for (int i = 0; i < 9; i++) {
-        ivec2 step = ivec2(i % 3, i / 3) - 1;
-        bool corner = step.x != 0 && step.y != 0;
-        // Beyond the first row or column the number wraps, and the level has no such block.
-        if (corner || args.tests.x == BD_NEIGHBOURS_ALL)
-            found = found || jumps(level, uvec2(ivec2(block) + step));
-    }
+    // Beyond the first row or column the number wraps, and the level has no such block.
+    for (uint i = 0u; i < args.tests.x; i++)
+        found = found || jumps(level, uvec2(ivec2(block) + NEIGHBOURS[i]));
     return found;
 }
 
 bool child_is_discontinuous(uvec2 block)
 {
-    if (args.slice.z < 2u) return false; // pixels are not
     uvec4 finer = args.multires.levels[args.slice.z - 1u];
+    uint children = args.slice.z > 1u ? 4u : 0u; // pixels are not
     bool found = false;
-    for (uint i = 0u; i < 4u; i++) {
+    for (uint i = 0u; i < children; i++) {
         uvec2 child = block * 2u + uvec2(i & 1u, i >> 1u);
         if (multires_has(finer, child))
             found = found ||
@@ -50,8 +51,8 @@ void main()
     ivec2 texel = multires_texel(level, block);
     uint flag = BD_BLOCK_EMPTY;
     if ((texelFetch(own_tests, texel, 0).x & BD_OWN_LIT) != 0u) {
-        bool found = jumps(level, block) || child_is_discontinuous(block);
-        if (args.tests.x != BD_NEIGHBOURS_NONE) found = found || neighbour_jumps(level, block);
+        bool found = jumps(level, block) || child_is_discontinuous(block) ||
+                     neighbour_jumps(level, block);
         flag = found ? BD_BLOCK_DISCONTINUOUS : BD_BLOCK_SMOOTH;
     }
     imageStore(flags, texel, uvec4(flag));
