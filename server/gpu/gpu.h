@@ -310,7 +310,7 @@ enum bd_err bd_gpu_readback_start(struct bd_gpu *gpu, const struct bd_tex *tex, 
 BD_MUST_CHECK
 enum bd_err bd_gpu_readback_finish(struct bd_gpu *gpu, struct bd_readback **readback, void *bytes,
                                    size_t size_bytes);
-// For tests: waits and copies a buffer's bytes.
+// Waits and copies a buffer's bytes: counts that the host must know, and tests.
 BD_MUST_CHECK
 enum bd_err bd_buf_read(struct bd_gpu *gpu, const struct bd_buf *buf, size_t offset, void *bytes,
                         size_t size_bytes);
