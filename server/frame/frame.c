@@ -102,6 +102,8 @@ static enum bd_err run_sub_frame(struct bd_frame *frame, uint32_t index,
     bd_viewpoint_set_sub_frame(&frame->viewpoint, index, frame->request->aa);
     enum bd_err err = bd_stage_gbuffer(frame);
     if (!err) err = bd_stage_direct(frame);
+    if (!err && frame->plan->fragments) err = bd_stage_discontinuity(frame);
+    if (!err && frame->plan->fragments) err = bd_stage_fragments(frame);
     if (!err && frame->plan->indirect) err = bd_stage_indirect(frame);
     if (!err) err = composite(frame, index, layers);
     if (!err && frame->indirect)

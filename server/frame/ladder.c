@@ -61,15 +61,32 @@ static bool names_any(const char *rung, const struct bd_param_list *given)
     return false;
 }
 
-// No value below what was given, and one above.
-static bool is_above(const char *rung, const struct bd_param_list *given)
+static double number_in(const char *rung, const char *key)
+{
+    struct bd_param_list pair;
+    while (next_pair(&rung, &pair))
+        if (strcmp(pair.pairs[0].key, key) == 0) return strtod(pair.pairs[0].value, NULL);
+    return 0;
+}
+
+// 1 where a key's values grow from the cheapest rung to the best, -1 where they fall (thresholds).
+static double direction_of(const char *const *ladder, const char *key)
+{
+    uint32_t best = 0;
+    while (ladder[best + 1]) best++;
+    return number_in(ladder[best], key) < number_in(ladder[0], key) ? -1 : 1;
+}
+
+// No value cheaper than what was given, and one better.
+static bool is_above(const char *const *ladder, const char *rung, const struct bd_param_list *given)
 {
     struct bd_param_list pair;
     bool above = false;
     while (next_pair(&rung, &pair)) {
         const char *value = value_of(given, pair.pairs[0].key);
         if (!value) continue;
-        double has = strtod(value, NULL), would = strtod(pair.pairs[0].value, NULL);
+        double better = direction_of(ladder, pair.pairs[0].key);
+        double has = better * strtod(value, NULL), would = better * strtod(pair.pairs[0].value, NULL);
         if (would < has) return false;
         above = above || would > has;
     }
@@ -87,7 +104,7 @@ uint32_t bd_ladder_begin(const struct bd_technique *technique, const struct bd_p
         return 1;
     }
     uint32_t rung = 0;
-    while (ladder[rung] && !is_above(ladder[rung], given)) rung++;
+    while (ladder[rung] && !is_above(ladder, ladder[rung], given)) rung++;
     return rung;
 }
 

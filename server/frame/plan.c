@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/hash.h"
+#include "pass/discontinuity.h"
 
 bool bd_plan_light_shines(const struct bd_scene *scene, uint32_t placed_light)
 {
@@ -87,10 +88,39 @@ static void list_passes(const struct bd_plan *plan, struct bd_report *report)
     add_pass(report, plan->lights, "direct");
     add_pass(report, plan->vpl_grid, "rsm");
     add_pass(report, plan->vpl_grid, "vpl_grid");
+    add_pass(report, plan->fragments, "discontinuity");
+    add_pass(report, plan->fragments, "fragments");
     for (const char *const *pass = own_passes(plan); *pass; pass++)
         add_pass(report, plan->indirect, *pass);
     add_pass(report, true, "composite");
     add_pass(report, true, "readback");
+}
+
+// Why light is reflected by the diffuse lobe alone.
+static const char *no_glossy_lobe(const struct bd_plan *plan)
+{
+    if (plan->params.lambert) return "glossy lobe: brdf=lambert";
+    return plan->technique->model.glossy_receivers
+               ? "glossy lobe: every surface is rough and no metal"
+               : "glossy lobe: the technique has none for indirect light";
+}
+
+static void list_omitted_of_fragments(const struct bd_plan *plan, const char *no_indirect,
+                                      struct bd_report *report)
+{
+    const struct bd_params *p = &plan->params;
+    if (!(plan->technique->inputs & BD_INPUT_FRAGMENTS)) return;
+    omit(report, !plan->fragments, "discontinuity", no_indirect);
+    omit(report, !plan->fragments, "fragments", no_indirect);
+    if (!plan->fragments) return;
+    omit(report, p->depth_test == BD_DEPTH_TEST_OFF, "discontinuity",
+         "depth pyramid: depth_test=off");
+    omit(report, p->depth_test != BD_DEPTH_TEST_OFF && isinf(p->depth_threshold), "discontinuity",
+         "depth pyramid: depth_threshold=inf");
+    omit(report, p->normal_test == BD_NORMAL_TEST_OFF, "discontinuity",
+         "normal pyramid: normal_test=off");
+    omit(report, p->normal_test != BD_NORMAL_TEST_OFF && isinf(p->normal_threshold),
+         "discontinuity", "normal pyramid: normal_threshold=inf");
 }
 
 static void list_omitted(const struct bd_plan *plan, const struct bd_scene *scene,
@@ -110,11 +140,11 @@ static void list_omitted(const struct bd_plan *plan, const struct bd_scene *scen
                                                         : "the technique has no indirect light";
     omit(report, !plan->vpl_grid, "rsm", no_indirect);
     omit(report, !plan->vpl_grid, "vpl_grid", no_indirect);
+    list_omitted_of_fragments(plan, no_indirect, report);
     for (const char *const *pass = own_passes(plan); *pass; pass++)
         omit(report, !plan->indirect, *pass, no_indirect);
     omit(report, plan->indirect && !plan->glossy, own_passes(plan)[0],
-         plan->params.lambert ? "glossy lobe: brdf=lambert"
-                              : "glossy lobe: every surface is rough and no metal");
+         no_glossy_lobe(plan));
 }
 
 // What this frame carries of light transport: the technique's model, or what was asked of the
@@ -140,6 +170,8 @@ static void flag_what_is_not_honoured(const struct bd_plan *plan, const struct b
     if (f->has_blend && !model.coverage) bd_report_flag(report, "blend_as_mask");
     if (f->has_transmissive && !model.transmission)
         bd_report_flag(report, "transmission_as_opaque");
+    if (plan->indirect && f->has_glossy && !plan->params.lambert && !model.glossy_receivers)
+        bd_report_flag(report, "glossy_as_diffuse: of indirect light");
     if (plan->vpl_grid && some_map_is_reduced(plan, scene))
         bd_report_flag(report, "rsm_size_reduced: %d texels a side of each VPL",
                        BD_PLAN_BLOCK_TEXELS_MAX);
@@ -210,7 +242,9 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
     out->lights = any_light_shines(scene);
     out->indirect = out->lights && out->technique->indirect;
     out->vpl_grid = out->indirect && (out->technique->inputs & BD_INPUT_VPL_GRID);
-    out->glossy = out->indirect && !out->params.lambert && f->has_glossy;
+    out->fragments = out->indirect && (out->technique->inputs & BD_INPUT_FRAGMENTS);
+    out->glossy = out->indirect && out->technique->model.glossy_receivers &&
+                  !out->params.lambert && f->has_glossy;
     out->emission = f->has_emissive || f->has_unlit;
     out->flux_lm = total_flux_lm(scene);
     describe_request(out, scene, request, report);

@@ -21,6 +21,7 @@ struct bd_plan {
     bool lights;    // some punctual light shines: shadow maps and direct run
     bool indirect;  // the technique's indirect light runs
     bool vpl_grid;  // reflective shadow maps and VPLs for it
+    bool fragments; // it is found at blocks of pixels
     bool glossy;    // receivers with a specular lobe worth its price
     bool emission;  // some surface emits or is unlit
     double flux_lm; // of all lights

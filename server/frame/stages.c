@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/assert.h"
+#include "pass/upsample.h"
 
 void bd_report_mark(struct bd_report *report, const char *pass, enum bd_pass_state state)
 {
@@ -129,6 +130,18 @@ static void destroy_tex(void *owner, void *output)
 {
     struct bd_tex *tex = output;
     bd_tex_destroy(((struct bd_renderer *)owner)->gpu, &tex);
+}
+
+static void destroy_discontinuity(void *owner, void *output)
+{
+    struct bd_discontinuity *discontinuity = output;
+    bd_discontinuity_destroy(((struct bd_renderer *)owner)->gpu, &discontinuity);
+}
+
+static void destroy_fragments(void *owner, void *output)
+{
+    struct bd_fragments *fragments = output;
+    bd_fragments_destroy(((struct bd_renderer *)owner)->gpu, &fragments);
 }
 
 static void destroy_indirect(void *owner, void *output)
@@ -285,6 +298,70 @@ enum bd_err bd_stage_direct(struct bd_frame *frame)
     return BD_ERR_OK;
 }
 
+static struct bd_discontinuity_inputs discontinuity_inputs(const struct bd_frame *frame)
+{
+    const struct bd_params *params = &frame->plan->params;
+    return (struct bd_discontinuity_inputs){
+        .gbuffer = frame->gbuffer,
+        .viewpoint = &frame->viewpoint,
+        .space = &frame->scene->space,
+        .settings =
+            {
+                .depth_test = (enum bd_depth_test)params->depth_test,
+                .normal_test = (enum bd_normal_test)params->normal_test,
+                .neighbourhood = (enum bd_neighbourhood)params->neighbourhood,
+                .depth_threshold = params->depth_threshold,
+                .normal_threshold = params->normal_threshold,
+                // What the pixel's own normal adds is put back at every pixel.
+                .geometric_normals = params->surface_detail == BD_SURFACE_DETAIL_DIRECTION,
+                .coarsest_side = params->coarsest,
+            },
+    };
+}
+
+static uint64_t key_settings(uint64_t key, const struct bd_discontinuity_settings *settings)
+{
+    const double thresholds[] = {settings->depth_threshold, settings->normal_threshold};
+    key = bd_key_bytes(key, thresholds, sizeof thresholds);
+    key = bd_key_number(key, settings->coarsest_side);
+    return bd_key_number(key, (uint64_t)settings->depth_test << 16 |
+                                  (uint64_t)settings->normal_test << 8 |
+                                  (uint64_t)settings->geometric_normals << 24 |
+                                  (uint64_t)settings->neighbourhood);
+}
+
+enum bd_err bd_stage_discontinuity(struct bd_frame *frame)
+{
+    const struct bd_discontinuity_inputs inputs = discontinuity_inputs(frame);
+    uint64_t key = bd_key_number(bd_key_begin("discontinuity"), frame->gbuffer_key);
+    key = key_settings(key, &inputs.settings);
+    frame->discontinuity_key = key;
+    if (reuse(frame, "discontinuity", key, (void **)&frame->discontinuity)) return BD_ERR_OK;
+    begin_pass(frame, "discontinuity");
+    enum bd_err err = end_pass(frame, bd_discontinuity_run(&frame->context, &inputs,
+                                                           &frame->discontinuity, frame->fault));
+    if (err) return err;
+    bd_memo_store(frame->renderer->memo, key, frame->discontinuity,
+                  bd_discontinuity_bytes(frame->discontinuity), destroy_discontinuity);
+    return BD_ERR_OK;
+}
+
+enum bd_err bd_stage_fragments(struct bd_frame *frame)
+{
+    const struct bd_discontinuity_inputs inputs = discontinuity_inputs(frame);
+    uint64_t key = bd_key_number(bd_key_begin("fragments"), frame->discontinuity_key);
+    frame->fragments_key = key;
+    if (reuse(frame, "fragments", key, (void **)&frame->fragments)) return BD_ERR_OK;
+    begin_pass(frame, "fragments");
+    enum bd_err err = end_pass(frame, bd_fragments_run(&frame->context, &inputs,
+                                                       frame->discontinuity, BD_REFINEMENT_ONE_PASS,
+                                                       &frame->fragments, frame->fault));
+    if (err) return err;
+    bd_memo_store(frame->renderer->memo, key, frame->fragments,
+                  bd_fragments_bytes(frame->fragments), destroy_fragments);
+    return BD_ERR_OK;
+}
+
 static enum bd_err run_indirect(struct bd_frame *frame)
 {
     const struct bd_vpl_list **lists = calloc(frame->light_count + 1, sizeof *lists);
@@ -297,6 +374,8 @@ static enum bd_err run_indirect(struct bd_frame *frame)
         .params = &frame->plan->params,
         .vpl_lists = lists,
         .light_count = frame->light_count,
+        .discontinuity = frame->discontinuity,
+        .fragments = frame->fragments,
         .glossy_receivers = frame->plan->glossy,
     };
     // The technique brackets its own passes: it alone knows which it runs.
@@ -333,8 +412,12 @@ void bd_stage_forget_camera_side(struct bd_frame *frame)
 {
     bd_memo_forget(frame->renderer->memo, frame->gbuffer_key);
     bd_memo_forget(frame->renderer->memo, frame->direct_key);
+    bd_memo_forget(frame->renderer->memo, frame->discontinuity_key);
+    bd_memo_forget(frame->renderer->memo, frame->fragments_key);
     bd_memo_forget(frame->renderer->memo, frame->indirect_key);
     frame->gbuffer = NULL;
     frame->direct = NULL;
+    frame->discontinuity = NULL;
+    frame->fragments = NULL;
     frame->indirect = NULL;
 }

@@ -9,6 +9,7 @@
 #include "frame/frame.h"
 #include "pass/composite.h"
 #include "pass/direct.h"
+#include "pass/fragments.h"
 #include "pass/gather.h"
 #include "pass/rsm.h"
 #include "pass/shadow_map.h"
@@ -39,9 +40,11 @@ struct bd_frame {
     struct bd_frame_light *lights;
 
     struct bd_viewpoint viewpoint; // of the current sub-frame
-    uint64_t gbuffer_key, direct_key, indirect_key;
+    uint64_t gbuffer_key, direct_key, discontinuity_key, fragments_key, indirect_key;
     struct bd_gbuffer *gbuffer;
     struct bd_tex *direct;
+    struct bd_discontinuity *discontinuity;
+    struct bd_fragments *fragments;
     struct bd_indirect *indirect;
 };
 
@@ -51,6 +54,8 @@ enum bd_err bd_stage_rsm(struct bd_frame *frame, struct bd_frame_light *light);
 enum bd_err bd_stage_vpl_grid(struct bd_frame *frame, struct bd_frame_light *light);
 enum bd_err bd_stage_gbuffer(struct bd_frame *frame);
 enum bd_err bd_stage_direct(struct bd_frame *frame);
+enum bd_err bd_stage_discontinuity(struct bd_frame *frame);
+enum bd_err bd_stage_fragments(struct bd_frame *frame);
 enum bd_err bd_stage_indirect(struct bd_frame *frame);
 
 // Ends a sub-frame of an antialiased frame: no other sub-frame, of this frame or the next, looks

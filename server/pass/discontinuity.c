@@ -151,6 +151,8 @@ static enum bd_err get_program(const struct work *w, const char *compute, bool m
     if (measures) bd_define(&source.defines, "BD_DEPTH_TEST", (int32_t)w->depth_test);
     if (measures) bd_define(&source.defines, "BD_NORMAL_TEST", (int32_t)w->normal_test);
     if (seen && w->inputs->rsm) bd_define(&source.defines, "BD_RSM", 1);
+    if (seen && measures && w->inputs->settings.geometric_normals)
+        bd_define(&source.defines, "BD_GEOMETRIC_NORMALS", 1);
     struct bd_program *program = NULL;
     enum bd_err err = bd_program_get(w->context->gpu, &source, &program, fault);
     *out = program;

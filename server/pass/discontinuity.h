@@ -47,6 +47,9 @@ struct bd_discontinuity_settings {
     enum bd_neighbourhood neighbourhood;
     double depth_threshold;  // >= 0; infinite: the same as OFF
     double normal_threshold; // >= 0; infinite: the same as OFF
+    // The camera's alone: by the geometric normal instead of the shading one, for whoever brings in
+    // each pixel's shading normal afterwards. A normal map then costs no blocks.
+    bool geometric_normals;
     uint32_t coarsest_side;  // blocks along the longer side of the coarsest level, at most
     // Level whose blocks are fragments even where they are discontinuous (pass/fragments.h): none
     // is finer. Held to the coarsest.

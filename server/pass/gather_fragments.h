@@ -1,8 +1,9 @@
 // Gather at fragments: each sums every VPL at the point that stands for its block (Nichols, Shopf
 // and Wyman 2009, 3.2; algorithms.md A2.2). Demodulated irradiance, without visibility.
 //
-// That point is the block's centre, the mean of the pixels around it, or where those are not one
-// surface the pixel that stands for the block.
+// That point is the block's centre, between the pixels around it, or where those are not one surface
+// the pixel that stands for the block. With the irradiance vector, blocks are lit for their geometric
+// normal.
 //
 // Two ways to visit the same fragments, with the same sums to rounding: the compacted list, in
 // compute; and the paper's, a triangle over all blocks behind a mask that rejects what is no

@@ -23,8 +23,9 @@ struct param_row {
     enum param_type type;
     size_t offset; // in struct bd_params
     double minimum, maximum;
-    double standard; // INFINITY: the number may be "inf" too
+    double standard;
     const char *choices[4];
+    bool unlimited; // the number may be "inf" too
 };
 
 #define UNLIMITED     "inf"
@@ -46,10 +47,25 @@ static const struct param_row table[BD_PARAM_COUNT] = {
     [BD_PARAM_NEAR_FIELD] = {"near_field", PARAM_REAL, FIELD(near_field), 0, 1000, 5, {0}},
     [BD_PARAM_PAPER_MODE] = {"paper_mode", PARAM_COUNT, FIELD(paper_mode), 0, 1, 0, {0}},
     [BD_PARAM_SPLAT_SHARE] = {"splat_share", PARAM_REAL, FIELD(splat_share), 1e-6, 1, 0.05, {0}},
+    [BD_PARAM_DEPTH_TEST] = {"depth_test", PARAM_CHOICE, FIELD(depth_test), 0, 0, 0,
+                             {"minmax", "derivative", "off"}},
+    [BD_PARAM_DEPTH_THRESHOLD] = {"depth_threshold", PARAM_REAL, FIELD(depth_threshold), 0, 1e6,
+                                  0.05, {0}, .unlimited = true},
+    [BD_PARAM_NORMAL_TEST] = {"normal_test", PARAM_CHOICE, FIELD(normal_test), 0, 0, 0,
+                              {"minmax", "chord", "off"}},
+    [BD_PARAM_NORMAL_THRESHOLD] = {"normal_threshold", PARAM_REAL, FIELD(normal_threshold), 0, 2,
+                                   0.25, {0}, .unlimited = true},
+    [BD_PARAM_NEIGHBOURHOOD] = {"neighbourhood", PARAM_CHOICE, FIELD(neighbourhood), 0, 0, 0,
+                                {"plain", "diagonal", "adjacent"}},
+    [BD_PARAM_COARSEST] = {"coarsest", PARAM_COUNT, FIELD(coarsest), 1, 16384, 64, {0}},
+    [BD_PARAM_SURFACE_DETAIL] = {"surface_detail", PARAM_CHOICE, FIELD(surface_detail), 0, 0, 1,
+                                 {"off", "direction", "paper"}},
+    [BD_PARAM_VISIT] = {"visit", PARAM_CHOICE, FIELD(visit), 0, 0, 0, {"list", "mask"}},
     [BD_PARAM_MODEL_OF] = {"model_of", PARAM_TECHNIQUE, FIELD(model_of), 0, 0, 0, {0}},
     [BD_PARAM_SPP] = {"spp", PARAM_EVEN, FIELD(spp), 2, SPP_MAX, 64, {0}},
     [BD_PARAM_FIRST_SAMPLE] = {"first_sample", PARAM_EVEN, FIELD(first_sample), 0, SPP_MAX, 0, {0}},
-    [BD_PARAM_BOUNCES] = {"bounces", PARAM_COUNT, FIELD(bounces), 0, 64, INFINITY, {0}},
+    [BD_PARAM_BOUNCES] = {"bounces", PARAM_COUNT, FIELD(bounces), 0, 64, INFINITY, {0},
+                          .unlimited = true},
     [BD_PARAM_INDIRECT_VISIBILITY] = {"indirect_visibility", PARAM_CHOICE,
                                       FIELD(indirect_visibility), 0, 0, 1, OFF_ON},
     [BD_PARAM_LIGHTS] = {"lights", PARAM_LIGHTS, FIELD(lights), 0, 0, ALL_LIGHTS,
@@ -57,7 +73,8 @@ static const struct param_row table[BD_PARAM_COUNT] = {
     [BD_PARAM_FILTER] = {"filter", PARAM_CHOICE, FIELD(filter), 0, 0, 0, {"point", "box"}},
     [BD_PARAM_ALPHA] = {"alpha", PARAM_CHOICE, FIELD(alpha_coverage), 0, 0, 1,
                         {"mask", "coverage"}},
-    [BD_PARAM_CLAMP] = {"clamp", PARAM_REAL, FIELD(clamp_per_m2), 0, 1e12, INFINITY, {0}},
+    [BD_PARAM_CLAMP] = {"clamp", PARAM_REAL, FIELD(clamp_per_m2), 0, 1e12, INFINITY, {0},
+                        .unlimited = true},
     [BD_PARAM_SENDERS] = {"senders", PARAM_CHOICE, FIELD(senders_lambert), 0, 0, 0,
                           {"full", "lambert"}},
     [BD_PARAM_TRANSMISSION] = {"transmission", PARAM_CHOICE, FIELD(transmission), 0, 0, 1, OFF_ON},
@@ -114,7 +131,7 @@ static enum bd_err read_number(const struct param_row *row, const char *value,
     char *end;
     double number = strtod(value, &end);
     bool whole = row->type == PARAM_REAL || fmod(number, row->type == PARAM_EVEN ? 2 : 1) == 0;
-    bool unlimited = isinf(row->standard) && strcmp(value, UNLIMITED) == 0;
+    bool unlimited = row->unlimited && strcmp(value, UNLIMITED) == 0;
     bool in_range = number >= row->minimum && number <= row->maximum && whole;
     const char *kind = row->type == PARAM_REAL   ? "a"
                        : row->type == PARAM_EVEN ? "an even"
@@ -122,7 +139,7 @@ static enum bd_err read_number(const struct param_row *row, const char *value,
     if (end == value || *end || (!in_range && !unlimited))
         return bd_fault_set(fault, BD_ERR_USAGE, row->key,
                             "%s=%s: must be %s number from %g to %.9g%s", row->key, value, kind,
-                            row->minimum, row->maximum, isinf(row->standard) ? ", or " UNLIMITED : "");
+                            row->minimum, row->maximum, row->unlimited ? ", or " UNLIMITED : "");
     store(row, number, out);
     return BD_ERR_OK;
 }
@@ -249,7 +266,7 @@ static void write_lights(const struct param_row *row, uint32_t bits, char *text,
 
 static void write_count(const struct param_row *row, uint32_t count, char *text, size_t size)
 {
-    if (isinf(row->standard) && count == UINT32_MAX)
+    if (row->unlimited && count == UINT32_MAX)
         snprintf(text, size, UNLIMITED);
     else
         snprintf(text, size, "%u", count);

@@ -40,6 +40,15 @@ enum bd_param {
     BD_PARAM_NEAR_FIELD,  // radii (or half lengths) of a VPL's patch below which `patch` is exact
     BD_PARAM_PAPER_MODE,  // 1: the papers' printed formulas
     BD_PARAM_SPLAT_SHARE, // fragments of all splats, as a part of pixels x VPLs
+    // Where one evaluation stands for a block of pixels (pass/discontinuity.h).
+    BD_PARAM_DEPTH_TEST,       // minmax | derivative | off
+    BD_PARAM_DEPTH_THRESHOLD,  // or inf, the same as off
+    BD_PARAM_NORMAL_TEST,      // minmax | chord | off
+    BD_PARAM_NORMAL_THRESHOLD, // or inf, the same as off
+    BD_PARAM_NEIGHBOURHOOD,    // plain | diagonal | adjacent
+    BD_PARAM_COARSEST,         // blocks along the longer side of the coarsest level, at most
+    BD_PARAM_SURFACE_DETAIL,   // off | direction | paper (pass/upsample.h)
+    BD_PARAM_VISIT,            // list | mask (pass/gather_fragments.h)
     // Of the reference: which part of the rendering equation (reference/reference.h), how often.
     BD_PARAM_MODEL_OF,            // a technique: presets bounces, indirect_visibility, lights,
                                   // senders, transmission and alpha to what its model says; what is
@@ -69,6 +78,11 @@ struct bd_params {
     double near_field;
     uint32_t paper_mode;
     double splat_share;
+    uint32_t depth_test, normal_test, neighbourhood; // enums of pass/discontinuity.h
+    double depth_threshold, normal_threshold;        // INFINITY = off
+    uint32_t coarsest;
+    uint32_t surface_detail; // enum bd_surface_detail
+    uint32_t visit;          // enum bd_fragment_visit
     uint32_t model_of; // 0 = none, else 1 + the index of a technique
     uint32_t spp, first_sample;
     uint32_t bounces; // UINT32_MAX = unlimited
@@ -92,6 +106,9 @@ struct bd_param_info {
     char standard[BD_PARAM_VALUE_MAX];
 };
 void bd_param_describe(enum bd_param param, struct bd_param_info *out);
+
+// The bit of a technique's `params_read`.
+#define BD_READS(param) (UINT64_C(1) << (param))
 
 // Reads `list` against the parameters in the mask `readable` (bits 1 << enum bd_param). `owner`
 // is the technique's name, for messages.

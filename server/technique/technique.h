@@ -18,6 +18,7 @@
 
 enum bd_frame_input {
     BD_INPUT_VPL_GRID = 1u << 0, // a list of VPLs for each light, from its reflective shadow map
+    BD_INPUT_FRAGMENTS = 1u << 1, // the picture's blocks that are lit as a whole
 };
 
 // Kinds of light that can light surfaces.
@@ -53,6 +54,9 @@ struct bd_tolerance {
     const char *settings;
 };
 
+struct bd_discontinuity;
+struct bd_fragments;
+
 struct bd_technique_inputs {
     const struct bd_gpu_scene *scene;
     const struct bd_viewpoint *viewpoint;
@@ -60,6 +64,8 @@ struct bd_technique_inputs {
     const struct bd_params *params;
     const struct bd_vpl_list *const *vpl_lists; // BD_INPUT_VPL_GRID; one a light
     uint32_t light_count;
+    const struct bd_discontinuity *discontinuity; // BD_INPUT_FRAGMENTS
+    const struct bd_fragments *fragments;         // BD_INPUT_FRAGMENTS
     bool glossy_receivers;
 };
 
@@ -88,6 +94,7 @@ struct bd_technique {
 };
 
 extern const struct bd_technique bd_technique_direct;
+extern const struct bd_technique bd_technique_multires_gather;
 extern const struct bd_technique bd_technique_reference;
 extern const struct bd_technique bd_technique_rsm;
 extern const struct bd_technique bd_technique_rsm_splat;

@@ -30,26 +30,37 @@ receiver representative_receiver(uint level, ivec2 block)
 }
 
 // The mean of the pixels around the block's centre, so that the sample lies there and not half a
-// pixel beside it; where they are not one surface, the pixel that stands for the block.
-receiver block_receiver(uint level, ivec2 block)
+// pixel beside it; where they are not one surface, the pixel that stands for the block. On curved
+// surfaces and over creases the mean lies beneath the surface, where the surface's own VPLs would
+// light it: so only the part of the way to it along one pixel's plane counts, and that pixel's
+// geometric normal.
+receiver centre_receiver(uint level, ivec2 block)
 {
     ivec4 pixels = pixels_of_block(level, block);
     ivec2 low = (pixels.xy + pixels.zw) >> 1, high = (pixels.xy + pixels.zw + 1) >> 1;
     receiver r = gbuffer_receiver(low);
-    if (level == 0u) return r;
     receiver four[4] = receiver[4](r, gbuffer_receiver(ivec2(high.x, low.y)),
                                    gbuffer_receiver(ivec2(low.x, high.y)), gbuffer_receiver(high));
-    vec3 position = vec3(0.0), normal = vec3(0.0), geometric = vec3(0.0);
+    vec3 to_centre = vec3(0.0), normal = vec3(0.0);
     for (int i = 0; i < 4; i++) {
-        position += 0.25 * four[i].relative_position;
+        to_centre += 0.25 * (four[i].relative_position - r.relative_position);
         normal += 0.25 * four[i].normal;
-        geometric += 0.25 * four[i].normal_geometric;
     }
-    if (!is_one_surface(four, normal) || !(dot(geometric, geometric) > 0.0))
-        return representative_receiver(level, block);
-    r.relative_position = position;
-    r.position = view.position.xyz + position;
+    if (!is_one_surface(four, normal)) return representative_receiver(level, block);
+    vec3 along = to_centre - r.normal_geometric * dot(to_centre, r.normal_geometric);
+    r.relative_position += along;
+    r.position = view.position.xyz + r.relative_position;
     r.normal = normalize(normal);
-    r.normal_geometric = normalize(geometric);
+    return r;
+}
+
+receiver block_receiver(uint level, ivec2 block)
+{
+    if (level == 0u) return gbuffer_receiver(block);
+    receiver r = centre_receiver(level, block);
+#ifdef BD_VECTOR
+    // Each pixel's own shading normal has its say later; here one would speak for all.
+    r.normal = r.normal_geometric;
+#endif
     return r;
 }

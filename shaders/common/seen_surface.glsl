@@ -30,11 +30,13 @@ float seen_depth(ivec2 pixel, uint face)
 #endif
 }
 
-// The shading normal.
+// The shading normal, or a camera's geometric one with BD_GEOMETRIC_NORMALS.
 vec3 seen_normal(ivec2 pixel, uint face)
 {
 #ifdef BD_RSM
     return unpack_normal(texelFetch(rsm_normal, ivec3(pixel, face), 0).x);
+#elif defined(BD_GEOMETRIC_NORMALS)
+    return unpack_precise_normal(texelFetch(gbuffer_normals, pixel, 0).zw);
 #else
     return unpack_precise_normal(texelFetch(gbuffer_normals, pixel, 0).xy);
 #endif

@@ -21,6 +21,8 @@
 static const uint32_t all_layers = (1u << BD_LAYER_RENDERED_COUNT) - 1;
 static const double origin[3] = {0, 0, 0};
 static const char *const few_vpls[] = {"vpls=96", "rsm_size=64", "shadow_size=128", NULL};
+static const char *const few_blocks[] = {"vpls=96", "rsm_size=64", "shadow_size=128", "coarsest=16",
+                                         NULL};
 
 static int open_world(void **state)
 {
@@ -177,6 +179,77 @@ static void a_brighter_light_keeps_its_maps(void **state)
     assert_int_equal(state_of(&w->report, "vpl_grid"), BD_PASS_RAN);
     assert_int_equal(state_of(&w->report, "direct"), BD_PASS_RAN);
     ASSERT_REL(after, 1.25 * before, 1e-5);
+}
+
+// Where the picture jumps is the camera's affair alone.
+static void a_moved_light_keeps_the_fragments(void **state)
+{
+    static const char *const kept[] = {"gbuffer", "discontinuity", "fragments"};
+    static const char *const made[] = {"direct", "gather", "upsample"};
+    static const char *const other[] = {"vpls=96",        "rsm_size=64",      "shadow_size=128",
+                                        "coarsest=16",    "depth_test=off",   NULL};
+    const char *const *settings = few_blocks;
+    struct world *w = *state;
+    struct bd_image *l[BD_LAYER_COUNT];
+    make_room(w, 1, origin, 1);
+    world_render(w, "multires_gather", 0, WIDTH, HEIGHT, 1, settings, l);
+    world_free_layers(l);
+    uint64_t fragments = w->report.counts.fragments;
+    assert_true(fragments > 100 && fragments < WIDTH * HEIGHT);
+    for (uint32_t i = 0; i < w->scene->placed_light_count; i++)
+        w->scene->placed_lights[i].position.x += 0.01;
+    world_render(w, "multires_gather", 0, WIDTH, HEIGHT, 1, settings, l);
+    world_free_layers(l);
+    assert_int_equal(w->report.counts.fragments, fragments);
+    for (int i = 0; i < 3; i++) {
+        assert_int_equal(state_of(&w->report, kept[i]), BD_PASS_REUSED);
+        assert_int_equal(state_of(&w->report, made[i]), BD_PASS_RAN);
+    }
+    world_render(w, "multires_gather", 0, WIDTH, HEIGHT, 1, other, l);
+    world_free_layers(l);
+    assert_int_equal(state_of(&w->report, "gbuffer"), BD_PASS_REUSED);
+    assert_int_equal(state_of(&w->report, "discontinuity"), BD_PASS_RAN);
+    assert_true(w->report.counts.fragments < fragments);
+}
+
+static bool is_omitted(const struct bd_report *report, const char *pass, const char *reason)
+{
+    for (uint32_t i = 0; i < report->omitted_count; i++)
+        if (strcmp(report->omitted[i].pass, pass) == 0 &&
+            strcmp(report->omitted[i].reason, reason) == 0)
+            return true;
+    return false;
+}
+
+static void pyramids_that_nobody_asks_are_left_out(void **state)
+{
+    struct world *w = *state;
+    struct bd_image *l[BD_LAYER_COUNT];
+    const char *const settings[] = {"vpls=24", "depth_test=off", "normal_threshold=inf", NULL};
+    make_room(w, 1, origin, 1);
+    world_render(w, "multires_gather", 0, WIDTH, HEIGHT, 1, settings, l);
+    world_free_layers(l);
+    assert_true(is_omitted(&w->report, "discontinuity", "depth pyramid: depth_test=off"));
+    assert_true(is_omitted(&w->report, "discontinuity", "normal pyramid: normal_threshold=inf"));
+    world_render(w, "multires_gather", 0, WIDTH, HEIGHT, 1, few_blocks, l);
+    world_free_layers(l);
+    for (uint32_t i = 0; i < w->report.omitted_count; i++)
+        assert_string_not_equal(w->report.omitted[i].pass, "discontinuity");
+}
+
+// One level: every pixel is a fragment.
+static void without_blocks_it_is_the_full_gather(void **state)
+{
+    struct world *w = *state;
+    struct bd_image *full[BD_LAYER_COUNT], *seen[BD_LAYER_COUNT];
+    const char *const settings[] = {"vpls=96", "rsm_size=64", "shadow_size=128", "coarsest=61", NULL};
+    make_room(w, 1, origin, 1);
+    world_render(w, "rsm", 0, WIDTH, HEIGHT, all_layers, few_vpls, full);
+    world_render(w, "multires_gather", 0, WIDTH, HEIGHT, all_layers, settings, seen);
+    assert_int_equal(w->report.counts.fragments, WIDTH * HEIGHT);
+    for (int i = 0; i < BD_LAYER_RENDERED_COUNT; i++) assert_true(same_pixels(full[i], seen[i]));
+    world_free_layers(full);
+    world_free_layers(seen);
 }
 
 // Largest difference of two pictures over the mean of the first, after a factor.
@@ -357,6 +430,9 @@ int main(void)
         cmocka_unit_test(another_camera_reuses_the_light_side),
         cmocka_unit_test(fresh_frames_take_nothing_over),
         cmocka_unit_test(a_brighter_light_keeps_its_maps),
+        cmocka_unit_test(a_moved_light_keeps_the_fragments),
+        cmocka_unit_test(pyramids_that_nobody_asks_are_left_out),
+        cmocka_unit_test(without_blocks_it_is_the_full_gather),
         cmocka_unit_test(scale_and_power_change_no_digit),
         cmocka_unit_test(offset_changes_next_to_nothing),
         cmocka_unit_test(a_flat_floor_lights_itself_by_nothing),

@@ -209,6 +209,31 @@ static void no_pyramid_that_nobody_reads(void **state)
     picture_destroy(&p);
 }
 
+// The pictures' shading normals are all ways, their geometric normals one.
+static void geometric_normals_do_not_jump(void **state)
+{
+    (void)state;
+    struct bd_discontinuity_settings s = {
+        .depth_test = BD_DEPTH_TEST_OFF,
+        .normal_threshold = .1,
+        .geometric_normals = true,
+        .coarsest_side = 1,
+    };
+    for (int test = BD_NORMAL_TEST_MINMAX; test <= BD_NORMAL_TEST_CHORD; test++) {
+        struct picture p = picture_of_camera(&picture_kinds[0], (struct picture_size){37, 29});
+        s.normal_test = (enum bd_normal_test)test;
+        struct bd_discontinuity *d = run(&p, &s);
+        struct bd_discontinuity_settings without = s;
+        without.normal_test = BD_NORMAL_TEST_OFF;
+        struct blocks found = blocks_of_device(&p, d), expected = blocks_by_definition(&p, &without);
+        assert_same(&found, &expected, "geometric normals");
+        blocks_destroy(&found);
+        blocks_destroy(&expected);
+        bd_discontinuity_destroy(context.gpu, &d);
+        picture_destroy(&p);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -218,6 +243,7 @@ int main(void)
         cmocka_unit_test(an_orthographic_view_may_stand_anywhere),
         cmocka_unit_test(slices_change_nothing),
         cmocka_unit_test(no_pyramid_that_nobody_reads),
+        cmocka_unit_test(geometric_normals_do_not_jump),
     };
     return cmocka_run_group_tests(tests, open_device, close_device);
 }

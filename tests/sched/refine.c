@@ -146,6 +146,22 @@ static void a_ladder_begins_above_what_was_given(void **state)
     assert_false(bd_ladder_climb(&technique, &given, &rung, &now));
 }
 
+// Thresholds: less is better.
+static void a_ladder_may_fall(void **state)
+{
+    (void)state;
+    static const char *const falling[] = {"vpls=16 threshold=1", "vpls=64 threshold=0.5",
+                                          "vpls=256 threshold=0", NULL};
+    static const struct bd_technique made_up = {.name = "made_up", .ladder = falling};
+    struct bd_param_list given = list_of("threshold=0.7", NULL), now;
+    uint32_t rung = bd_ladder_begin(&made_up, &given, &now);
+    assert_true(bd_ladder_climb(&made_up, &given, &rung, &now));
+    assert_string_equal(value_of(&now, "threshold"), "0.5");
+    given = list_of("threshold=0", NULL);
+    rung = bd_ladder_begin(&made_up, &given, &now);
+    assert_false(bd_ladder_climb(&made_up, &given, &rung, &now));
+}
+
 static void a_key_given_twice_is_replaced(void **state)
 {
     (void)state;
@@ -177,6 +193,7 @@ int main(void)
         cmocka_unit_test(the_best_is_the_lowest_upper_end),
         cmocka_unit_test(a_ladder_begins_at_its_foot),
         cmocka_unit_test(a_ladder_begins_above_what_was_given),
+        cmocka_unit_test(a_ladder_may_fall),
         cmocka_unit_test(a_key_given_twice_is_replaced),
         cmocka_unit_test(a_technique_without_ladder_stays),
     };

@@ -1,0 +1,100 @@
+// Technique `multires_gather` (algorithms.md A2.1, A2.2): one diffuse bounce from a grid of VPLs,
+// gathered at one point of each block of pixels in which nothing jumps, and interpolated between.
+//
+// Paper:  Nichols, Shopf and Wyman 2009, 3.2 (gathering at fragments); Nichols and Wyman 2010, 3.2
+//         and 3.5 (discontinuities, upsampling)
+// Exact when: as `rsm` is, and `coarsest` reaches the picture's longer side: then every pixel is a
+//         fragment. Thresholds of 0 leave blocks only where depth and normals are the same
+// Known:  ignores occlusion of VPLs; light that changes quickly over a smooth surface is blurred
+//         over blocks; glossy receivers reflect indirect light by their diffuse lobe alone
+
+#include "pass/fragments.h"
+#include "pass/gather_fragments.h"
+#include "pass/upsample.h"
+#include "technique/technique.h"
+
+static enum bd_err gather(const struct bd_pass_context *context,
+                          const struct bd_technique_inputs *inputs, struct bd_multires_light **out,
+                          struct bd_fault *fault)
+{
+    const struct bd_params *params = inputs->params;
+    const struct bd_gather_fragments_inputs gather = {
+        .scene = inputs->scene,
+        .viewpoint = inputs->viewpoint,
+        .gbuffer = inputs->gbuffer,
+        .discontinuity = inputs->discontinuity,
+        .fragments = inputs->fragments,
+        .lists = inputs->vpl_lists,
+        .list_count = inputs->light_count,
+        .near_patches = params->vpl_kernel == BD_KERNEL_PATCH,
+        .vector = params->surface_detail == BD_SURFACE_DETAIL_DIRECTION,
+        .visit = (enum bd_fragment_visit)params->visit,
+    };
+    bd_gpu_pass_begin(context->gpu, "gather");
+    enum bd_err err = bd_gather_fragments_run(context, &gather, out, fault);
+    bd_gpu_pass_end(context->gpu);
+    return err;
+}
+
+static enum bd_err upsample(const struct bd_pass_context *context,
+                            const struct bd_technique_inputs *inputs,
+                            struct bd_multires_light *light, struct bd_indirect **out,
+                            struct bd_fault *fault)
+{
+    const struct bd_upsample_inputs upsample = {
+        .scene = inputs->scene,
+        .viewpoint = inputs->viewpoint,
+        .gbuffer = inputs->gbuffer,
+        .discontinuity = inputs->discontinuity,
+        .light = light,
+        .detail = (enum bd_surface_detail)inputs->params->surface_detail,
+    };
+    bd_gpu_pass_begin(context->gpu, "upsample");
+    enum bd_err err = bd_upsample_run(context, &upsample, out, fault);
+    bd_gpu_pass_end(context->gpu);
+    return err;
+}
+
+static enum bd_err light_fragments(const struct bd_pass_context *context,
+                                   const struct bd_technique_inputs *inputs,
+                                   struct bd_indirect **out, struct bd_fault *fault)
+{
+    struct bd_multires_light *light;
+    enum bd_err err = gather(context, inputs, &light, fault);
+    if (err) return err;
+    err = upsample(context, inputs, light, out, fault);
+    bd_multires_light_destroy(context->gpu, &light);
+    if (!err) (*out)->fragment_count = inputs->fragments->count;
+    return err;
+}
+
+static const char *const passes[] = {"gather", "upsample", NULL};
+static const char *const ladder[] = {
+    "vpls=64 depth_threshold=0.2 normal_threshold=0.9",
+    "vpls=256 depth_threshold=0.1 normal_threshold=0.5",
+    "vpls=1024 depth_threshold=0.05 normal_threshold=0.25",
+    "vpls=4096 depth_threshold=0.02 normal_threshold=0.1",
+    "vpls=16384 depth_threshold=0.01 normal_threshold=0.05",
+    "vpls=65536 depth_threshold=0 normal_threshold=0",
+    NULL,
+};
+
+const struct bd_technique bd_technique_multires_gather = {
+    .name = "multires_gather",
+    .summary = "one bounce from a grid of virtual lights, gathered once for each smooth block",
+    .model = {.indirect_bounces = 1, .lights = BD_LIGHTS_PUNCTUAL},
+    .inputs = BD_INPUT_VPL_GRID | BD_INPUT_FRAGMENTS,
+    .passes = passes,
+    .params_read = BD_READS(BD_PARAM_BRDF) | BD_READS(BD_PARAM_SHADOW_SIZE) |
+                   BD_READS(BD_PARAM_VPLS) | BD_READS(BD_PARAM_VPL_BUDGET) |
+                   BD_READS(BD_PARAM_RSM_SIZE) | BD_READS(BD_PARAM_VPL_KERNEL) |
+                   BD_READS(BD_PARAM_NEAR_FIELD) | BD_READS(BD_PARAM_PAPER_MODE) |
+                   BD_READS(BD_PARAM_DEPTH_TEST) | BD_READS(BD_PARAM_DEPTH_THRESHOLD) |
+                   BD_READS(BD_PARAM_NORMAL_TEST) | BD_READS(BD_PARAM_NORMAL_THRESHOLD) |
+                   BD_READS(BD_PARAM_NEIGHBOURHOOD) | BD_READS(BD_PARAM_COARSEST) |
+                   BD_READS(BD_PARAM_SURFACE_DETAIL) | BD_READS(BD_PARAM_VISIT),
+    .tolerance = {.direct = 1e-3, .indirect = 1e-2},
+    .hazard_codes = "TN",
+    .ladder = ladder,
+    .indirect = light_fragments,
+};
