@@ -25,7 +25,6 @@ struct param_row {
     double minimum, maximum;
     double standard;
     const char *choices[4];
-    bool unlimited; // the number may be "inf" too
 };
 
 #define UNLIMITED     "inf"
@@ -50,11 +49,11 @@ static const struct param_row table[BD_PARAM_COUNT] = {
     [BD_PARAM_DEPTH_TEST] = {"depth_test", PARAM_CHOICE, FIELD(depth_test), 0, 0, 0,
                              {"minmax", "derivative", "off"}},
     [BD_PARAM_DEPTH_THRESHOLD] = {"depth_threshold", PARAM_REAL, FIELD(depth_threshold), 0, 1e6,
-                                  0.05, {0}, .unlimited = true},
+                                  0.05, {0}},
     [BD_PARAM_NORMAL_TEST] = {"normal_test", PARAM_CHOICE, FIELD(normal_test), 0, 0, 0,
                               {"minmax", "chord", "off"}},
     [BD_PARAM_NORMAL_THRESHOLD] = {"normal_threshold", PARAM_REAL, FIELD(normal_threshold), 0, 2,
-                                   0.25, {0}, .unlimited = true},
+                                   0.25, {0}},
     [BD_PARAM_NEIGHBOURHOOD] = {"neighbourhood", PARAM_CHOICE, FIELD(neighbourhood), 0, 0, 0,
                                 {"plain", "diagonal", "adjacent"}},
     [BD_PARAM_COARSEST] = {"coarsest", PARAM_COUNT, FIELD(coarsest), 1, 16384, 64, {0}},
@@ -64,8 +63,7 @@ static const struct param_row table[BD_PARAM_COUNT] = {
     [BD_PARAM_MODEL_OF] = {"model_of", PARAM_TECHNIQUE, FIELD(model_of), 0, 0, 0, {0}},
     [BD_PARAM_SPP] = {"spp", PARAM_EVEN, FIELD(spp), 2, SPP_MAX, 64, {0}},
     [BD_PARAM_FIRST_SAMPLE] = {"first_sample", PARAM_EVEN, FIELD(first_sample), 0, SPP_MAX, 0, {0}},
-    [BD_PARAM_BOUNCES] = {"bounces", PARAM_COUNT, FIELD(bounces), 0, 64, INFINITY, {0},
-                          .unlimited = true},
+    [BD_PARAM_BOUNCES] = {"bounces", PARAM_COUNT, FIELD(bounces), 0, 64, INFINITY, {0}},
     [BD_PARAM_INDIRECT_VISIBILITY] = {"indirect_visibility", PARAM_CHOICE,
                                       FIELD(indirect_visibility), 0, 0, 1, OFF_ON},
     [BD_PARAM_LIGHTS] = {"lights", PARAM_LIGHTS, FIELD(lights), 0, 0, ALL_LIGHTS,
@@ -73,14 +71,22 @@ static const struct param_row table[BD_PARAM_COUNT] = {
     [BD_PARAM_FILTER] = {"filter", PARAM_CHOICE, FIELD(filter), 0, 0, 0, {"point", "box"}},
     [BD_PARAM_ALPHA] = {"alpha", PARAM_CHOICE, FIELD(alpha_coverage), 0, 0, 1,
                         {"mask", "coverage"}},
-    [BD_PARAM_CLAMP] = {"clamp", PARAM_REAL, FIELD(clamp_per_m2), 0, 1e12, INFINITY, {0},
-                        .unlimited = true},
+    [BD_PARAM_CLAMP] = {"clamp", PARAM_REAL, FIELD(clamp_per_m2), 0, 1e12, INFINITY, {0}},
     [BD_PARAM_SENDERS] = {"senders", PARAM_CHOICE, FIELD(senders_lambert), 0, 0, 0,
                           {"full", "lambert"}},
     [BD_PARAM_TRANSMISSION] = {"transmission", PARAM_CHOICE, FIELD(transmission), 0, 0, 1, OFF_ON},
     [BD_PARAM_LIGHT_VERTICES] = {"light_vertices", PARAM_CHOICE, FIELD(light_vertices), 0, 0, 1,
                                  OFF_ON},
 };
+
+// Numbers that may be "inf" too.
+static bool is_unlimited(const struct param_row *row)
+{
+    const uint64_t unlimited = BD_READS(BD_PARAM_BOUNCES) | BD_READS(BD_PARAM_CLAMP) |
+                               BD_READS(BD_PARAM_DEPTH_THRESHOLD) |
+                               BD_READS(BD_PARAM_NORMAL_THRESHOLD);
+    return unlimited >> (row - table) & 1;
+}
 
 _Static_assert(BD_MODEL_BOUNCES_UNLIMITED == UINT32_MAX, "what an unlimited count is");
 
@@ -131,7 +137,7 @@ static enum bd_err read_number(const struct param_row *row, const char *value,
     char *end;
     double number = strtod(value, &end);
     bool whole = row->type == PARAM_REAL || fmod(number, row->type == PARAM_EVEN ? 2 : 1) == 0;
-    bool unlimited = row->unlimited && strcmp(value, UNLIMITED) == 0;
+    bool unlimited = is_unlimited(row) && strcmp(value, UNLIMITED) == 0;
     bool in_range = number >= row->minimum && number <= row->maximum && whole;
     const char *kind = row->type == PARAM_REAL   ? "a"
                        : row->type == PARAM_EVEN ? "an even"
@@ -139,7 +145,7 @@ static enum bd_err read_number(const struct param_row *row, const char *value,
     if (end == value || *end || (!in_range && !unlimited))
         return bd_fault_set(fault, BD_ERR_USAGE, row->key,
                             "%s=%s: must be %s number from %g to %.9g%s", row->key, value, kind,
-                            row->minimum, row->maximum, row->unlimited ? ", or " UNLIMITED : "");
+                            row->minimum, row->maximum, is_unlimited(row) ? ", or " UNLIMITED : "");
     store(row, number, out);
     return BD_ERR_OK;
 }
@@ -266,7 +272,7 @@ static void write_lights(const struct param_row *row, uint32_t bits, char *text,
 
 static void write_count(const struct param_row *row, uint32_t count, char *text, size_t size)
 {
-    if (row->unlimited && count == UINT32_MAX)
+    if (is_unlimited(row) && count == UINT32_MAX)
         snprintf(text, size, UNLIMITED);
     else
         snprintf(text, size, "%u", count);
