@@ -120,6 +120,13 @@ vec4 group_sum(vec4 mine) { return mine; }
 vec2 group_nearest(vec2 mine) { return mine; }
 #endif
 
+// A number in steps of 1 / 2048 of itself. Four texels around the middle of a block are equally far
+// from it: rounding, which changes with the light's power, must not choose among them.
+float in_steps(float number)
+{
+    return uintBitsToFloat(floatBitsToUint(number) & 0xfffff000u);
+}
+
 // The texel of the block nearest to the flux-weighted mean position: a point that exists.
 bool find_representative(out texel representative)
 {
@@ -134,7 +141,8 @@ bool find_representative(out texel representative)
     for (uint i = member(); i < block_texels(); i += MEMBERS) {
         texel t = load_texel(block_texel(i));
         vec3 d = t.position - mean;
-        if (t.flux_in > 0.0 && dot(d, d) < nearest.x) nearest = vec2(dot(d, d), float(i));
+        float d2 = in_steps(dot(d, d));
+        if (t.flux_in > 0.0 && d2 < nearest.x) nearest = vec2(d2, float(i));
     }
     nearest = group_nearest(nearest);
     representative = load_texel(block_texel(uint(nearest.y)));
