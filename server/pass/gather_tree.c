@@ -14,7 +14,7 @@ _Static_assert(BD_TREE_LEVEL == BD_TREE_CRITERION_LEVEL, "C and GLSL agree");
 _Static_assert(BD_TREE_PRINTED == BD_TREE_CRITERION_PRINTED, "C and GLSL agree");
 
 // Leaves under the roots of a dispatch: a fixed number, because it sets the order of the sums. Each
-// costs an invocation up to four rounds of its loops.
+// costs an invocation a dozen rounds of its loops if it is near.
 #define LEAVES_PER_DISPATCH (BD_TREE_ROOT_LEAVES_MAX * BD_TREE_ROOT_LEAVES_MAX)
 // A first guess at a receiver's cut, in the slicer's units; then each slice teaches the next.
 #define UNITS_PER_RECEIVER 2000.0

@@ -12,12 +12,13 @@
 #include "pass/vpl_tree.h"
 
 enum bd_tree_criterion {
-    // What the node's leaves can send the receiver at most is above tau times what the receiver is
-    // going to get: the roots' estimate of it, replaced by exact sums as they come. Less than
-    // BD_TREE_ESTIMATE_MIN of the frame's mean irradiance counts as that much.
+    // Most minus least of what the node's leaves can send the receiver together is above tau times
+    // what the receiver is going to get: the roots' estimate of it, replaced by exact sums as they
+    // come. Less than BD_TREE_ESTIMATE_MIN of the frame's mean irradiance counts as that much.
     BD_TREE_LIGHTCUTS,
-    // The same bound is above tau times the frame's mean irradiance, flux of all lights /
-    // (4 pi R^2), R the radius of the sphere that holds the scene.
+    // The most that they can send is above tau times the frame's mean irradiance, flux of all
+    // lights
+    // / (4 pi R^2), R the radius of the sphere that holds the scene.
     BD_TREE_BOUND,
     // Eqs. 7 and 8 corrected (errata N3, N4): what a block of the map at the node's level could
     // send
@@ -27,9 +28,12 @@ enum bd_tree_criterion {
     BD_TREE_PRINTED,
 };
 
+// An inner node is a point with the flux of its leaves, held to the most that they can send: by the
+// disk of their summed area, which is too dark off its axis, the error is four times as large.
+
 #define BD_TREE_ESTIMATE_MIN 1e-3
 // Leaves along a root's side, at most (llvmpipe ends an invocation's loops after 65,535 rounds).
-#define BD_TREE_ROOT_LEAVES_MAX 128u
+#define BD_TREE_ROOT_LEAVES_MAX 64u
 
 struct bd_gather_tree_inputs {
     const struct bd_gpu_scene *scene;

@@ -19,6 +19,8 @@
 #define SIDE   24 // pixels
 #define LIGHTS 2
 
+static double near_field = 5; // of the VPLs of the next stage
+
 static const char *const criteria[] = {"lightcuts", "bound", "level", "printed"};
 
 // A scene as passes see it, with VPLs and trees of each light.
@@ -75,7 +77,7 @@ static void light_up(struct stage *s, uint32_t light, uint32_t leaf_side, uint32
                                                .space = &s->scene->space,
                                                .grid_side = leaf_side,
                                                .kernel = kernel,
-                                               .near_field = 5};
+                                               .near_field = near_field};
     assert_int_equal(bd_vpl_grid_run(&s->context, &to_vpls, &s->lists[light], &fault), BD_ERR_OK);
     bd_rsm_destroy(s->world->gpu, &rsm);
     const struct bd_vpl_tree_inputs to_tree = {.leaves = s->lists[light],
@@ -201,6 +203,23 @@ static void without_error_every_leaf_counts(void **state)
         }
         close_stage(&s);
     }
+}
+
+// As many leaves under one root as there may be, all of them near: the software device ends loops
+// that are too long without a word.
+static void no_leaf_is_lost_of_many(void **state)
+{
+    build_room(*state, 1, 1);
+    near_field = 1000;
+    struct stage s = open_stage(*state, BD_TREE_ROOT_LEAVES_MAX, 1, BD_KERNEL_PATCH);
+    near_field = 5;
+    picture flat, cut;
+    double largest;
+    gather_flat(&s, flat);
+    gather_cut(&s, BD_TREE_LIGHTCUTS, 0, cut);
+    error_of(cut, flat, &largest);
+    assert_true(largest <= 1e-4);
+    close_stage(&s);
 }
 
 // --- at fragments -------------------------------------------------------------------------------
@@ -359,6 +378,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(without_error_every_leaf_counts),
+        cmocka_unit_test(no_leaf_is_lost_of_many),
         cmocka_unit_test(fragments_are_lit_as_by_every_leaf),
         cmocka_unit_test(error_falls_with_tau),
         cmocka_unit_test(scale_and_power_change_nothing),

@@ -77,23 +77,29 @@ place next(place p)
 
 bool printed() { return args.cut.x == BD_TREE_CRITERION_PRINTED; }
 
-// Irradiance from the node as one light.
-vec3 node_irradiance(receiver r, tree_node n, vec3 to_node, float r2, uint level)
+bool is_inner(uint level) { return level + 1u < args.tree.w; }
+
+// Irradiance from the node as one light; at most `most`, since a point is unbounded.
+vec3 node_irradiance(receiver r, tree_node n, vec3 to_node, float r2, uint level, float most)
 {
-    if (!printed()) return n.flux * disk_seen(r, to_node, r2, n.normal, n.area);
-    // Eqs. 1 to 6 as printed: area and intensity by the fraction of the sphere (errata N1, N2).
-    float side = float(args.tree.z << level);
-    float area = args.light.y / (4.0 * PI * side * side) * n.light_distance2;
-    float form_factor = area * disk_seen(r, to_node, r2, n.normal, area);
-    return n.flux * (form_factor / (4.0 * PI) * args.light.z);
+    if (printed()) {
+        // Eqs. 1 to 6: area and intensity by the fraction of the sphere (errata N1, N2).
+        float side = float(args.tree.z << level);
+        float area = args.light.y / (4.0 * PI * side * side) * n.light_distance2;
+        float form_factor = area * disk_seen(r, to_node, r2, n.normal, area);
+        return n.flux * (form_factor / (4.0 * PI) * args.light.z);
+    }
+    if (!is_inner(level)) return n.flux * disk_seen(r, to_node, r2, n.normal, n.area);
+    float kernel = disk_seen(r, to_node, r2, n.normal, 0.0);
+    return n.flux * min(kernel, most / strongest(n.flux));
 }
 
-// `bound` is above 0: some leaf of the node sends the receiver something.
-bool must_refine(tree_node n, float r2, uint level, float bound, float estimate)
+// Some leaf of the node sends the receiver something.
+bool must_refine(tree_node n, float r2, uint level, tree_bounds bounds, float estimate)
 {
     float side = float(args.tree.z << level);
     switch (args.cut.x) {
-    case BD_TREE_CRITERION_BOUND: return bound > args.tau.y;
+    case BD_TREE_CRITERION_BOUND: return bounds.most > args.tau.y;
     // Errata N4, with tau on the other side: r^2 <= (I / (2 pi tau) - 2 V^2) / (3 res^2) where six
     // faces of res^2 blocks share the sphere.
     case BD_TREE_CRITERION_LEVEL:
@@ -103,7 +109,7 @@ bool must_refine(tree_node n, float r2, uint level, float bound, float estimate)
     case BD_TREE_CRITERION_PRINTED:
         side = float(args.tree.z << (args.tree.w - 1u));
         return 3.0 * args.tau.x * side * side * r2 <= 2.0 * (1.0 - args.tau.x) * n.light_distance2;
-    default: return bound > args.tau.x * max(estimate, args.tau.z);
+    default: return bounds.most - bounds.least > args.tau.x * max(estimate, args.tau.z);
     }
 }
 
@@ -113,7 +119,10 @@ void gather(receiver r, inout float estimate)
     for (uint root = args.tree.x; root < args.tree.x + args.tree.y; root++) {
         tree_node n = load_node(root_place(root));
         vec3 to_node = n.position - r.position;
-        estimate += strongest(node_irradiance(r, n, to_node, dot(to_node, to_node), 0u));
+        tree_bounds bounds = bounds_of(n, r.position, r.normal, r.normal_geometric);
+        if (!(bounds.most > 0.0)) continue;
+        float r2 = dot(to_node, to_node);
+        estimate += strongest(node_irradiance(r, n, to_node, r2, 0u, bounds.most));
     }
 }
 #else
@@ -136,20 +145,20 @@ uint walk(inout sums s, receiver r, vec3 viewer, inout place p, uint end, inout 
         tree_node n = load_node(p);
         vec3 to_node = n.position - r.position;
         float r2 = dot(to_node, to_node);
-        float bound = tree_bound(n, r.position, r.normal, r.normal_geometric);
-        vec3 alone = bound > 0.0 ? node_irradiance(r, n, to_node, r2, p.level) : vec3(0.0);
+        tree_bounds bounds = bounds_of(n, r.position, r.normal, r.normal_geometric);
+        vec3 alone = vec3(0.0);
+        if (bounds.most > 0.0) alone = node_irradiance(r, n, to_node, r2, p.level, bounds.most);
         if (p.level == 0u) {
             estimate += strongest(s.diffuse - at_root) - root_alone;
             at_root = s.diffuse;
             root_alone = strongest(alone);
         }
-        bool inner = p.level + 1u < args.tree.w;
-        if (inner && bound > 0.0 && must_refine(n, r2, p.level, bound, estimate)) {
+        if (is_inner(p.level) && bounds.most > 0.0 && must_refine(n, r2, p.level, bounds, estimate)) {
             p = child(p);
             continue;
         }
 #ifdef BD_VPL_PATCH
-        if (bound > 0.0 && r2 < n.near2 && faces(n.normal, to_node, r2)) {
+        if (bounds.most > 0.0 && r2 < n.near2 && faces(n.normal, to_node, r2)) {
             uint leaf = leaf_index(p);
             p = next(p);
             return leaf;

@@ -13,5 +13,6 @@ void main()
     tree_node n = tree_node_of(cases[at], cases[at + 1u], cases[at + 2u], cases[at + 3u],
                                cases[at + 4u]);
     vec3 normal = cases[at + 6u].xyz;
-    results[i] = vec4(tree_bound(n, cases[at + 5u].xyz, normal, normal), 0.0, 0.0, 0.0);
+    tree_bounds bounds = bounds_of(n, cases[at + 5u].xyz, normal, normal);
+    results[i] = vec4(bounds.most, bounds.least, 0.0, 0.0);
 }
