@@ -8,64 +8,14 @@
 // Known:  ignores occlusion of VPLs; light that changes quickly over a smooth surface is blurred
 //         over blocks; glossy receivers reflect indirect light by their diffuse lobe alone
 
-#include "pass/fragments.h"
-#include "pass/gather_fragments.h"
-#include "pass/upsample.h"
+#include "technique/fragment_light.h"
 #include "technique/technique.h"
 
-static enum bd_err gather(const struct bd_pass_context *context,
-                          const struct bd_technique_inputs *inputs, struct bd_multires_light **out,
-                          struct bd_fault *fault)
+static enum bd_err gather_fragments(const struct bd_pass_context *context,
+                                    const struct bd_technique_inputs *inputs,
+                                    struct bd_indirect **out, struct bd_fault *fault)
 {
-    const struct bd_params *params = inputs->params;
-    const struct bd_gather_fragments_inputs gather = {
-        .scene = inputs->scene,
-        .viewpoint = inputs->viewpoint,
-        .gbuffer = inputs->gbuffer,
-        .discontinuity = inputs->discontinuity,
-        .fragments = inputs->fragments,
-        .lists = inputs->vpl_lists,
-        .list_count = inputs->light_count,
-        .near_patches = params->vpl_kernel == BD_KERNEL_PATCH,
-        .vector = params->surface_detail == BD_SURFACE_DETAIL_DIRECTION,
-        .visit = (enum bd_fragment_visit)params->visit,
-    };
-    bd_gpu_pass_begin(context->gpu, "gather");
-    enum bd_err err = bd_gather_fragments_run(context, &gather, out, fault);
-    bd_gpu_pass_end(context->gpu);
-    return err;
-}
-
-static enum bd_err upsample(const struct bd_pass_context *context,
-                            const struct bd_technique_inputs *inputs,
-                            struct bd_multires_light *light, struct bd_indirect **out,
-                            struct bd_fault *fault)
-{
-    const struct bd_upsample_inputs upsample = {
-        .scene = inputs->scene,
-        .viewpoint = inputs->viewpoint,
-        .gbuffer = inputs->gbuffer,
-        .discontinuity = inputs->discontinuity,
-        .light = light,
-        .detail = (enum bd_surface_detail)inputs->params->surface_detail,
-    };
-    bd_gpu_pass_begin(context->gpu, "upsample");
-    enum bd_err err = bd_upsample_run(context, &upsample, out, fault);
-    bd_gpu_pass_end(context->gpu);
-    return err;
-}
-
-static enum bd_err light_fragments(const struct bd_pass_context *context,
-                                   const struct bd_technique_inputs *inputs,
-                                   struct bd_indirect **out, struct bd_fault *fault)
-{
-    struct bd_multires_light *light;
-    enum bd_err err = gather(context, inputs, &light, fault);
-    if (err) return err;
-    err = upsample(context, inputs, light, out, fault);
-    bd_multires_light_destroy(context->gpu, &light);
-    if (!err) (*out)->fragment_count = inputs->fragments->count;
-    return err;
+    return bd_fragment_light(context, inputs, "gather", bd_gather_fragments_run, out, fault);
 }
 
 static const char *const passes[] = {"gather", "upsample", NULL};
@@ -96,5 +46,5 @@ const struct bd_technique bd_technique_multires_gather = {
     .tolerance = {.direct = 1e-3, .indirect = 1e-2},
     .hazard_codes = "TN",
     .ladder = ladder,
-    .indirect = light_fragments,
+    .indirect = gather_fragments,
 };

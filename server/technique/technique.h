@@ -95,6 +95,7 @@ struct bd_technique {
 
 extern const struct bd_technique bd_technique_direct;
 extern const struct bd_technique bd_technique_multires_gather;
+extern const struct bd_technique bd_technique_multires_splat;
 extern const struct bd_technique bd_technique_reference;
 extern const struct bd_technique bd_technique_rsm;
 extern const struct bd_technique bd_technique_rsm_splat;
