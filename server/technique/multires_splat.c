@@ -3,8 +3,8 @@
 //
 // Paper:  Nichols and Wyman 2010
 // Exact when: as `multires_gather`, whose picture it makes to rounding
-// Known:  what is known of `multires_gather`; a fragment's surface is read again for every VPL, which
-//         is why the later paper gathers
+// Known:  what is known of `multires_gather`; a fragment's surface is read again for every VPL:
+//         that is why the later paper gathers
 
 #include "pass/splat_fragments.h"
 #include "technique/fragment_light.h"
@@ -33,14 +33,7 @@ const struct bd_technique bd_technique_multires_splat = {
     .model = {.indirect_bounces = 1, .lights = BD_LIGHTS_PUNCTUAL},
     .inputs = BD_INPUT_VPL_GRID | BD_INPUT_FRAGMENTS,
     .passes = passes,
-    .params_read = BD_READS(BD_PARAM_BRDF) | BD_READS(BD_PARAM_SHADOW_SIZE) |
-                   BD_READS(BD_PARAM_VPLS) | BD_READS(BD_PARAM_VPL_BUDGET) |
-                   BD_READS(BD_PARAM_RSM_SIZE) | BD_READS(BD_PARAM_VPL_KERNEL) |
-                   BD_READS(BD_PARAM_NEAR_FIELD) | BD_READS(BD_PARAM_PAPER_MODE) |
-                   BD_READS(BD_PARAM_DEPTH_TEST) | BD_READS(BD_PARAM_DEPTH_THRESHOLD) |
-                   BD_READS(BD_PARAM_NORMAL_TEST) | BD_READS(BD_PARAM_NORMAL_THRESHOLD) |
-                   BD_READS(BD_PARAM_NEIGHBOURHOOD) | BD_READS(BD_PARAM_COARSEST) |
-                   BD_READS(BD_PARAM_SURFACE_DETAIL),
+    .params_read = BD_READS_VPL_GRID | BD_READS_FRAGMENTS,
     // With as many as `multires_gather` has, to which it is held, the tests would take minutes.
     .tolerance = {.direct = 1e-3, .indirect = 3e-2, .settings = "vpls=256"},
     .hazard_codes = "TN",

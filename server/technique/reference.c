@@ -7,7 +7,7 @@
 #include "technique/technique.h"
 
 static const char *const ladder[] = {"spp=4",   "spp=8",   "spp=16",  "spp=32",   "spp=64",
-                                      "spp=128", "spp=256", "spp=512", "spp=1024", NULL};
+                                     "spp=128", "spp=256", "spp=512", "spp=1024", NULL};
 
 const struct bd_technique bd_technique_reference = {
     .name = "reference",
@@ -19,12 +19,12 @@ const struct bd_technique bd_technique_reference = {
               .glossy_senders = true,
               .transmission = true,
               .coverage = true},
-    .params_read = 1u << BD_PARAM_BRDF | 1u << BD_PARAM_MODEL_OF | 1u << BD_PARAM_SPP |
-                   1u << BD_PARAM_FIRST_SAMPLE | 1u << BD_PARAM_BOUNCES |
-                   1u << BD_PARAM_INDIRECT_VISIBILITY | 1u << BD_PARAM_LIGHTS |
-                   1u << BD_PARAM_FILTER | 1u << BD_PARAM_ALPHA | 1u << BD_PARAM_CLAMP |
-                   1u << BD_PARAM_SENDERS | 1u << BD_PARAM_TRANSMISSION |
-                   1u << BD_PARAM_LIGHT_VERTICES,
+    .params_read = BD_READS(BD_PARAM_BRDF) | BD_READS(BD_PARAM_MODEL_OF) | BD_READS(BD_PARAM_SPP) |
+                   BD_READS(BD_PARAM_FIRST_SAMPLE) | BD_READS(BD_PARAM_BOUNCES) |
+                   BD_READS(BD_PARAM_INDIRECT_VISIBILITY) | BD_READS(BD_PARAM_LIGHTS) |
+                   BD_READS(BD_PARAM_FILTER) | BD_READS(BD_PARAM_ALPHA) | BD_READS(BD_PARAM_CLAMP) |
+                   BD_READS(BD_PARAM_SENDERS) | BD_READS(BD_PARAM_TRANSMISSION) |
+                   BD_READS(BD_PARAM_LIGHT_VERTICES),
     .tolerance = {.direct = 1e-3, .indirect = 1e-2},
     .hazard_codes = "",
     .ladder = ladder,

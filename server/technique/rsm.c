@@ -13,15 +13,7 @@ static enum bd_err gather_indirect(const struct bd_pass_context *context,
                                    const struct bd_technique_inputs *inputs,
                                    struct bd_indirect **out, struct bd_fault *fault)
 {
-    const struct bd_gather_inputs gather = {
-        .scene = inputs->scene,
-        .viewpoint = inputs->viewpoint,
-        .gbuffer = inputs->gbuffer,
-        .lists = inputs->vpl_lists,
-        .list_count = inputs->light_count,
-        .near_patches = inputs->params->vpl_kernel == BD_KERNEL_PATCH,
-        .glossy = inputs->glossy_receivers,
-    };
+    const struct bd_gather_inputs gather = bd_technique_gather_inputs(inputs);
     bd_gpu_pass_begin(context->gpu, "gather");
     enum bd_err err = bd_gather_run(context, &gather, out, fault);
     bd_gpu_pass_end(context->gpu);
@@ -30,7 +22,7 @@ static enum bd_err gather_indirect(const struct bd_pass_context *context,
 
 static const char *const passes[] = {"gather", NULL};
 static const char *const ladder[] = {"vpls=16",   "vpls=64",    "vpls=256",   "vpls=1024",
-                                      "vpls=4096", "vpls=16384", "vpls=65536", NULL};
+                                     "vpls=4096", "vpls=16384", "vpls=65536", NULL};
 
 const struct bd_technique bd_technique_rsm = {
     .name = "rsm",
@@ -38,10 +30,7 @@ const struct bd_technique bd_technique_rsm = {
     .model = {.indirect_bounces = 1, .lights = BD_LIGHTS_PUNCTUAL, .glossy_receivers = true},
     .inputs = BD_INPUT_VPL_GRID,
     .passes = passes,
-    .params_read = 1u << BD_PARAM_BRDF | 1u << BD_PARAM_SHADOW_SIZE | 1u << BD_PARAM_VPLS |
-                   1u << BD_PARAM_VPL_BUDGET | 1u << BD_PARAM_RSM_SIZE |
-                   1u << BD_PARAM_VPL_KERNEL | 1u << BD_PARAM_NEAR_FIELD |
-                   1u << BD_PARAM_PAPER_MODE,
+    .params_read = BD_READS_VPL_GRID,
     .tolerance = {.direct = 1e-3, .indirect = 1e-2},
     .hazard_codes = "",
     .ladder = ladder,

@@ -14,15 +14,7 @@ static enum bd_err splat_indirect(const struct bd_pass_context *context,
                                   const struct bd_technique_inputs *inputs,
                                   struct bd_indirect **out, struct bd_fault *fault)
 {
-    const struct bd_gather_inputs splat = {
-        .scene = inputs->scene,
-        .viewpoint = inputs->viewpoint,
-        .gbuffer = inputs->gbuffer,
-        .lists = inputs->vpl_lists,
-        .list_count = inputs->light_count,
-        .near_patches = inputs->params->vpl_kernel == BD_KERNEL_PATCH,
-        .glossy = inputs->glossy_receivers,
-    };
+    const struct bd_gather_inputs splat = bd_technique_gather_inputs(inputs);
     struct bd_splat_bound bound;
     bd_gpu_pass_begin(context->gpu, "splat");
     enum bd_err err =
@@ -34,10 +26,13 @@ static enum bd_err splat_indirect(const struct bd_pass_context *context,
 
 static const char *const passes[] = {"splat", NULL};
 // A share below 1 never pays: for the same fragments fewer VPLs with all their light are nearer.
-static const char *const ladder[] = {"vpls=16 splat_share=1",    "vpls=64 splat_share=1",
-                                      "vpls=256 splat_share=1",   "vpls=1024 splat_share=1",
-                                      "vpls=4096 splat_share=1",  "vpls=16384 splat_share=1",
-                                      NULL};
+static const char *const ladder[] = {"vpls=16 splat_share=1",
+                                     "vpls=64 splat_share=1",
+                                     "vpls=256 splat_share=1",
+                                     "vpls=1024 splat_share=1",
+                                     "vpls=4096 splat_share=1",
+                                     "vpls=16384 splat_share=1",
+                                     NULL};
 
 const struct bd_technique bd_technique_rsm_splat = {
     .name = "rsm_splat",
@@ -45,10 +40,7 @@ const struct bd_technique bd_technique_rsm_splat = {
     .model = {.indirect_bounces = 1, .lights = BD_LIGHTS_PUNCTUAL, .glossy_receivers = true},
     .inputs = BD_INPUT_VPL_GRID,
     .passes = passes,
-    .params_read = 1u << BD_PARAM_BRDF | 1u << BD_PARAM_SHADOW_SIZE | 1u << BD_PARAM_VPLS |
-                   1u << BD_PARAM_VPL_BUDGET | 1u << BD_PARAM_RSM_SIZE |
-                   1u << BD_PARAM_VPL_KERNEL | 1u << BD_PARAM_NEAR_FIELD |
-                   1u << BD_PARAM_PAPER_MODE | 1u << BD_PARAM_SPLAT_SHARE,
+    .params_read = BD_READS_VPL_GRID | BD_READS(BD_PARAM_SPLAT_SHARE),
     .tolerance = {.direct = 1e-3, .indirect = 1e-2, .settings = "splat_share=1"},
     .hazard_codes = "T",
     .ladder = ladder,

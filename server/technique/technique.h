@@ -17,9 +17,20 @@
 #include "technique/params.h"
 
 enum bd_frame_input {
-    BD_INPUT_VPL_GRID = 1u << 0, // a list of VPLs for each light, from its reflective shadow map
+    BD_INPUT_VPL_GRID = 1u << 0,  // a list of VPLs for each light, from its reflective shadow map
     BD_INPUT_FRAGMENTS = 1u << 1, // the picture's blocks that are lit as a whole
 };
+
+// Parameters that the frame reads for those inputs, G-buffer and direct light included.
+#define BD_READS_VPL_GRID                                                                          \
+    (BD_READS(BD_PARAM_BRDF) | BD_READS(BD_PARAM_SHADOW_SIZE) | BD_READS(BD_PARAM_VPLS) |          \
+     BD_READS(BD_PARAM_VPL_BUDGET) | BD_READS(BD_PARAM_RSM_SIZE) | BD_READS(BD_PARAM_VPL_KERNEL) | \
+     BD_READS(BD_PARAM_NEAR_FIELD) | BD_READS(BD_PARAM_PAPER_MODE))
+#define BD_READS_FRAGMENTS                                                                         \
+    (BD_READS(BD_PARAM_DEPTH_TEST) | BD_READS(BD_PARAM_DEPTH_THRESHOLD) |                          \
+     BD_READS(BD_PARAM_NORMAL_TEST) | BD_READS(BD_PARAM_NORMAL_THRESHOLD) |                        \
+     BD_READS(BD_PARAM_NEIGHBOURHOOD) | BD_READS(BD_PARAM_COARSEST) |                              \
+     BD_READS(BD_PARAM_SURFACE_DETAIL))
 
 // Kinds of light that can light surfaces.
 enum bd_lights {
@@ -73,7 +84,7 @@ struct bd_technique {
     const char *name; // on the wire, in logs, in file names
     const char *summary;
     struct bd_model model;
-    uint32_t inputs;      // BD_INPUT_*
+    uint32_t inputs; // BD_INPUT_*
     // What its indirect light runs after the inputs are made, in order, by the names of
     // protocol/README.md, ended by NULL; it brackets each with bd_gpu_pass_begin and _end. NULL if
     // it has no indirect light.
@@ -92,6 +103,21 @@ struct bd_technique {
                             const struct bd_technique_inputs *inputs, struct bd_indirect **out,
                             struct bd_fault *fault);
 };
+
+// For those that light every pixel from the lists.
+static inline struct bd_gather_inputs
+bd_technique_gather_inputs(const struct bd_technique_inputs *inputs)
+{
+    return (struct bd_gather_inputs){
+        .scene = inputs->scene,
+        .viewpoint = inputs->viewpoint,
+        .gbuffer = inputs->gbuffer,
+        .lists = inputs->vpl_lists,
+        .list_count = inputs->light_count,
+        .near_patches = inputs->params->vpl_kernel == BD_KERNEL_PATCH,
+        .glossy = inputs->glossy_receivers,
+    };
+}
 
 extern const struct bd_technique bd_technique_direct;
 extern const struct bd_technique bd_technique_multires_gather;
