@@ -81,31 +81,15 @@ static struct bd_discontinuity_settings settings_of(uint32_t turn)
 static void what_a_camera_sees(void **state)
 {
     (void)state;
-    uint32_t turn = 0;
-    for (size_t kind = 0; kind < picture_kind_count; kind++)
-        for (size_t size = 0; size < COUNT(sizes); size++) {
-            struct picture p = picture_of_camera(&picture_kinds[kind], sizes[size]);
-            for (int tests = 0; tests < 9; tests++, turn++) {
-                const struct bd_discontinuity_settings settings = settings_of(turn);
-                check(&p, &settings, picture_kinds[kind].name);
-            }
-            picture_destroy(&p);
-        }
+    const struct picture_sweep sweep = {settings_of, check, 9, 1};
+    sweep_cameras(&sweep, sizes, COUNT(sizes));
 }
 
 static void what_a_light_sees(void **state)
 {
     (void)state;
-    uint32_t turn = 0;
-    for (size_t kind = 0; kind < picture_kind_count; kind++) {
-        struct picture p =
-            picture_of_light(&picture_kinds[kind], kind % 2 ? 64 : 33, kind % 3 == 0);
-        for (int tests = 0; tests < 9; tests++, turn++) {
-            const struct bd_discontinuity_settings settings = settings_of(turn);
-            check(&p, &settings, picture_kinds[kind].name);
-        }
-        picture_destroy(&p);
-    }
+    const struct picture_sweep sweep = {settings_of, check, 9, 1};
+    sweep_lights(&sweep, true);
 }
 
 static void odd_and_large(void **state)
@@ -225,7 +209,8 @@ static void geometric_normals_do_not_jump(void **state)
         struct bd_discontinuity *d = run(&p, &s);
         struct bd_discontinuity_settings without = s;
         without.normal_test = BD_NORMAL_TEST_OFF;
-        struct blocks found = blocks_of_device(&p, d), expected = blocks_by_definition(&p, &without);
+        struct blocks found = blocks_of_device(&p, d),
+                      expected = blocks_by_definition(&p, &without);
         assert_same(&found, &expected, "geometric normals");
         blocks_destroy(&found);
         blocks_destroy(&expected);

@@ -195,30 +195,15 @@ static void what_a_camera_sees(void **state)
     (void)state;
     static const struct picture_size sizes[] = {{1, 1},   {1, 30},  {65, 1},
                                                 {17, 33}, {64, 64}, {255, 127}};
-    uint32_t turn = 0;
-    for (size_t kind = 0; kind < picture_kind_count; kind++)
-        for (size_t size = 0; size < COUNT(sizes); size++) {
-            struct picture p = picture_of_camera(&picture_kinds[kind], sizes[size]);
-            for (int tests = 0; tests < 5; tests++, turn++) {
-                const struct bd_discontinuity_settings settings = settings_of(turn);
-                check(&p, &settings, picture_kinds[kind].name);
-            }
-            picture_destroy(&p);
-        }
+    const struct picture_sweep sweep = {settings_of, check, 5, 1};
+    sweep_cameras(&sweep, sizes, COUNT(sizes));
 }
 
 static void what_a_light_sees(void **state)
 {
     (void)state;
-    uint32_t turn = 0;
-    for (size_t kind = 0; kind < picture_kind_count; kind++) {
-        struct picture p = picture_of_light(&picture_kinds[kind], kind % 2 ? 64 : 33, false);
-        for (int tests = 0; tests < 3; tests++, turn++) {
-            const struct bd_discontinuity_settings settings = settings_of(5 * turn);
-            check(&p, &settings, picture_kinds[kind].name);
-        }
-        picture_destroy(&p);
-    }
+    const struct picture_sweep sweep = {settings_of, check, 3, 5};
+    sweep_lights(&sweep, false);
 }
 
 static void odd_and_large(void **state)

@@ -552,3 +552,37 @@ struct blocks blocks_by_definition(const struct picture *p,
     blocks_destroy(&own);
     return b;
 }
+
+// --- sweeps -------------------------------------------------------------------------------
+
+static void sweep_settings(const struct picture_sweep *sweep, const struct picture *picture,
+                           const char *name, uint32_t *turn)
+{
+    for (int i = 0; i < sweep->turns; i++, (*turn)++) {
+        const struct bd_discontinuity_settings settings = sweep->settings_of(sweep->step * *turn);
+        sweep->check(picture, &settings, name);
+    }
+}
+
+void sweep_cameras(const struct picture_sweep *sweep, const struct picture_size *sizes,
+                   size_t size_count)
+{
+    uint32_t turn = 0;
+    for (size_t kind = 0; kind < picture_kind_count; kind++)
+        for (size_t size = 0; size < size_count; size++) {
+            struct picture p = picture_of_camera(&picture_kinds[kind], sizes[size]);
+            sweep_settings(sweep, &p, picture_kinds[kind].name, &turn);
+            picture_destroy(&p);
+        }
+}
+
+void sweep_lights(const struct picture_sweep *sweep, bool orthographic)
+{
+    uint32_t turn = 0;
+    for (size_t kind = 0; kind < picture_kind_count; kind++) {
+        struct picture p = picture_of_light(&picture_kinds[kind], kind % 2 ? 64 : 33,
+                                            orthographic && kind % 3 == 0);
+        sweep_settings(sweep, &p, picture_kinds[kind].name, &turn);
+        picture_destroy(&p);
+    }
+}

@@ -68,6 +68,22 @@ struct picture picture_of_camera(const struct picture_kind *kind, struct picture
 struct picture picture_of_light(const struct picture_kind *kind, uint32_t side_px,
                                 bool orthographic);
 void picture_destroy(struct picture *picture);
+// What is to be checked of a picture under some settings; `name` is the picture's.
+typedef void picture_check(const struct picture *picture,
+                           const struct bd_discontinuity_settings *settings, const char *name);
+
+// Every kind of picture at every size, each under so many of the settings, which go on from one to
+// the next; and the same of lights' maps, `step` settings at a time.
+struct picture_sweep {
+    struct bd_discontinuity_settings (*settings_of)(uint32_t turn);
+    picture_check *check;
+    int turns;
+    uint32_t step;
+};
+void sweep_cameras(const struct picture_sweep *sweep, const struct picture_size *sizes,
+                   size_t size_count);
+// `orthographic`: every third is.
+void sweep_lights(const struct picture_sweep *sweep, bool orthographic);
 struct bd_discontinuity_inputs picture_inputs(const struct picture *picture,
                                               const struct bd_discontinuity_settings *settings);
 
