@@ -20,8 +20,9 @@ _Static_assert(BD_TREE_PRINTED == BD_TREE_CRITERION_PRINTED, "C and GLSL agree")
 #define UNITS_PER_RECEIVER 2000.0
 #define LEARNING_MS_MIN    1.0
 
-#define FRAGMENTS_PER_ROW 64u    // a work group
-#define GROUPS_MAX        65535u // of a dispatch along one axis
+#define ESTIMATE_STEPS    65536.0 // of the frame's mean irradiance
+#define FRAGMENTS_PER_ROW 64u     // a work group
+#define GROUPS_MAX        65535u  // of a dispatch along one axis
 
 struct gather_tree {
     const struct bd_pass_context *context;
@@ -74,7 +75,7 @@ static void dispatch(const struct gather_tree *g, uint32_t light, bool estimate,
     struct bd_bindings bindings = {
         .uniforms[BD_UNIFORM_VIEW] = {&g->view, sizeof g->view},
         .uniforms[BD_UNIFORM_ARGS] = {args, sizeof *args},
-        .storage[BD_STORAGE_ESTIMATES] = {.buf = g->estimates, .read = true, .write = true},
+        .storage[BD_STORAGE_ESTIMATES] = {.buf = g->estimates, .read = true, .write = estimate},
     };
     bd_gbuffer_bind(g->inputs->gbuffer, &bindings);
     bindings.arrays[BD_UNIT_VPLS] = g->inputs->leaves[light]->vpls;
@@ -110,7 +111,8 @@ static struct bd_gather_tree_args args_of(const struct gather_tree *g, uint32_t 
         .tree = {first_root, root_count, tree->root_side, bd_vpl_tree_level_count(tree)},
         .cut = {(uint32_t)g->inputs->criterion, 0, 0, 0},
         .tau = {(float)g->inputs->tau, (float)(g->inputs->tau * g->mean_irradiance),
-                (float)(BD_TREE_ESTIMATE_MIN * g->mean_irradiance), 0},
+                (float)(BD_TREE_ESTIMATE_MIN * g->mean_irradiance),
+                (float)(ESTIMATE_STEPS / g->mean_irradiance)},
         .light = {(float)(tree->intensity * tree->face_extent), (float)tree->face_extent,
                   (float)per_m2, 0},
     };
@@ -214,9 +216,9 @@ static struct gather_tree gather_tree_of(const struct bd_pass_context *context,
 static enum bd_err run(struct gather_tree *g, struct bd_fault *fault)
 {
     const size_t receivers = (size_t)g->row_width * g->row_count;
-    enum bd_err err =
-        bd_buf_create(g->context->gpu, "tree estimates",
-                      (receivers > 0 ? receivers : 1) * sizeof(float), NULL, &g->estimates, fault);
+    enum bd_err err = bd_buf_create(g->context->gpu, "tree estimates",
+                                    (receivers > 0 ? receivers : 1) * sizeof(uint32_t), NULL,
+                                    &g->estimates, fault);
     if (!err) err = get_programs(g, fault);
     if (!err) err = gather_all(g);
     bd_buf_destroy(g->context->gpu, &g->estimates);

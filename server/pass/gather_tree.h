@@ -2,6 +2,9 @@
 // where that is good enough, and looks further down where not (Nichols, Shopf and Wyman 2009, 3.5;
 // algorithms.md A2.4). Demodulated irradiance, without visibility.
 //
+// An inner node is a point with the flux of its leaves, held to the most that they can send: by the
+// disk of their summed area, which is too dark off its axis, the error is four times as large.
+//
 // tau = 0 visits every leaf that can be seen: the flat gather to rounding. Both tau and what it is
 // compared with scale with the light, and every length with the scene: neither changes the cut.
 
@@ -13,8 +16,8 @@
 
 enum bd_tree_criterion {
     // Most minus least of what the node's leaves can send the receiver together is above tau times
-    // what the receiver is going to get: the roots' estimate of it, replaced by exact sums as they
-    // come. Less than BD_TREE_ESTIMATE_MIN of the frame's mean irradiance counts as that much.
+    // what the roots of all trees by themselves send it. Less than BD_TREE_ESTIMATE_MIN of the
+    // frame's mean irradiance counts as that much.
     BD_TREE_LIGHTCUTS,
     // The most that they can send is above tau times the frame's mean irradiance, flux of all
     // lights
@@ -27,9 +30,6 @@ enum bd_tree_criterion {
     // Eqs. 4 to 8 as printed, sums as well as criterion; tau in units of the light's intensity.
     BD_TREE_PRINTED,
 };
-
-// An inner node is a point with the flux of its leaves, held to the most that they can send: by the
-// disk of their summed area, which is too dark off its axis, the error is four times as large.
 
 #define BD_TREE_ESTIMATE_MIN 1e-3
 // Leaves along a root's side, at most (llvmpipe ends an invocation's loops after 65,535 rounds).

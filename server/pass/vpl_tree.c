@@ -55,7 +55,8 @@ static void describe_light(struct bd_vpl_tree *tree, const struct bd_light_setup
                                     : solid_angle_sr(setup->half_width, setup->half_height);
     tree->intensity = strongest * (directional ? light->intensity / space->unit_cd_m2
                                                : bd_render_intensity(space, light->intensity));
-    tree->flux = setup->flux_lm * per_m2 / space->unit_cd_m2;
+    tree->flux = tree->intensity *
+                 (directional ? tree->face_extent : bd_light_effective_solid_angle_sr(light));
 }
 
 // --- the nodes ------------------------------------------------------------------------------

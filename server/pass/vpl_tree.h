@@ -14,7 +14,8 @@ struct bd_vpl_tree {
     uint32_t face_count;
     uint32_t root_side, leaf_side; // nodes along a face's side; powers of two
     // Of the light, in render space and the frame's light unit, for who cuts the tree: solid angle
-    // of a face (directional: its area), its peak intensity (lux), and the flux of the whole light.
+    // of a face (directional: its area), its peak intensity (lux), and the flux of the whole light,
+    // both of the strongest channel.
     double face_extent, intensity, flux;
 };
 

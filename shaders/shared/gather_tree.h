@@ -16,7 +16,8 @@ struct bd_gather_tree_args {
                    // along a face's side, w = levels from the roots to the leaves, both counted
     BD_UVEC4 cut;  // x = BD_TREE_CRITERION_*
     BD_VEC4 tau;   // x = relative, y = as irradiance in the frame's light unit, z = least estimate
-                   // of a receiver's irradiance that is worth refining for
+                   // of a receiver's irradiance that is worth refining for, w = steps in which
+                   // estimates are counted, of a unit
     BD_VEC4 light; // x = flux through a face, y = solid angle of a face (directional: area),
                    // z = metres^-2 in render space: printed formulas have units
 };

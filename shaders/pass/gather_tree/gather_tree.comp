@@ -17,8 +17,9 @@
 
 layout(std140, binding = BD_UNIFORM_ARGS) uniform args_block { bd_gather_tree_args args; };
 BD_ARRAY(nodes, BD_UNIT_TREE_NODES);
-// Irradiance that each receiver will get as far as known: coarse, then more and more of it exact.
-layout(std430, binding = BD_STORAGE_ESTIMATES) buffer estimate_block { float estimates[]; };
+// Irradiance of each receiver, of all lights, by their trees' roots alone. Not improved on the way, and
+// in whole steps, whose sum has no order: a cut must not depend on which light comes first.
+layout(std430, binding = BD_STORAGE_ESTIMATES) buffer estimate_block { uint estimates[]; };
 #ifdef BD_FRAGMENTS
 layout(local_size_x = 64) in;
 layout(std430, binding = BD_STORAGE_FRAGMENTS) readonly buffer fragments_block { uint fragments[]; };
@@ -68,16 +69,31 @@ place child(place p) { return place(p.root, p.level + 1u, 4u * p.morton); }
 place next(place p)
 {
     p.morton++;
-    while (p.level > 0u && (p.morton & 3u) == 0u) {
-        p.morton >>= 2;
-        p.level--;
-    }
+    // Up to where there is a next sibling: in no loop, since a software device counts rounds.
+    uint up = min(uint(findLSB(p.morton)) / 2u, p.level);
+    p.morton >>= 2u * up;
+    p.level -= up;
     return p.level == 0u ? root_place(p.root + 1u) : p;
 }
 
 bool printed() { return args.cut.x == BD_TREE_CRITERION_PRINTED; }
 
 bool is_inner(uint level) { return level + 1u < args.tree.w; }
+
+// Irradiance of a unit of flux from an inner node as a point. The mean cosine of its leaves' normals is
+// above the cosine of their mean where some face away, which send nothing and not less than nothing:
+// SPREAD of what the squared length lacks of 1 stands for the mean of their magnitudes.
+const float SPREAD = 0.125;
+
+float node_kernel(receiver r, vec3 to_node, float r2, vec3 normal)
+{
+    float receiver_dot = dot(r.normal, to_node);
+    float side = dot(r.normal_geometric, to_node);
+    if (!(receiver_dot > 0.0 && is_above(side, r2) && r2 > COINCIDENT_SQUARED)) return 0.0;
+    float facing = -dot(normal, to_node), lack = max(1.0 - dot(normal, normal), 0.0);
+    float mean = 0.5 * (facing + sqrt(facing * facing + SPREAD * lack * r2));
+    return disk_kernel(receiver_dot, mean, r2, 0.0);
+}
 
 // Irradiance from the node as one light; at most `most`, since a point is unbounded.
 vec3 node_irradiance(receiver r, tree_node n, vec3 to_node, float r2, uint level, float most)
@@ -90,7 +106,7 @@ vec3 node_irradiance(receiver r, tree_node n, vec3 to_node, float r2, uint level
         return n.flux * (form_factor / (4.0 * PI) * args.light.z);
     }
     if (!is_inner(level)) return n.flux * disk_seen(r, to_node, r2, n.normal, n.area);
-    float kernel = disk_seen(r, to_node, r2, n.normal, 0.0);
+    float kernel = node_kernel(r, to_node, r2, n.normal);
     return n.flux * min(kernel, most / strongest(n.flux));
 }
 
@@ -114,8 +130,11 @@ bool must_refine(tree_node n, float r2, uint level, tree_bounds bounds, float es
 }
 
 #ifdef BD_ESTIMATE
-void gather(receiver r, inout float estimate)
+const float STEPS_MAX = 16777216.0; // of one light: exact as a float, and 256 of them in 32 bits
+
+uint estimated_steps(receiver r)
 {
+    float estimate = 0.0;
     for (uint root = args.tree.x; root < args.tree.x + args.tree.y; root++) {
         tree_node n = load_node(root_place(root));
         vec3 to_node = n.position - r.position;
@@ -124,6 +143,7 @@ void gather(receiver r, inout float estimate)
         float r2 = dot(to_node, to_node);
         estimate += strongest(node_irradiance(r, n, to_node, r2, 0u, bounds.most));
     }
+    return uint(min(estimate * args.tau.w, STEPS_MAX));
 }
 #else
 uint leaf_index(place p)
@@ -138,8 +158,7 @@ const uint NONE = 0xffffffffu;
 // Goes on from p to `end` or to the first leaf that is near enough to be integrated as a patch,
 // whose index it returns: a software device runs both sides of every branch, and that formula here
 // would cost several times the rest.
-uint walk(inout sums s, receiver r, vec3 viewer, inout place p, uint end, inout float estimate,
-          inout vec3 at_root, inout float root_alone)
+uint walk(inout sums s, receiver r, vec3 viewer, inout place p, uint end, float estimate)
 {
     while (p.root < end) {
         tree_node n = load_node(p);
@@ -148,11 +167,6 @@ uint walk(inout sums s, receiver r, vec3 viewer, inout place p, uint end, inout 
         tree_bounds bounds = bounds_of(n, r.position, r.normal, r.normal_geometric);
         vec3 alone = vec3(0.0);
         if (bounds.most > 0.0) alone = node_irradiance(r, n, to_node, r2, p.level, bounds.most);
-        if (p.level == 0u) {
-            estimate += strongest(s.diffuse - at_root) - root_alone;
-            at_root = s.diffuse;
-            root_alone = strongest(alone);
-        }
         if (is_inner(p.level) && bounds.most > 0.0 && must_refine(n, r2, p.level, bounds, estimate)) {
             p = child(p);
             continue;
@@ -170,14 +184,12 @@ uint walk(inout sums s, receiver r, vec3 viewer, inout place p, uint end, inout 
     return NONE;
 }
 
-void gather(inout sums s, receiver r, vec3 viewer, inout float estimate)
+void gather(inout sums s, receiver r, vec3 viewer, float estimate)
 {
     place p = root_place(args.tree.x);
     uint end = args.tree.x + args.tree.y;
-    vec3 at_root = s.diffuse;
-    float root_alone = 0.0;
     while (p.root < end) {
-        uint leaf = walk(s, r, viewer, p, end, estimate, at_root, root_alone);
+        uint leaf = walk(s, r, viewer, p, end, estimate);
 #ifdef BD_VPL_PATCH
         while (leaf != NONE) {
             add_patch(s, r, viewer, leaf);
@@ -185,7 +197,6 @@ void gather(inout sums s, receiver r, vec3 viewer, inout float estimate)
         }
 #endif
     }
-    estimate += strongest(s.diffuse - at_root) - root_alone;
 }
 #endif
 
@@ -220,15 +231,14 @@ void keep(sums s, uint level, ivec2 pixel)
 void light_receiver(receiver r, uint index, uint level, ivec2 block)
 {
 #ifdef BD_ESTIMATE
-    float estimate = args.rows.z != 0u ? 0.0 : estimates[index];
-    if (r.lit) gather(r, estimate);
+    uint steps = r.lit ? estimated_steps(r) : 0u;
+    estimates[index] = args.rows.z != 0u ? steps : estimates[index] + steps;
 #else
-    float estimate = estimates[index];
     sums s = no_light();
+    float estimate = args.tau.w > 0.0 ? float(estimates[index]) / args.tau.w : 0.0;
     if (r.lit) gather(s, r, direction_to_viewer(r.relative_position), estimate);
     keep(s, level, block);
 #endif
-    estimates[index] = estimate;
 }
 
 void main()

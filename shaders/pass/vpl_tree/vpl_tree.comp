@@ -67,7 +67,13 @@ tree_node leaf(uint face, uint morton)
     return n;
 }
 
-float weight(tree_node n) { return n.flux.r + n.flux.g + n.flux.b; }
+// Sum of the channels, rounded alike whatever their order.
+float weight(tree_node n)
+{
+    float least = min(n.flux.r, min(n.flux.g, n.flux.b)), most = strongest(n.flux);
+    float middle = max(min(n.flux.r, n.flux.g), min(max(n.flux.r, n.flux.g), n.flux.b));
+    return least + middle + most;
+}
 
 tree_node parent(tree_node children[4])
 {
