@@ -37,16 +37,28 @@ static void set_up_lights(struct bd_frame *frame)
     }
 }
 
+// How many there are shows when they have been made.
+static void count_clusters(struct bd_frame *frame)
+{
+    frame->report->counts.vpls = 0;
+    for (uint32_t i = 0; i < frame->light_count; i++)
+        frame->report->counts.vpls += frame->lights[i].vpls->count;
+}
+
 static enum bd_err run_light_side(struct bd_frame *frame)
 {
     frame->anew = frame->request->fresh == BD_FRESH_ALL;
     for (uint32_t i = 0; i < frame->light_count; i++) {
         struct bd_frame_light *light = &frame->lights[i];
         enum bd_err err = bd_stage_shadow_map(frame, light);
-        if (!err && frame->plan->vpl_grid) err = bd_stage_rsm(frame, light);
+        if (!err && (frame->plan->vpl_grid || frame->plan->vpl_clusters))
+            err = bd_stage_rsm(frame, light);
         if (!err && frame->plan->vpl_grid) err = bd_stage_vpl_grid(frame, light);
+        if (!err && frame->plan->vpl_clusters) err = bd_stage_vpl_clusters(frame, light);
+        if (!err && frame->plan->vpl_tree) err = bd_stage_vpl_tree(frame, light);
         if (err) return err;
     }
+    if (frame->plan->vpl_clusters) count_clusters(frame);
     return BD_ERR_OK;
 }
 

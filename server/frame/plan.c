@@ -6,6 +6,7 @@
 
 #include "base/hash.h"
 #include "pass/discontinuity.h"
+#include "pass/gather_tree.h"
 
 bool bd_plan_light_shines(const struct bd_scene *scene, uint32_t placed_light)
 {
@@ -86,8 +87,10 @@ static void list_passes(const struct bd_plan *plan, struct bd_report *report)
     add_pass(report, true, "gbuffer");
     add_pass(report, plan->lights, "shadow_map");
     add_pass(report, plan->lights, "direct");
-    add_pass(report, plan->vpl_grid, "rsm");
+    add_pass(report, plan->vpl_grid || plan->vpl_clusters, "rsm");
     add_pass(report, plan->vpl_grid, "vpl_grid");
+    add_pass(report, plan->vpl_clusters, "vpl_clusters");
+    add_pass(report, plan->vpl_tree, "vpl_tree");
     add_pass(report, plan->fragments, "discontinuity");
     add_pass(report, plan->fragments, "fragments");
     for (const char *const *pass = own_passes(plan); *pass; pass++)
@@ -138,8 +141,13 @@ static void list_omitted(const struct bd_plan *plan, const struct bd_scene *scen
     omit(report, !plan->lights, "direct", "no punctual light shines");
     const char *no_indirect = plan->technique->indirect ? "no light to reflect"
                                                         : "the technique has no indirect light";
-    omit(report, !plan->vpl_grid, "rsm", no_indirect);
-    omit(report, !plan->vpl_grid, "vpl_grid", no_indirect);
+    const uint32_t inputs = plan->technique->inputs;
+    omit(report, !plan->vpl_grid && !plan->vpl_clusters, "rsm", no_indirect);
+    if (!(inputs & BD_INPUT_VPL_CLUSTERS))
+        omit(report, !plan->vpl_grid, "vpl_grid", no_indirect);
+    if (inputs & BD_INPUT_VPL_CLUSTERS)
+        omit(report, !plan->vpl_clusters, "vpl_clusters", no_indirect);
+    if (inputs & BD_INPUT_VPL_TREE) omit(report, !plan->vpl_tree, "vpl_tree", no_indirect);
     list_omitted_of_fragments(plan, no_indirect, report);
     for (const char *const *pass = own_passes(plan); *pass; pass++)
         omit(report, !plan->indirect, *pass, no_indirect);
@@ -172,7 +180,7 @@ static void flag_what_is_not_honoured(const struct bd_plan *plan, const struct b
         bd_report_flag(report, "transmission_as_opaque");
     if (plan->indirect && f->has_glossy && !plan->params.lambert && !model.glossy_receivers)
         bd_report_flag(report, "glossy_as_diffuse: of indirect light");
-    if (plan->vpl_grid && some_map_is_reduced(plan, scene))
+    if ((plan->vpl_grid || plan->vpl_clusters) && some_map_is_reduced(plan, scene))
         bd_report_flag(report, "rsm_size_reduced: %d texels a side of each VPL",
                        BD_PLAN_BLOCK_TEXELS_MAX);
     if (f->has_emissive && !(model.lights & BD_LIGHTS_EMISSIVE)) {
@@ -242,17 +250,25 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
     out->lights = any_light_shines(scene);
     out->indirect = out->lights && out->technique->indirect;
     out->vpl_grid = out->indirect && (out->technique->inputs & BD_INPUT_VPL_GRID);
+    out->vpl_clusters = out->indirect && (out->technique->inputs & BD_INPUT_VPL_CLUSTERS);
+    out->vpl_tree = out->indirect && (out->technique->inputs & BD_INPUT_VPL_TREE);
     out->fragments = out->indirect && (out->technique->inputs & BD_INPUT_FRAGMENTS);
     out->glossy = out->indirect && out->technique->model.glossy_receivers &&
                   !out->params.lambert && f->has_glossy;
     out->emission = f->has_emissive || f->has_unlit;
     out->flux_lm = total_flux_lm(scene);
     describe_request(out, scene, request, report);
-    if (out->vpl_grid) report->counts.vpls = count_vpls(out, scene);
+    if (out->vpl_grid || out->vpl_clusters) report->counts.vpls = count_vpls(out, scene);
     list_passes(out, report);
     list_omitted(out, scene, report);
     flag_what_is_not_honoured(out, scene, report);
     return BD_ERR_OK;
+}
+
+// By its logarithm; at least 1.
+static uint32_t nearest_power_of_two(double number)
+{
+    return 1u << (uint32_t)fmax(round(log2(fmax(number, 1))), 0);
 }
 
 uint32_t bd_plan_grid_side(const struct bd_plan *plan, const struct bd_light_setup *light)
@@ -260,8 +276,19 @@ uint32_t bd_plan_grid_side(const struct bd_plan *plan, const struct bd_light_set
     double vpls = plan->params.vpls;
     if (plan->params.vpl_budget > 0 && plan->flux_lm > 0)
         vpls = plan->params.vpl_budget * light->flux_lm / plan->flux_lm;
-    double side = round(sqrt(vpls / light->face_count));
+    double side = sqrt(vpls / light->face_count);
+    if (plan->technique->inputs & (BD_INPUT_VPL_CLUSTERS | BD_INPUT_VPL_TREE))
+        return nearest_power_of_two(side);
+    side = round(side);
     return side > 1 ? (uint32_t)side : 1;
+}
+
+uint32_t bd_plan_tree_root_side(const struct bd_plan *plan, const struct bd_light_setup *light,
+                                uint32_t grid_side)
+{
+    uint32_t side = nearest_power_of_two(sqrt((double)plan->params.tree_roots / light->face_count));
+    while (grid_side / side > BD_TREE_ROOT_LEAVES_MAX) side *= 2;
+    return side < grid_side ? side : grid_side;
 }
 
 uint32_t bd_plan_rsm_size(const struct bd_plan *plan, uint32_t grid_side)

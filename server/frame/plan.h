@@ -21,6 +21,8 @@ struct bd_plan {
     bool lights;    // some punctual light shines: shadow maps and direct run
     bool indirect;  // the technique's indirect light runs
     bool vpl_grid;  // reflective shadow maps and VPLs for it
+    bool vpl_clusters; // the same, with VPLs from blocks of several sizes
+    bool vpl_tree;     // a tree over the VPLs
     bool fragments; // it is found at blocks of pixels
     bool glossy;    // receivers with a specular lobe worth its price
     bool emission;  // some surface emits or is unlit
@@ -36,8 +38,13 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
 // Whether a placed light has any power; one that has none costs no pass.
 bool bd_plan_light_shines(const struct bd_scene *scene, uint32_t placed_light);
 
-// VPLs along one face's side of a light, after `vpl_budget`; at least 1.
+// VPLs along one face's side of a light, after `vpl_budget`; at least 1. For clusters, those of the
+// coarsest blocks; there and for trees the nearest power of two.
 uint32_t bd_plan_grid_side(const struct bd_plan *plan, const struct bd_light_setup *light);
+
+// Roots of a light's tree along a face's side, for so many leaves along it.
+uint32_t bd_plan_tree_root_side(const struct bd_plan *plan, const struct bd_light_setup *light,
+                                uint32_t grid_side);
 
 // Most texels along a side of the block that one VPL sums up. One work group reads them all, three
 // times, and cannot be stopped: this keeps it at 0.1 s on the software device.

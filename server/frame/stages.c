@@ -68,6 +68,17 @@ static uint64_t key_light_power(uint64_t key, const struct bd_light_setup *setup
     return bd_key_bytes(key, &space->unit_cd_m2, sizeof space->unit_cd_m2);
 }
 
+static uint64_t key_settings(uint64_t key, const struct bd_discontinuity_settings *settings)
+{
+    const double thresholds[] = {settings->depth_threshold, settings->normal_threshold};
+    key = bd_key_bytes(key, thresholds, sizeof thresholds);
+    key = bd_key_number(key, (uint64_t)settings->finest_level << 32 | settings->coarsest_side);
+    return bd_key_number(key, (uint64_t)settings->depth_test << 16 |
+                                  (uint64_t)settings->normal_test << 8 |
+                                  (uint64_t)settings->geometric_normals << 24 |
+                                  (uint64_t)settings->neighbourhood);
+}
+
 // --- running a stage ------------------------------------------------------------------------
 
 static void begin_pass(struct bd_frame *frame, const char *name)
@@ -118,6 +129,12 @@ static void destroy_vpls(void *owner, void *output)
 {
     struct bd_vpl_list *list = output;
     bd_vpl_list_destroy(((struct bd_renderer *)owner)->gpu, &list);
+}
+
+static void destroy_tree(void *owner, void *output)
+{
+    struct bd_vpl_tree *tree = output;
+    bd_vpl_tree_destroy(((struct bd_renderer *)owner)->gpu, &tree);
 }
 
 static void destroy_gbuffer(void *owner, void *output)
@@ -236,6 +253,73 @@ enum bd_err bd_stage_vpl_grid(struct bd_frame *frame, struct bd_frame_light *lig
     return BD_ERR_OK;
 }
 
+static struct bd_vpl_clusters_inputs clusters_inputs(const struct bd_frame *frame,
+                                                     const struct bd_frame_light *light)
+{
+    const struct bd_params *params = &frame->plan->params;
+    const uint32_t side = light->rsm_size;
+    const struct bd_multires_layout layout = bd_multires_layout_of(side, side, light->grid_side);
+    const uint32_t coarsest = layout.size_px.z - 1;
+    return (struct bd_vpl_clusters_inputs){
+        .rsm = light->rsm,
+        .light = &light->setup,
+        .space = &frame->scene->space,
+        .settings =
+            {
+                .depth_test = (enum bd_depth_test)params->depth_test,
+                .normal_test = (enum bd_normal_test)params->normal_test,
+                .neighbourhood = (enum bd_neighbourhood)params->neighbourhood,
+                .depth_threshold = params->cluster_depth_threshold,
+                .normal_threshold = params->cluster_normal_threshold,
+                .coarsest_side = light->grid_side,
+            },
+        .finest_block_texels =
+            1u << (coarsest > params->cluster_levels ? coarsest - params->cluster_levels : 0),
+        .kernel = (enum bd_vpl_kernel)params->vpl_kernel,
+        .near_field = params->near_field,
+    };
+}
+
+enum bd_err bd_stage_vpl_clusters(struct bd_frame *frame, struct bd_frame_light *light)
+{
+    const struct bd_vpl_clusters_inputs inputs = clusters_inputs(frame, light);
+    uint64_t key = bd_key_number(bd_key_begin("vpl_clusters"), light->rsm_key);
+    key = key_light_power(key, &light->setup, &frame->scene->space);
+    key = key_settings(key, &inputs.settings);
+    key = bd_key_number(key, (uint64_t)inputs.finest_block_texels << 8 | (uint64_t)inputs.kernel);
+    light->vpl_key = bd_key_bytes(key, &inputs.near_field, sizeof inputs.near_field);
+    if (reuse(frame, "vpl_clusters", light->vpl_key, (void **)&light->vpls)) return BD_ERR_OK;
+    begin_pass(frame, "vpl_clusters");
+    enum bd_err err = end_pass(
+        frame, bd_vpl_clusters_run(&frame->context, &inputs, &light->vpls, frame->fault));
+    if (err) return err;
+    bd_memo_store(frame->renderer->memo, light->vpl_key, light->vpls,
+                  bd_vpl_list_bytes(light->vpls), destroy_vpls);
+    return BD_ERR_OK;
+}
+
+enum bd_err bd_stage_vpl_tree(struct bd_frame *frame, struct bd_frame_light *light)
+{
+    const struct bd_vpl_tree_inputs inputs = {
+        .leaves = light->vpls,
+        .leaf_side = light->grid_side,
+        .face_count = light->setup.face_count,
+        .root_side = bd_plan_tree_root_side(frame->plan, &light->setup, light->grid_side),
+        .light = &light->setup,
+        .space = &frame->scene->space,
+    };
+    uint64_t key = bd_key_number(bd_key_begin("vpl_tree"), light->vpl_key);
+    key = bd_key_number(key, inputs.root_side);
+    if (reuse(frame, "vpl_tree", key, (void **)&light->tree)) return BD_ERR_OK;
+    begin_pass(frame, "vpl_tree");
+    enum bd_err err = end_pass(
+        frame, bd_vpl_tree_run(&frame->context, &inputs, &light->tree, frame->fault));
+    if (err) return err;
+    bd_memo_store(frame->renderer->memo, key, light->tree, bd_vpl_tree_bytes(light->tree),
+                  destroy_tree);
+    return BD_ERR_OK;
+}
+
 enum bd_err bd_stage_gbuffer(struct bd_frame *frame)
 {
     const struct bd_plan *plan = frame->plan;
@@ -319,17 +403,6 @@ static struct bd_discontinuity_inputs discontinuity_inputs(const struct bd_frame
     };
 }
 
-static uint64_t key_settings(uint64_t key, const struct bd_discontinuity_settings *settings)
-{
-    const double thresholds[] = {settings->depth_threshold, settings->normal_threshold};
-    key = bd_key_bytes(key, thresholds, sizeof thresholds);
-    key = bd_key_number(key, settings->coarsest_side);
-    return bd_key_number(key, (uint64_t)settings->depth_test << 16 |
-                                  (uint64_t)settings->normal_test << 8 |
-                                  (uint64_t)settings->geometric_normals << 24 |
-                                  (uint64_t)settings->neighbourhood);
-}
-
 enum bd_err bd_stage_discontinuity(struct bd_frame *frame)
 {
     const struct bd_discontinuity_inputs inputs = discontinuity_inputs(frame);
@@ -365,14 +438,19 @@ enum bd_err bd_stage_fragments(struct bd_frame *frame)
 static enum bd_err run_indirect(struct bd_frame *frame)
 {
     const struct bd_vpl_list **lists = calloc(frame->light_count + 1, sizeof *lists);
-    BD_ASSERT(lists);
-    for (uint32_t i = 0; i < frame->light_count; i++) lists[i] = frame->lights[i].vpls;
+    const struct bd_vpl_tree **trees = calloc(frame->light_count + 1, sizeof *trees);
+    BD_ASSERT(lists && trees);
+    for (uint32_t i = 0; i < frame->light_count; i++) {
+        lists[i] = frame->lights[i].vpls;
+        trees[i] = frame->lights[i].tree;
+    }
     const struct bd_technique_inputs inputs = {
         .scene = frame->scene,
         .viewpoint = &frame->viewpoint,
         .gbuffer = frame->gbuffer,
         .params = &frame->plan->params,
         .vpl_lists = lists,
+        .vpl_trees = trees,
         .light_count = frame->light_count,
         .discontinuity = frame->discontinuity,
         .fragments = frame->fragments,
@@ -382,6 +460,7 @@ static enum bd_err run_indirect(struct bd_frame *frame)
     enum bd_err err =
         frame->plan->technique->indirect(&frame->context, &inputs, &frame->indirect, frame->fault);
     free(lists);
+    free(trees);
     return err;
 }
 

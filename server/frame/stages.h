@@ -13,7 +13,9 @@
 #include "pass/gather.h"
 #include "pass/rsm.h"
 #include "pass/shadow_map.h"
+#include "pass/vpl_clusters.h"
 #include "pass/vpl_grid.h"
+#include "pass/vpl_tree.h"
 
 // A light of the frame and what was made for it. Keys name the outputs.
 struct bd_frame_light {
@@ -23,6 +25,7 @@ struct bd_frame_light {
     struct bd_shadow_map *shadow_map;
     struct bd_rsm *rsm;
     struct bd_vpl_list *vpls;
+    struct bd_vpl_tree *tree;
 };
 
 struct bd_frame {
@@ -52,6 +55,8 @@ enum bd_err bd_stage_upload(struct bd_frame *frame);
 enum bd_err bd_stage_shadow_map(struct bd_frame *frame, struct bd_frame_light *light);
 enum bd_err bd_stage_rsm(struct bd_frame *frame, struct bd_frame_light *light);
 enum bd_err bd_stage_vpl_grid(struct bd_frame *frame, struct bd_frame_light *light);
+enum bd_err bd_stage_vpl_clusters(struct bd_frame *frame, struct bd_frame_light *light);
+enum bd_err bd_stage_vpl_tree(struct bd_frame *frame, struct bd_frame_light *light);
 enum bd_err bd_stage_gbuffer(struct bd_frame *frame);
 enum bd_err bd_stage_direct(struct bd_frame *frame);
 enum bd_err bd_stage_discontinuity(struct bd_frame *frame);

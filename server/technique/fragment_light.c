@@ -52,9 +52,16 @@ enum bd_err bd_fragment_light(const struct bd_pass_context *context,
 {
     struct bd_multires_light *lit;
     enum bd_err err = light(context, inputs, pass, light_fragments, &lit, fault);
-    if (err) return err;
-    err = upsample(context, inputs, lit, out, fault);
-    bd_multires_light_destroy(context->gpu, &lit);
+    return err ? err : bd_fragment_light_spread(context, inputs, &lit, out, fault);
+}
+
+enum bd_err bd_fragment_light_spread(const struct bd_pass_context *context,
+                                     const struct bd_technique_inputs *inputs,
+                                     struct bd_multires_light **lit, struct bd_indirect **out,
+                                     struct bd_fault *fault)
+{
+    enum bd_err err = upsample(context, inputs, *lit, out, fault);
+    bd_multires_light_destroy(context->gpu, lit);
     if (!err) (*out)->fragment_count = inputs->fragments->count;
     return err;
 }

@@ -18,4 +18,11 @@ enum bd_err bd_fragment_light(const struct bd_pass_context *context,
                               bd_light_fragments_fn *light_fragments, struct bd_indirect **out,
                               struct bd_fault *fault);
 
+// The second half by itself: from fragments that are lit to every pixel. Destroys `lit`.
+BD_MUST_CHECK
+enum bd_err bd_fragment_light_spread(const struct bd_pass_context *context,
+                                     const struct bd_technique_inputs *inputs,
+                                     struct bd_multires_light **lit, struct bd_indirect **out,
+                                     struct bd_fault *fault);
+
 #endif

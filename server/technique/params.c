@@ -60,6 +60,16 @@ static const struct param_row table[BD_PARAM_COUNT] = {
     [BD_PARAM_SURFACE_DETAIL] = {"surface_detail", PARAM_CHOICE, FIELD(surface_detail), 0, 0, 1,
                                  {"off", "direction", "paper"}},
     [BD_PARAM_VISIT] = {"visit", PARAM_CHOICE, FIELD(visit), 0, 0, 0, {"list", "mask"}},
+    [BD_PARAM_CLUSTER_LEVELS] = {"cluster_levels", PARAM_COUNT, FIELD(cluster_levels), 0, 12, 2,
+                                 {0}},
+    [BD_PARAM_CLUSTER_DEPTH_THRESHOLD] = {"cluster_depth_threshold", PARAM_REAL,
+                                          FIELD(cluster_depth_threshold), 0, 1e6, 0.3, {0}},
+    [BD_PARAM_CLUSTER_NORMAL_THRESHOLD] = {"cluster_normal_threshold", PARAM_REAL,
+                                           FIELD(cluster_normal_threshold), 0, 2, 0.3, {0}},
+    [BD_PARAM_TREE_CUT] = {"tree_cut", PARAM_CHOICE, FIELD(tree_cut), 0, 0, 0,
+                           {"lightcuts", "bound", "level"}},
+    [BD_PARAM_TAU] = {"tau", PARAM_REAL, FIELD(tau), 0, 1, 0.02, {0}},
+    [BD_PARAM_TREE_ROOTS] = {"tree_roots", PARAM_COUNT, FIELD(tree_roots), 1, 1u << 24, 256, {0}},
     [BD_PARAM_MODEL_OF] = {"model_of", PARAM_TECHNIQUE, FIELD(model_of), 0, 0, 0, {0}},
     [BD_PARAM_SPP] = {"spp", PARAM_EVEN, FIELD(spp), 2, SPP_MAX, 64, {0}},
     [BD_PARAM_FIRST_SAMPLE] = {"first_sample", PARAM_EVEN, FIELD(first_sample), 0, SPP_MAX, 0, {0}},
@@ -84,7 +94,9 @@ static bool is_unlimited(const struct param_row *row)
 {
     const uint64_t unlimited = BD_READS(BD_PARAM_BOUNCES) | BD_READS(BD_PARAM_CLAMP) |
                                BD_READS(BD_PARAM_DEPTH_THRESHOLD) |
-                               BD_READS(BD_PARAM_NORMAL_THRESHOLD);
+                               BD_READS(BD_PARAM_NORMAL_THRESHOLD) |
+                               BD_READS(BD_PARAM_CLUSTER_DEPTH_THRESHOLD) |
+                               BD_READS(BD_PARAM_CLUSTER_NORMAL_THRESHOLD);
     return unlimited >> (row - table) & 1;
 }
 

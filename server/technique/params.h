@@ -49,6 +49,13 @@ enum bd_param {
     BD_PARAM_COARSEST,         // blocks along the longer side of the coarsest level, at most
     BD_PARAM_SURFACE_DETAIL,   // off | direction | paper (pass/upsample.h)
     BD_PARAM_VISIT,            // list | mask (pass/gather_fragments.h)
+    // Of a light's map: how far blocks of it are split.
+    BD_PARAM_CLUSTER_LEVELS,           // how often a block may be split in four
+    BD_PARAM_CLUSTER_DEPTH_THRESHOLD,  // as DEPTH_THRESHOLD, of the light's view
+    BD_PARAM_CLUSTER_NORMAL_THRESHOLD, // as NORMAL_THRESHOLD
+    BD_PARAM_TREE_CUT,                 // lightcuts | bound | level (pass/gather_tree.h)
+    BD_PARAM_TAU,                      // how far off a node may be that stands for its leaves, by TREE_CUT
+    BD_PARAM_TREE_ROOTS,               // of each light's tree, spread over the faces as VPLS
     // Of the reference: which part of the rendering equation (reference/reference.h), how often.
     BD_PARAM_MODEL_OF,            // a technique: presets bounces, indirect_visibility, lights,
                                   // senders, transmission and alpha to what its model says; what is
@@ -83,6 +90,11 @@ struct bd_params {
     uint32_t coarsest;
     uint32_t surface_detail; // enum bd_surface_detail
     uint32_t visit;          // enum bd_fragment_visit
+    uint32_t cluster_levels;
+    double cluster_depth_threshold, cluster_normal_threshold; // INFINITY = off
+    uint32_t tree_cut;                                        // enum bd_tree_criterion
+    double tau;
+    uint32_t tree_roots;
     uint32_t model_of; // 0 = none, else 1 + the index of a technique
     uint32_t spp, first_sample;
     uint32_t bounces; // UINT32_MAX = unlimited

@@ -11,6 +11,8 @@ static const struct bd_technique *const techniques[] = {
     &bd_technique_rsm_splat,
     &bd_technique_multires_gather,
     &bd_technique_multires_splat,
+    &bd_technique_isr,
+    &bd_technique_hisr,
     &bd_technique_reference,
 };
 #define TECHNIQUE_COUNT (sizeof techniques / sizeof techniques[0])

@@ -19,6 +19,8 @@
 enum bd_frame_input {
     BD_INPUT_VPL_GRID = 1u << 0,  // a list of VPLs for each light, from its reflective shadow map
     BD_INPUT_FRAGMENTS = 1u << 1, // the picture's blocks that are lit as a whole
+    BD_INPUT_VPL_CLUSTERS = 1u << 2, // instead of the grid: VPLs from blocks of several sizes
+    BD_INPUT_VPL_TREE = 1u << 3,     // beside the grid, whose side is a power of two: a tree over it
 };
 
 // Parameters that the frame reads for those inputs, G-buffer and direct light included.
@@ -67,13 +69,15 @@ struct bd_tolerance {
 
 struct bd_discontinuity;
 struct bd_fragments;
+struct bd_vpl_tree;
 
 struct bd_technique_inputs {
     const struct bd_gpu_scene *scene;
     const struct bd_viewpoint *viewpoint;
     const struct bd_gbuffer *gbuffer;
     const struct bd_params *params;
-    const struct bd_vpl_list *const *vpl_lists; // BD_INPUT_VPL_GRID; one a light
+    const struct bd_vpl_list *const *vpl_lists; // BD_INPUT_VPL_GRID or _CLUSTERS; one a light
+    const struct bd_vpl_tree *const *vpl_trees; // BD_INPUT_VPL_TREE; one a light
     uint32_t light_count;
     const struct bd_discontinuity *discontinuity; // BD_INPUT_FRAGMENTS
     const struct bd_fragments *fragments;         // BD_INPUT_FRAGMENTS
@@ -120,6 +124,8 @@ bd_technique_gather_inputs(const struct bd_technique_inputs *inputs)
 }
 
 extern const struct bd_technique bd_technique_direct;
+extern const struct bd_technique bd_technique_hisr;
+extern const struct bd_technique bd_technique_isr;
 extern const struct bd_technique bd_technique_multires_gather;
 extern const struct bd_technique bd_technique_multires_splat;
 extern const struct bd_technique bd_technique_reference;

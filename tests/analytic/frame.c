@@ -212,6 +212,34 @@ static void a_moved_light_keeps_the_fragments(void **state)
     assert_true(w->report.counts.fragments < fragments);
 }
 
+// Clusters and trees are the light's affair: another camera takes them over, another power does not.
+static void another_camera_keeps_clusters_and_trees(void **state)
+{
+    static const char *const techniques[] = {"isr", "hisr"};
+    static const char *const made[] = {"vpl_clusters", "vpl_tree"};
+    struct world *w = *state;
+    struct bd_image *l[BD_LAYER_COUNT];
+    for (int t = 0; t < 2; t++) {
+        make_room(w, 1, origin, 1);
+        world_render(w, techniques[t], 0, WIDTH, HEIGHT, 1, few_vpls, l);
+        world_free_layers(l);
+        const uint64_t vpls = w->report.counts.vpls;
+        assert_int_equal(state_of(&w->report, made[t]), BD_PASS_RAN);
+        assert_true(vpls >= 96);
+        w->scene->placed_cameras[0].position.x += 0.01;
+        world_render(w, techniques[t], 0, WIDTH, HEIGHT, 1, few_vpls, l);
+        world_free_layers(l);
+        assert_int_equal(state_of(&w->report, made[t]), BD_PASS_REUSED);
+        assert_int_equal(state_of(&w->report, "gather"), BD_PASS_RAN);
+        assert_int_equal(w->report.counts.vpls, vpls);
+        w->scene->lights[0].intensity *= 1.5f;
+        world_render(w, techniques[t], 0, WIDTH, HEIGHT, 1, few_vpls, l);
+        world_free_layers(l);
+        assert_int_equal(state_of(&w->report, made[t]), BD_PASS_RAN);
+        assert_int_equal(state_of(&w->report, "gbuffer"), BD_PASS_REUSED);
+    }
+}
+
 static bool is_omitted(const struct bd_report *report, const char *pass, const char *reason)
 {
     for (uint32_t i = 0; i < report->omitted_count; i++)
@@ -431,6 +459,7 @@ int main(void)
         cmocka_unit_test(fresh_frames_take_nothing_over),
         cmocka_unit_test(a_brighter_light_keeps_its_maps),
         cmocka_unit_test(a_moved_light_keeps_the_fragments),
+        cmocka_unit_test(another_camera_keeps_clusters_and_trees),
         cmocka_unit_test(pyramids_that_nobody_asks_are_left_out),
         cmocka_unit_test(without_blocks_it_is_the_full_gather),
         cmocka_unit_test(scale_and_power_change_no_digit),

@@ -1,0 +1,80 @@
+// Technique `hisr`, hierarchical image-space radiosity (algorithms.md A2.4): one diffuse bounce
+// from a tree over each light's map, of which each fragment takes the cut that is good enough for
+// it.
+//
+// Paper:  Nichols, Shopf and Wyman 2009, 3.5; the criterion `lightcuts` is that of Walter et al.
+// 2005 Exact when: as `multires_gather` is, and tau goes to 0 Known:  what is known of
+// `multires_gather`; a cut changes from one fragment to the next, and where
+//         the light is smooth that shows as steps of up to `tau`
+
+#include "pass/gather_tree.h"
+#include "pass/upsample.h"
+#include "technique/fragment_light.h"
+
+static enum bd_err gather(const struct bd_pass_context *context,
+                          const struct bd_technique_inputs *inputs, struct bd_multires_light **out,
+                          struct bd_fault *fault)
+{
+    const struct bd_params *params = inputs->params;
+    const struct bd_gather_tree_inputs gather = {
+        .scene = inputs->scene,
+        .viewpoint = inputs->viewpoint,
+        .gbuffer = inputs->gbuffer,
+        .trees = inputs->vpl_trees,
+        .leaves = inputs->vpl_lists,
+        .tree_count = inputs->light_count,
+        .criterion =
+            params->paper_mode ? BD_TREE_PRINTED : (enum bd_tree_criterion)params->tree_cut,
+        .tau = params->tau,
+        .near_patches = params->vpl_kernel == BD_KERNEL_PATCH,
+        .discontinuity = inputs->discontinuity,
+        .fragments = inputs->fragments,
+        .vector = params->surface_detail == BD_SURFACE_DETAIL_DIRECTION,
+    };
+    bd_gpu_pass_begin(context->gpu, "gather");
+    enum bd_err err = bd_gather_tree_fragments_run(context, &gather, out, fault);
+    bd_gpu_pass_end(context->gpu);
+    return err;
+}
+
+static enum bd_err light_fragments(const struct bd_pass_context *context,
+                                   const struct bd_technique_inputs *inputs,
+                                   struct bd_indirect **out, struct bd_fault *fault)
+{
+    struct bd_multires_light *light;
+    enum bd_err err = gather(context, inputs, &light, fault);
+    return err ? err : bd_fragment_light_spread(context, inputs, &light, out, fault);
+}
+
+static const char *const passes[] = {"gather", "upsample", NULL};
+static const char *const ladder[] = {
+    "vpls=1024 tau=0.1 depth_threshold=0.2 normal_threshold=1",
+    "vpls=4096 tau=0.05 depth_threshold=0.1 normal_threshold=0.5",
+    "vpls=16384 tau=0.02 depth_threshold=0.05 normal_threshold=0.25",
+    "vpls=65536 tau=0.01 depth_threshold=0.02 normal_threshold=0.1",
+    "vpls=65536 tau=0.005 depth_threshold=0.01 normal_threshold=0.05",
+    "vpls=65536 tau=0.002 depth_threshold=0 normal_threshold=0",
+    NULL,
+};
+
+const struct bd_technique bd_technique_hisr = {
+    .name = "hisr",
+    .summary =
+        "one bounce from a tree of virtual lights, a cut of it for each smooth block of pixels",
+    .model = {.indirect_bounces = 1, .lights = BD_LIGHTS_PUNCTUAL},
+    .inputs = BD_INPUT_VPL_GRID | BD_INPUT_VPL_TREE | BD_INPUT_FRAGMENTS,
+    .passes = passes,
+    .params_read = BD_READS(BD_PARAM_BRDF) | BD_READS(BD_PARAM_SHADOW_SIZE) |
+                   BD_READS(BD_PARAM_VPLS) | BD_READS(BD_PARAM_VPL_BUDGET) |
+                   BD_READS(BD_PARAM_RSM_SIZE) | BD_READS(BD_PARAM_VPL_KERNEL) |
+                   BD_READS(BD_PARAM_NEAR_FIELD) | BD_READS(BD_PARAM_PAPER_MODE) |
+                   BD_READS(BD_PARAM_DEPTH_TEST) | BD_READS(BD_PARAM_DEPTH_THRESHOLD) |
+                   BD_READS(BD_PARAM_NORMAL_TEST) | BD_READS(BD_PARAM_NORMAL_THRESHOLD) |
+                   BD_READS(BD_PARAM_NEIGHBOURHOOD) | BD_READS(BD_PARAM_COARSEST) |
+                   BD_READS(BD_PARAM_SURFACE_DETAIL) | BD_READS(BD_PARAM_TREE_CUT) |
+                   BD_READS(BD_PARAM_TAU) | BD_READS(BD_PARAM_TREE_ROOTS),
+    .tolerance = {.direct = 1e-3, .indirect = 1e-2, .settings = "tau=0.001"},
+    .hazard_codes = "TN",
+    .ladder = ladder,
+    .indirect = light_fragments,
+};

@@ -1,0 +1,52 @@
+// Technique `isr`, image-space radiosity (algorithms.md A2.3): one diffuse bounce from VPLs that
+// stand for blocks of each light's map, large where the map is smooth, gathered at fragments.
+//
+// Paper:  Nichols, Shopf and Wyman 2009, 3.4
+// Exact when: as `multires_gather` is
+// Known:  what is known of `multires_gather`; `vpls` is the number of the largest blocks, and how
+// many
+//         there are in all shows in the frame's report
+
+#include "technique/fragment_light.h"
+
+static enum bd_err light_fragments(const struct bd_pass_context *context,
+                                   const struct bd_technique_inputs *inputs,
+                                   struct bd_indirect **out, struct bd_fault *fault)
+{
+    return bd_fragment_light(context, inputs, "gather", bd_gather_fragments_run, out, fault);
+}
+
+static const char *const passes[] = {"gather", "upsample", NULL};
+static const char *const ladder[] = {
+    "vpls=64 depth_threshold=0.2 normal_threshold=1",
+    "vpls=256 depth_threshold=0.1 normal_threshold=0.5",
+    "vpls=1024 depth_threshold=0.05 normal_threshold=0.25",
+    "vpls=4096 depth_threshold=0.02 normal_threshold=0.1",
+    "vpls=16384 depth_threshold=0.01 normal_threshold=0.05",
+    "vpls=65536 depth_threshold=0 normal_threshold=0",
+    NULL,
+};
+
+const struct bd_technique bd_technique_isr = {
+    .name = "isr",
+    .summary =
+        "one bounce from blocks of each light's view, large where it is smooth, gathered once "
+        "for each smooth block of pixels",
+    .model = {.indirect_bounces = 1, .lights = BD_LIGHTS_PUNCTUAL},
+    .inputs = BD_INPUT_VPL_CLUSTERS | BD_INPUT_FRAGMENTS,
+    .passes = passes,
+    .params_read = BD_READS(BD_PARAM_BRDF) | BD_READS(BD_PARAM_SHADOW_SIZE) |
+                   BD_READS(BD_PARAM_VPLS) | BD_READS(BD_PARAM_VPL_BUDGET) |
+                   BD_READS(BD_PARAM_RSM_SIZE) | BD_READS(BD_PARAM_VPL_KERNEL) |
+                   BD_READS(BD_PARAM_NEAR_FIELD) | BD_READS(BD_PARAM_PAPER_MODE) |
+                   BD_READS(BD_PARAM_DEPTH_TEST) | BD_READS(BD_PARAM_DEPTH_THRESHOLD) |
+                   BD_READS(BD_PARAM_NORMAL_TEST) | BD_READS(BD_PARAM_NORMAL_THRESHOLD) |
+                   BD_READS(BD_PARAM_NEIGHBOURHOOD) | BD_READS(BD_PARAM_COARSEST) |
+                   BD_READS(BD_PARAM_SURFACE_DETAIL) | BD_READS(BD_PARAM_VISIT) |
+                   BD_READS(BD_PARAM_CLUSTER_LEVELS) | BD_READS(BD_PARAM_CLUSTER_DEPTH_THRESHOLD) |
+                   BD_READS(BD_PARAM_CLUSTER_NORMAL_THRESHOLD),
+    .tolerance = {.direct = 1e-3, .indirect = 1e-2},
+    .hazard_codes = "TN",
+    .ladder = ladder,
+    .indirect = light_fragments,
+};
