@@ -21,7 +21,6 @@ from .verdicts import FAIL, SKIP, Table, Verdict, judged
 
 LAYERS = ("beauty", "direct", "indirect", "emission", "albedo", "normal", "depth")
 EXACT = 1e-6
-BLENDED = 1e-5  # of techniques that add in 32 bits a term at a time, in another order (hazard 12)
 TRANSLATED = 1e-4
 # Samples all over a pixel, or its variance would not know of what its centre just missed.
 REFERENCE_SETTINGS = {"filter": "box"}
@@ -95,16 +94,12 @@ def rungs(technique, registry):
     return own
 
 
-def is_splatted(frame):
-    return any(part["name"].endswith("splat") for part in frame.report["passes"])
-
-
 def exact(case, a, b, note, factor=1.0, order=(0, 1, 2), mask=None, tolerance=EXACT):
     """Frame b must be `factor` times frame a, with a's channels in another order."""
     if case.technique.is_reference:
         yield from within_noise(*noisy(a, factor, order), *noisy(b), note)
         return
-    floor = measure.FLOOR_EXACT if tolerance <= BLENDED else measure.FLOOR_STATISTICAL
+    floor = measure.FLOOR_EXACT if tolerance <= EXACT else measure.FLOOR_STATISTICAL
     figure, layer = measure.light_difference(a, b, factor, order, mask, floor)
     yield figure, tolerance, note if figure == 0 else f"{note}, {layer}"
 
@@ -145,8 +140,7 @@ def scene_scale(case):
 def reorder(case):
     for seed in (1, 2, 3) if case.long else (1,):
         other = case.render(f"order{seed}", edit.reordered(case.glb, seed))
-        yield from exact(case, case.render("base"), other, f"order {seed}",
-                         tolerance=BLENDED if is_splatted(other) else EXACT)
+        yield from exact(case, case.render("base"), other, f"order {seed}")
 
 
 def colour_channels(case):

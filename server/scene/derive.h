@@ -23,6 +23,14 @@ bool bd_derive_instances(struct bd_scene *scene);
 BD_MUST_CHECK
 bool bd_derive_placements(struct bd_scene *scene);
 
+// The order of nodes and meshes in a file means nothing, and no picture may hang on it: instances and
+// lights are ordered by what they are, and by their nodes only where that is the same
+// (order.c). Part of the two above. False only without memory.
+BD_MUST_CHECK
+bool bd_derive_instance_order(struct bd_scene *scene);
+BD_MUST_CHECK
+bool bd_derive_light_order(struct bd_scene *scene);
+
 // Bounds need instances; the rest of the features need placements too.
 void bd_derive_bounds(struct bd_scene *scene);
 void bd_derive_features(struct bd_scene *scene);

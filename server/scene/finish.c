@@ -1,6 +1,5 @@
 #include <stdatomic.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "scene/derive.h"
 
@@ -67,39 +66,6 @@ static bool matrix_collapses_areas(const bd_dmat4 *m)
     return area <= 1e-12 * size;
 }
 
-// What tells two instances apart but their places in the file: what they show, and where.
-struct instance_key {
-    uint64_t mesh_hash;
-    struct bd_instance instance;
-};
-
-static int compare_keys(const void *a, const void *b)
-{
-    const struct instance_key *left = a, *right = b;
-    if (left->mesh_hash != right->mesh_hash) return left->mesh_hash < right->mesh_hash ? -1 : 1;
-    int matrix = memcmp(&left->instance.world_from_mesh, &right->instance.world_from_mesh,
-                        sizeof left->instance.world_from_mesh);
-    if (matrix != 0) return matrix;
-    return (left->instance.node > right->instance.node) -
-           (left->instance.node < right->instance.node);
-}
-
-// Where two surfaces lie in one place, the first is seen. Which that is must not hang on the order
-// of nodes and meshes, which means nothing.
-static bool order_by_content(struct bd_scene *scene)
-{
-    struct instance_key *keys = calloc((size_t)scene->instance_count + 1, sizeof *keys);
-    if (!keys) return false;
-    for (uint32_t i = 0; i < scene->instance_count; i++) {
-        const struct bd_instance *instance = &scene->instances[i];
-        keys[i] = (struct instance_key){scene->meshes[instance->mesh]->content_hash, *instance};
-    }
-    qsort(keys, scene->instance_count, sizeof *keys, compare_keys);
-    for (uint32_t i = 0; i < scene->instance_count; i++) scene->instances[i] = keys[i].instance;
-    free(keys);
-    return true;
-}
-
 bool bd_derive_instances(struct bd_scene *scene)
 {
     uint32_t unusable = 0, collapsed = 0;
@@ -120,7 +86,7 @@ bool bd_derive_instances(struct bd_scene *scene)
     }
     if (unusable) bd_scene_flag(scene, "instances_out_of_range: %u", unusable);
     if (collapsed) bd_scene_flag(scene, "collapsed_instances: %u", collapsed);
-    return order_by_content(scene);
+    return bd_derive_instance_order(scene);
 }
 
 // Right-handed whatever the matrix: z is where the node's z axis points, so that a lamp's mesh
@@ -158,7 +124,7 @@ bool bd_derive_placements(struct bd_scene *scene)
             scene->placed_cameras[scene->placed_camera_count++] = place(node, i, node->camera);
     }
     if (unusable) bd_scene_flag(scene, "placements_out_of_range: %u", unusable);
-    return true;
+    return bd_derive_light_order(scene);
 }
 
 enum bd_err bd_scene_finish(struct bd_scene *scene, struct bd_fault *fault)

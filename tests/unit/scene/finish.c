@@ -200,6 +200,24 @@ static void instances_are_ordered_by_content(void **state)
     bd_scene_release(&other);
 }
 
+// Light is added up in numbers that round: in which order must not hang on the file's.
+static void lights_are_ordered_by_content(void **state)
+{
+    (void)state;
+#define LIT(at) "{'translation':[" at "],'extensions':{'KHR_lights_punctual':{'light':0}}}"
+    struct bd_scene *one = finished(SCENE(LIT("1,0,0") "," LIT("0,2,0") "," LIT("0,0,3"), "0,1,2"));
+    struct bd_scene *other =
+        finished(SCENE(LIT("0,0,3") "," LIT("1,0,0") "," LIT("0,2,0"), "0,1,2"));
+#undef LIT
+    assert_int_equal(one->placed_light_count, 3);
+    assert_int_equal(other->placed_light_count, 3);
+    for (uint32_t i = 0; i < 3; i++)
+        assert_memory_equal(&one->placed_lights[i].position, &other->placed_lights[i].position,
+                            sizeof one->placed_lights[i].position);
+    bd_scene_release(&one);
+    bd_scene_release(&other);
+}
+
 // Near the middle, and not at it: coordinates relative to it do not lie between two floats.
 static void the_origin_is_no_round_place(void **state)
 {
@@ -227,6 +245,7 @@ int main(void)
         cmocka_unit_test(aspects_are_unique_in_the_process),
         cmocka_unit_test(flags_stop_when_full),
         cmocka_unit_test(instances_are_ordered_by_content),
+        cmocka_unit_test(lights_are_ordered_by_content),
         cmocka_unit_test(the_origin_is_no_round_place),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
