@@ -2,10 +2,10 @@
 // from a tree over each light's map, of which each fragment takes the cut that is good enough for
 // it.
 //
-// Paper:  Nichols, Shopf and Wyman 2009, 3.5; the criterion `lightcuts` is that of Walter et al.
-// 2005 Exact when: as `multires_gather` is, and tau goes to 0 Known:  what is known of
-// `multires_gather`; a cut changes from one fragment to the next, and where
-//         the light is smooth that shows as steps of up to `tau`
+// Paper:  Nichols, Shopf and Wyman 2009, 3.5; criterion `lightcuts`: Walter et al. 2005
+// Exact when: as `multires_gather` is, and tau goes to 0
+// Known:  what is known of `multires_gather`; a cut changes from one fragment to the next, and
+//         where the light is smooth that shows as steps of up to `tau`
 
 #include "pass/gather_tree.h"
 #include "pass/upsample.h"
@@ -64,14 +64,7 @@ const struct bd_technique bd_technique_hisr = {
     .model = {.indirect_bounces = 1, .lights = BD_LIGHTS_PUNCTUAL},
     .inputs = BD_INPUT_VPL_GRID | BD_INPUT_VPL_TREE | BD_INPUT_FRAGMENTS,
     .passes = passes,
-    .params_read = BD_READS(BD_PARAM_BRDF) | BD_READS(BD_PARAM_SHADOW_SIZE) |
-                   BD_READS(BD_PARAM_VPLS) | BD_READS(BD_PARAM_VPL_BUDGET) |
-                   BD_READS(BD_PARAM_RSM_SIZE) | BD_READS(BD_PARAM_VPL_KERNEL) |
-                   BD_READS(BD_PARAM_NEAR_FIELD) | BD_READS(BD_PARAM_PAPER_MODE) |
-                   BD_READS(BD_PARAM_DEPTH_TEST) | BD_READS(BD_PARAM_DEPTH_THRESHOLD) |
-                   BD_READS(BD_PARAM_NORMAL_TEST) | BD_READS(BD_PARAM_NORMAL_THRESHOLD) |
-                   BD_READS(BD_PARAM_NEIGHBOURHOOD) | BD_READS(BD_PARAM_COARSEST) |
-                   BD_READS(BD_PARAM_SURFACE_DETAIL) | BD_READS(BD_PARAM_TREE_CUT) |
+    .params_read = BD_READS_VPL_GRID | BD_READS_FRAGMENTS | BD_READS(BD_PARAM_TREE_CUT) |
                    BD_READS(BD_PARAM_TAU) | BD_READS(BD_PARAM_TREE_ROOTS),
     .tolerance = {.direct = 1e-3, .indirect = 1e-2, .settings = "tau=0.001"},
     .hazard_codes = "TN",

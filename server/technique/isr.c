@@ -4,8 +4,7 @@
 // Paper:  Nichols, Shopf and Wyman 2009, 3.4
 // Exact when: as `multires_gather` is
 // Known:  what is known of `multires_gather`; `vpls` is the number of the largest blocks, and how
-// many
-//         there are in all shows in the frame's report
+//         many there are in all shows in the frame's report
 
 #include "technique/fragment_light.h"
 
@@ -35,14 +34,7 @@ const struct bd_technique bd_technique_isr = {
     .model = {.indirect_bounces = 1, .lights = BD_LIGHTS_PUNCTUAL},
     .inputs = BD_INPUT_VPL_CLUSTERS | BD_INPUT_FRAGMENTS,
     .passes = passes,
-    .params_read = BD_READS(BD_PARAM_BRDF) | BD_READS(BD_PARAM_SHADOW_SIZE) |
-                   BD_READS(BD_PARAM_VPLS) | BD_READS(BD_PARAM_VPL_BUDGET) |
-                   BD_READS(BD_PARAM_RSM_SIZE) | BD_READS(BD_PARAM_VPL_KERNEL) |
-                   BD_READS(BD_PARAM_NEAR_FIELD) | BD_READS(BD_PARAM_PAPER_MODE) |
-                   BD_READS(BD_PARAM_DEPTH_TEST) | BD_READS(BD_PARAM_DEPTH_THRESHOLD) |
-                   BD_READS(BD_PARAM_NORMAL_TEST) | BD_READS(BD_PARAM_NORMAL_THRESHOLD) |
-                   BD_READS(BD_PARAM_NEIGHBOURHOOD) | BD_READS(BD_PARAM_COARSEST) |
-                   BD_READS(BD_PARAM_SURFACE_DETAIL) | BD_READS(BD_PARAM_VISIT) |
+    .params_read = BD_READS_VPL_GRID | BD_READS_FRAGMENTS | BD_READS(BD_PARAM_VISIT) |
                    BD_READS(BD_PARAM_CLUSTER_LEVELS) | BD_READS(BD_PARAM_CLUSTER_DEPTH_THRESHOLD) |
                    BD_READS(BD_PARAM_CLUSTER_NORMAL_THRESHOLD),
     .tolerance = {.direct = 1e-3, .indirect = 1e-2},
