@@ -7,6 +7,8 @@ from .. import exr, techniques
 from ..daemon import Daemon, RenderError
 from . import compare, measure, options, rungs
 from .figures import write_page
+from .papers import command as papers
+from .papers.options import wanted as wants_papers
 from .references import References
 from .store import Store, machine, settings_text
 from .summary import LAYERS, summarize
@@ -15,6 +17,8 @@ EXIT_INTERRUPTED, EXIT_BUDGET = 130, 5
 
 
 def main(words):
+    if wants_papers(words):
+        return papers.main(words)
     asked = options.parse(words)
     with Daemon(device=asked.device, timeout_s=measure.FRAME_SECONDS) as daemon:
         bench = Bench(daemon, asked, words)

@@ -12,7 +12,9 @@ HELP = """Error against run time: every technique at every rung of its ladder, i
 Each point is rendered again and again, each time taking nothing over from earlier frames, and timed;
 its picture is compared with two references: the whole rendering equation ("full"), and the technique's
 own model of it ("model"). DIR gets bench.html, bench.svg, bench.csv and bench.json. Points that
-bench.json has are not run again; Ctrl-C keeps what there is."""
+bench.json has are not run again; Ctrl-C keeps what there is.
+
+bounce bench --figures all --scenes DIR redraws the source papers' figures instead: see its --help."""
 
 
 def _size(text):
@@ -39,7 +41,7 @@ def _ladder(text):
     return technique, rungs
 
 
-def _at_least(least, kind):
+def at_least(least, kind):
     def parse(text):
         try:
             value = kind(text)
@@ -66,16 +68,16 @@ def parse(words):
         help="rungs instead of those that the technique declares; repeatable")
     add("--size", type=_size, default=(256, 256), metavar="WxH", help="default 256x256")
     add("--camera", help="name or index; default: the scene's first")
-    add("--runs", type=_at_least(1, int), default=30, metavar="N",
+    add("--runs", type=at_least(1, int), default=30, metavar="N",
         help="timed frames a point, after one that is not; default 30")
     add("--set", action="append", type=_setting, default=[], dest="settings", metavar="KEY=VALUE",
         help="for every technique that reads KEY, the reference too; repeatable")
     quality = parser.add_mutually_exclusive_group()
-    quality.add_argument("--reference-spp", type=_at_least(2, int), default=1024, metavar="N",
+    quality.add_argument("--reference-spp", type=at_least(2, int), default=1024, metavar="N",
                          help="samples a pixel of references; default 1024")
-    quality.add_argument("--reference-error", type=_at_least(1e-3, float), metavar="PCT",
+    quality.add_argument("--reference-error", type=at_least(1e-3, float), metavar="PCT",
                          help="as many samples as it takes for a noise below PCT %% of the mean")
-    add("--seed", action="append", type=_at_least(0, int), dest="seeds", metavar="N",
+    add("--seed", action="append", type=at_least(0, int), dest="seeds", metavar="N",
         help=f"of techniques whose picture it changes; repeatable; default 1 to {SEED_COUNT}")
     add("--device", metavar="SPEC", help="as of bounce render")
     add("--cache", type=Path, default=_default_cache(), metavar="DIR",

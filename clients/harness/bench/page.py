@@ -61,7 +61,7 @@ def anchor(result, scene):
     return f"scene{[s['name'] for s in result['scenes']].index(scene)}"
 
 
-def _table(head, rows):
+def table(head, rows):
     """`rows` hold ready HTML."""
     heads = "".join(f"<th>{escape(text)}</th>" for text in head)
     body = "".join("<tr>" + "".join(row) + "</tr>" for row in rows)
@@ -69,13 +69,13 @@ def _table(head, rows):
             "</table></div>")
 
 
-def _said(text):
+def said(text):
     """Escaped, and no line ends between a number and its unit."""
     return re.sub(r"(\d) (%|(?:ms|s|min)\b)", r"\1&nbsp;\2", escape(text))
 
 
-def _cell(text, kind=""):
-    return f'<td class="{kind}">{_said(text)}</td>' if kind else f"<td>{_said(text)}</td>"
+def cell(text, kind=""):
+    return f'<td class="{kind}">{said(text)}</td>' if kind else f"<td>{said(text)}</td>"
 
 
 def _equal_error_table(result, scene, against, layer):
@@ -84,22 +84,22 @@ def _equal_error_table(result, scene, against, layer):
     least = [min((ms for ms in column if ms is not None), default=None) for column in columns]
     body = []
     for row in rows:
-        cells = [_cell(row["technique"])]
-        for cell, best in zip(row["cells"], least):
-            kind = "no" if cell["ms"] is None else "best" if cell["ms"] == best else ""
-            cells.append(_cell(cell["text"], kind))
+        cells = [cell(row["technique"])]
+        for item, best in zip(row["cells"], least):
+            kind = "no" if item["ms"] is None else "best" if item["ms"] == best else ""
+            cells.append(cell(item["text"], kind))
         body.append(cells)
-    return _table(["time at", *(percent(e) for e in EQUAL_ERRORS)], body)
+    return table(["time at", *(percent(e) for e in EQUAL_ERRORS)], body)
 
 
 def _equal_time_table(result, scene, against, layer):
     times, rows = equal_time(result, scene, against, layer)
     if not times:
         return ""
-    body = [[_cell(row["technique"]),
-             *(_cell(c["text"], "no" if c["error"] is None else "") for c in row["cells"]),
-             _cell("–" if row["slope"] is None else f"time^{row['slope']:.2f}")] for row in rows]
-    return _table(["error in", *(duration(ms) for ms in times), "falls as"], body)
+    body = [[cell(row["technique"]),
+             *(cell(c["text"], "no" if c["error"] is None else "") for c in row["cells"]),
+             cell("–" if row["slope"] is None else f"time^{row['slope']:.2f}")] for row in rows]
+    return table(["error in", *(duration(ms) for ms in times), "falls as"], body)
 
 
 def _points_table(result, scene):
@@ -109,15 +109,15 @@ def _points_table(result, scene):
     for technique in techniques_of(result, scene):
         for _, _, p in curve(result, scene, technique):
             time = p["time_ms"]
-            cells = [_cell(f"{technique} {settings_text(p['settings'])}"),
-                     _cell(duration(time["frame"]["median"])),
-                     _cell(f"{duration(time['frame']['q1'])} – {duration(time['frame']['q3'])}"),
-                     _cell(duration(time["gpu"]["median"]) if time["gpu"]["median"] else "–"),
-                     _cell(duration(time["camera_moved"]["median"]))]
-            cells += [_cell(_error_text(p["error"].get(a, {}).get(layer)))
+            cells = [cell(f"{technique} {settings_text(p['settings'])}"),
+                     cell(duration(time["frame"]["median"])),
+                     cell(f"{duration(time['frame']['q1'])} – {duration(time['frame']['q3'])}"),
+                     cell(duration(time["gpu"]["median"]) if time["gpu"]["median"] else "–"),
+                     cell(duration(time["camera_moved"]["median"]))]
+            cells += [cell(_error_text(p["error"].get(a, {}).get(layer)))
                       for a in AGAINST for layer in LAYERS]
             body.append(cells)
-    return _table(head, body)
+    return table(head, body)
 
 
 def _error_text(error):
@@ -137,14 +137,14 @@ def _pictures(scene, pictures):
     """`pictures`: (uri, alt, first line, second line, "" or "wide") each; wide ones come after."""
     grids = []
     for kind in ("", "wide"):
-        figures = [_figure(uri, f"{scene}: {alt}", f"<b>{escape(first)}</b><br>{_said(second)}")
+        figures = [_figure(uri, f"{scene}: {alt}", f"<b>{escape(first)}</b><br>{said(second)}")
                    for uri, alt, first, second, k in pictures if k == kind]
         if figures:
             grids.append(f'<div class="pictures {kind}">{"".join(figures)}</div>')
     return "".join(grids)
 
 
-def _more(title, *parts):
+def more(title, *parts):
     inside = "".join(part for part in parts if part)
     return f"<details><summary>{escape(title)}</summary>{inside}</details>" if inside else ""
 
@@ -170,14 +170,14 @@ def scene_section(result, scene, figures, pictures):
     parts.append("<h3>Error against the technique’s own model</h3>")
     parts += [figures.get(("curve", "model", "beauty"), ""),
               _equal_error_table(result, name, "model", "beauty")]
-    parts.append(_more("Indirect light alone", *(
+    parts.append(more("Indirect light alone", *(
         part for against in AGAINST for part in (
             f'<p class="small">against {TRUTHS[against]}</p>',
             figures.get(("curve", against, "indirect"), ""),
             _equal_error_table(result, name, against, "indirect")))))
-    parts.append(_more("Error at equal time", _equal_time_table(result, name, "full", "beauty")))
-    parts.append(_more("Time of each pass", figures.get(("passes",), "")))
-    parts.append(_more("Every point", _points_table(result, name)))
+    parts.append(more("Error at equal time", _equal_time_table(result, name, "full", "beauty")))
+    parts.append(more("Time of each pass", figures.get(("passes",), "")))
+    parts.append(more("Every point", _points_table(result, name)))
     return "\n".join(part for part in parts if part)
 
 
@@ -194,22 +194,22 @@ def _foot(result):
     lines = warnings(result)
     notes = "".join(f"<li>{escape(line)}</li>" for line in lines)
     sources = "".join(
-        f'<tr>{_cell(r["scene"])}{_cell(r["settings"] or "full")}{_cell(str(r["spp"]))}'
-        + "".join(_cell(percent(r["noise"][layer]) if r["noise"][layer] is not None else "–")
+        f'<tr>{cell(r["scene"])}{cell(r["settings"] or "full")}{cell(str(r["spp"]))}'
+        + "".join(cell(percent(r["noise"][layer]) if r["noise"][layer] is not None else "–")
                   for layer in LAYERS) + "</tr>" for r in result["references"])
-    table = ('<div class="scroll"><table><thead><tr><th>scene</th><th>reference</th><th>samples</th>'
-             "<th>noise of beauty</th><th>of indirect</th></tr></thead>"
-             f"<tbody>{sources}</tbody></table></div>")
+    listed = ('<div class="scroll"><table><thead><tr><th>scene</th><th>reference</th><th>samples</th>'
+              "<th>noise of beauty</th><th>of indirect</th></tr></thead>"
+              f"<tbody>{sources}</tbody></table></div>")
     return (f"<h2>How this was measured</h2>{METHOD}"
             f'<p class="small"><code>{escape(result["command"])}</code></p>'
-            + _more("References", table) + _more(f"Notes ({len(lines)})", f"<ul>{notes}</ul>"))
+            + more("References", listed) + more(f"Notes ({len(lines)})", f"<ul>{notes}</ul>"))
 
 
 def page(result, sections):
     """The whole page; `sections` are those of the scenes, in order."""
     answers = "".join(
         f'<div class="advice"><b><a href="#{anchor(result, s["name"])}">{escape(s["name"])}</a></b>'
-        f'{_said(advice(result, s["name"]))}</div>' for s in result["scenes"])
+        f'{said(advice(result, s["name"]))}</div>' for s in result["scenes"])
     return "\n".join([
         '<!doctype html><html lang="en"><head><meta charset="utf-8">',
         '<meta name="viewport" content="width=device-width,initial-scale=1">',

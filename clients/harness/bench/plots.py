@@ -60,12 +60,12 @@ def svg(pyplot, figure, salt, label):
     return text.replace("<svg ", f'<svg role="img" aria-label="{label}" ', 1)
 
 
-def _percents(axis):
+def percents(axis):
     from matplotlib.ticker import FuncFormatter
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{100 * value:g} %"))
 
 
-def _logarithmic(axis, steps):
+def logarithmic(axis, steps):
     from matplotlib.ticker import LogLocator, NullFormatter
     axis.set_major_locator(LogLocator(subs=steps, numticks=12))
     axis.set_minor_locator(LogLocator(subs=range(1, 10), numticks=99))
@@ -178,10 +178,10 @@ def _fill(axes, result, scene, against, layer):
     axes.axhspan(0, HEADLINE_ERROR, color="#0072B2", alpha=0.06, lw=0, zorder=0)
     axes.grid(True, which="major", lw=0.7)
     axes.set_axisbelow(True)
-    _logarithmic(axes.xaxis, (1,))
+    logarithmic(axes.xaxis, (1,))
     _times(axes.xaxis)
-    _logarithmic(axes.yaxis, (1, 2, 5))
-    _percents(axes.yaxis)
+    logarithmic(axes.yaxis, (1, 2, 5))
+    percents(axes.yaxis)
 
 
 def pass_bars(pyplot, result, scene, salt):
@@ -207,7 +207,7 @@ def pass_bars(pyplot, result, scene, salt):
                                          for p in points], fontsize=9)
     axes.invert_yaxis()
     axes.set_xlim(0, 1.15)
-    _percents(axes.xaxis)
+    percents(axes.xaxis)
     axes.set_xlabel("share of the frame; the rest is between passes")
     axes.legend(fontsize=8, ncol=4, loc="lower left", bbox_to_anchor=(0, 1.0), borderaxespad=0.3,
                 columnspacing=1.0, handlelength=1.0)
@@ -235,7 +235,7 @@ def step_bars(pyplot, result, item, salt):
     axes.set_yticks(range(len(values)), [*(s["name"] for s in steps), "all together"], fontsize=9)
     axes.invert_yaxis()
     axes.set_xlim(0, widest * 1.55)
-    _percents(axes.xaxis)
+    percents(axes.xaxis)
     axes.set_xlabel("relative RMSE of the step; | its mean")
     return svg(pyplot, figure, salt, f"{item['scene']}: steps from the full reference to "
                                      f"{item['technique']}")

@@ -1,0 +1,14 @@
+"""Figures of the source papers redrawn on our techniques, and cost curves: `bounce bench --figures`.
+
+A figure is data (figure.py): groups of frames to be measured, what is drawn of them, and the paper's
+ratios beside ours. One module a figure; FIGURES lists them in the page's order. matplotlib is loaded
+in panels.py and nowhere else.
+"""
+from importlib import import_module
+
+FIGURES = ("fly_through", "resolution", "thresholds", "neighbourhood", "gather_or_splat",
+           "eye_error", "light_path", "clusters", "tree", "combined", "cost")
+
+
+def load_figure(name):
+    return import_module(f".{name}", __package__).FIGURE

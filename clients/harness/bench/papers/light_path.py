@@ -1,0 +1,56 @@
+"""Nichols, Shopf and Wyman 2009, Fig. 10: time while the light moves."""
+from . import scenes
+from .figure import Figure, Group, Line, Panel, Run, Target, frame_ms, stage_ms
+
+SIZE, PLACES = 512, 6
+REACH_M = .8  # the light goes so far to the side, and half as far towards the eye
+COARSE = 1024  # 32x32 blocks of the light's map; one level of splitting makes 64x64
+LEAVES = 4096
+TAUS = (.05, .02, .005)
+LABELS = ("isr", *(f"hisr tau={tau:g}" for tau in TAUS))
+
+
+def groups():
+    return [Group(f"place {i}", tuple(_runs(_moved(i)))) for i in range(PLACES)]
+
+
+def _moved(number):
+    share = number / (PLACES - 1)
+    return scenes.with_moved_light(scenes.DRAGON, number, (-REACH_M * share, 0.0, .5 * REACH_M * share))
+
+
+def _runs(scene):
+    yield Run("isr", scene, "isr", {"vpls": COARSE, "cluster_levels": 1}, SIZE)
+    for tau in TAUS:
+        yield Run(f"hisr tau={tau:g}", scene, "hisr", {"vpls": LEAVES, "tau": tau}, SIZE)
+
+
+def _along(found, label, value):
+    return tuple((i, value(found[f"place {i}"][label])) for i in range(PLACES) if f"place {i}" in found)
+
+
+def panels(found):
+    start = next(iter(found.values()))["isr"]
+    place = "place of the light"
+    return [Panel("Frame", place, "time over isr’s at the start", tuple(
+                Line(label, _along(found, label, lambda p: frame_ms(p) / frame_ms(start))) for label in LABELS)),
+            Panel("Gathering alone", place, "time over isr’s at the start", tuple(
+                Line(label, _along(found, label, lambda p: stage_ms(p) / stage_ms(start))) for label in LABELS)),
+            Panel("VPLs of isr", place, "VPLs", (Line("isr", _along(found, "isr", lambda p: p["counts"]["vpls"])),))]
+
+
+def targets(found):
+    if not found:
+        return []
+    made = []
+    for label in LABELS:
+        times = [ms for _, ms in _along(found, label, stage_ms)]
+        made.append(Target("Fig. 10", f"slowest over fastest gather along the light’s path: {label}",
+                           max(times) / min(times), "no number"))
+    return made
+
+
+FIGURE = Figure(
+    "light_path", "A light that moves (Nichols, Shopf and Wyman 2009, Fig. 10)",
+    "As the light moves, what it sees becomes more or less complex, and so does the number of VPLs: the frame rate changes.",
+    groups, panels, targets)

@@ -1,0 +1,58 @@
+"""Frames of a group, in turns: times from reports as bench takes them, errors of their pictures."""
+import shlex
+
+from .. import measure
+from . import errors
+
+SEED = 1
+FRESH = ("--fresh", "all")
+
+
+def of_group(stage, group, paths, shrink, rounds):
+    """A point for each run. The first frame of each warms up, and is its picture if one is wanted."""
+    pictured = {a for run in group.runs for a in run.against}
+    pictures, reports = {}, {}
+    for run in group.runs:
+        wanted = run.label in pictured or run.against
+        report, picture = _first(stage, run, paths, shrink, wanted)
+        pictures[run.label] = picture
+        reports[run.label] = [] if run.timed else [report]
+    for _ in range(rounds):
+        for run in group.runs:
+            if run.timed:
+                reports[run.label].append(_report(stage, run, paths, shrink))
+    return [_point(stage, run, paths, shrink, reports[run.label], pictures) for run in group.runs]
+
+
+def size_px(run, shrink):
+    return max(1, run.size // shrink)
+
+
+def _asked(run, shrink):
+    side = size_px(run, shrink)
+    return {"size": (side, side), "camera": run.camera, "seed": SEED, "extra": FRESH}
+
+
+def _report(stage, run, paths, shrink):
+    return stage.ask(stage.daemon.report, paths[run.scene], run.technique, run.all_settings,
+                     layers=("beauty", "indirect"), **_asked(run, shrink))
+
+
+def _first(stage, run, paths, shrink, wanted):
+    """The first frame's report, and its indirect light if that is wanted."""
+    if not wanted:
+        return _report(stage, run, paths, shrink), None
+    frame = stage.ask(stage.daemon.render, paths[run.scene], run.technique, run.all_settings,
+                      layers=("indirect",), **_asked(run, shrink))
+    return frame.report, frame.layer("indirect")
+
+
+def _point(stage, run, paths, shrink, reports, pictures):
+    last, side = reports[-1], size_px(run, shrink)
+    command = stage.daemon.command(paths[run.scene], run.technique, run.all_settings, (side, side),
+                                   run.camera, seed=SEED)
+    return {"label": run.label, "scene": run.scene.name, "technique": run.technique,
+            "settings": run.all_settings, "size": side, "camera": run.camera,
+            "time_ms": measure.times_of(reports), "counts": last.get("counts", {}),
+            "flags": last.get("flags", []), "command": shlex.join(command),
+            "error": {a: errors.between(pictures[a], pictures[run.label]) for a in run.against}}

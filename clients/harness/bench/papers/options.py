@@ -1,0 +1,47 @@
+"""The command line of bench --figures."""
+import argparse
+from pathlib import Path
+
+from .. import options
+from . import FIGURES
+
+ROUNDS = 3
+HELP = """Figures of the papers redrawn on the techniques that are here, and cost curves.
+
+Frames of a group take turns, and ratios are formed within a group. Scenes that DIR lacks are skipped,
+and named. Groups that papers.json has are not measured again; Ctrl-C keeps what there is. DIR gets
+papers.html, papers.csv, papers.json and a drawing of each figure."""
+
+
+def wanted(words):
+    """Whether bench is asked for figures."""
+    return any(word.split("=")[0] == "--figures" for word in words)
+
+
+def _names(text):
+    names = FIGURES if text == "all" else tuple(text.split(","))
+    for name in names:
+        if name not in FIGURES:
+            raise argparse.ArgumentTypeError(f"{name or 'nothing'}: must be all or of "
+                                             + ", ".join(FIGURES))
+    return names
+
+
+def parse(words):
+    parser = argparse.ArgumentParser(prog="bounce bench", description=HELP, allow_abbrev=False,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    add = parser.add_argument
+    add("--figures", type=_names, required=True, metavar="NAME[,NAME...]",
+        help="all or of " + ", ".join(FIGURES))
+    add("--scenes", type=Path, required=True, metavar="DIR", help="where the scene set's files are")
+    add("--runs", type=options.at_least(1, int), default=ROUNDS, metavar="N",
+        help="timed frames, after one that is not; default %(default)s")
+    add("--shrink", type=options.at_least(1, int), default=1, metavar="N",
+        help="sizes in pixels divided by N, to see quickly that all works; default 1")
+    add("--device", metavar="SPEC", help="as of bounce render")
+    add("-o", "--output", type=Path, default=Path("bench"), metavar="DIR", help="default ./bench")
+    add("--title", default="Two papers, redrawn", metavar="TEXT")
+    asked = parser.parse_args(words)
+    if not asked.scenes.is_dir():
+        parser.error(f"--scenes {asked.scenes}: no such folder")
+    return asked
