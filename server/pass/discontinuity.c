@@ -10,6 +10,7 @@
 _Static_assert(BD_DEPTH_TEST_MINMAX == BD_TEST_RANGE, "C and GLSL agree");
 _Static_assert(BD_DEPTH_TEST_DERIVATIVE == BD_TEST_JUMP, "C and GLSL agree");
 _Static_assert(BD_DEPTH_TEST_OFF == BD_TEST_NONE, "C and GLSL agree");
+_Static_assert(BD_DEPTH_TEST_STEP == BD_TEST_STEP, "C and GLSL agree");
 _Static_assert(BD_NORMAL_TEST_MINMAX == BD_TEST_RANGE, "C and GLSL agree");
 _Static_assert(BD_NORMAL_TEST_CHORD == BD_TEST_JUMP, "C and GLSL agree");
 _Static_assert(BD_NORMAL_TEST_OFF == BD_TEST_NONE, "C and GLSL agree");

@@ -26,6 +26,9 @@ enum bd_depth_test {
     // difference to its two neighbours, so that a jump between two blocks belongs to both.
     BD_DEPTH_TEST_DERIVATIVE,
     BD_DEPTH_TEST_OFF, // no pyramid of depths is made
+    // The second difference of 1 / z along each axis, times z, > T (orthographic: of z itself): 0
+    // on any plane, however slanted; the relative jump of depth where there is one.
+    BD_DEPTH_TEST_STEP,
 };
 
 enum bd_normal_test {
@@ -50,10 +53,13 @@ struct bd_discontinuity_settings {
     // The camera's alone: by the geometric normal instead of the shading one, for whoever brings in
     // each pixel's shading normal afterwards. A normal map then costs no blocks.
     bool geometric_normals;
-    uint32_t coarsest_side;  // blocks along the longer side of the coarsest level, at most
+    uint32_t coarsest_side; // blocks along the longer side of the coarsest level, at most
     // Level whose blocks are fragments even where they are discontinuous (pass/fragments.h): none
-    // is finer. Held to the coarsest.
+    // is finer, but for lone pixels. Held to the coarsest.
     uint32_t finest_level;
+    // The camera's alone: what lies in a discontinuous block of the finest level, and is of one
+    // surface with none of the blocks whose light it would get, is a fragment of its own.
+    bool lone_pixels;
 };
 
 // One of two: what the camera sees, or one face of what a light sees. The depth of the latter is

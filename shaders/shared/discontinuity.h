@@ -8,6 +8,7 @@
 #define BD_TEST_RANGE 0 // depth: of z; normal: of its components
 #define BD_TEST_JUMP  1 // depth: the slope of a pixel; normal: the chord between two pixels
 #define BD_TEST_NONE  2
+#define BD_TEST_STEP  3 // depth: how far a pixel and its two neighbours are from one plane
 
 // What a block is by itself, whatever its neighbours and children are.
 #define BD_OWN_LIT   1u // it has pixels that can be lit

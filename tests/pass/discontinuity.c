@@ -69,8 +69,8 @@ static struct bd_discontinuity_settings settings_of(uint32_t turn)
     static const double depth_thresholds[] = {.05, .013, .3}, normal_thresholds[] = {.27, .04, 1.1};
     static const uint32_t sides[] = {1, 4, 16, 7};
     return (struct bd_discontinuity_settings){
-        .depth_test = (enum bd_depth_test)(turn % 3),
-        .normal_test = (enum bd_normal_test)(turn / 3 % 3),
+        .depth_test = (enum bd_depth_test)(turn % 4),
+        .normal_test = (enum bd_normal_test)(turn / 4 % 3),
         .neighbourhood = (enum bd_neighbourhood)((turn / 9 + turn) % 3),
         .depth_threshold = depth_thresholds[turn / 2 % 3],
         .normal_threshold = normal_thresholds[turn / 5 % 3],
@@ -128,11 +128,14 @@ static void an_orthographic_view_may_stand_anywhere(void **state)
     p.viewpoint.orthographic = true;
     p.viewpoint.half_width = 3;
     p.viewpoint.half_height = 5;
-    for (int test = 0; test < 2; test++) {
+    static const enum bd_depth_test tests[] = {BD_DEPTH_TEST_MINMAX, BD_DEPTH_TEST_DERIVATIVE,
+                                               BD_DEPTH_TEST_STEP};
+    static const double thresholds[] = {.013, .35, .1};
+    for (size_t i = 0; i < COUNT(tests); i++) {
         const struct bd_discontinuity_settings settings = {
-            .depth_test = (enum bd_depth_test)test,
+            .depth_test = tests[i],
             .normal_test = BD_NORMAL_TEST_OFF,
-            .depth_threshold = test == 0 ? .013 : .35,
+            .depth_threshold = thresholds[i],
             .coarsest_side = 2,
         };
         check(&p, &settings, "orthographic");

@@ -181,8 +181,8 @@ static struct bd_discontinuity_settings settings_of(uint32_t turn)
 {
     static const uint32_t sides[] = {1, 4, 16, 100};
     return (struct bd_discontinuity_settings){
-        .depth_test = (enum bd_depth_test)(turn % 3),
-        .normal_test = (enum bd_normal_test)(turn / 3 % 3),
+        .depth_test = (enum bd_depth_test)(turn % 4),
+        .normal_test = (enum bd_normal_test)(turn / 4 % 3),
         .neighbourhood = (enum bd_neighbourhood)(turn / 9 % 3),
         .depth_threshold = turn % 2 ? .05 : 0,
         .normal_threshold = turn % 5 ? .27 : 1.1,
@@ -340,6 +340,31 @@ static void a_plane_is_split_where_it_is_steep_and_nowhere_else(void **state)
     // What the range of depth would make of it.
     assert_int_equal(plane_fragments(&p, BD_DEPTH_TEST_DERIVATIVE, .1), 16);
     assert_true(plane_fragments(&p, BD_DEPTH_TEST_MINMAX, .1) > 400);
+    // Steps are none on any plane, but for rounding.
+    assert_int_equal(plane_fragments(&p, BD_DEPTH_TEST_STEP, 2e-6), 16);
+    picture_destroy(&p);
+}
+
+// A ledge: below row 37 the plane is 1 % farther away.
+static struct pixel look_at_ledge(uint32_t x, uint32_t y, struct picture_size size)
+{
+    struct pixel p = look_at_plane(x, y, size);
+    if (y >= 37) p.depth *= 1.01f;
+    return p;
+}
+
+static void a_ledge_is_split_along_its_edge_alone(void **state)
+{
+    (void)state;
+    const struct picture_kind ledge = {"ledge", look_at_ledge};
+    const struct picture_size size = {PLANE_SIDE_PX, PLANE_SIDE_PX};
+    struct picture p = picture_of_camera(&ledge, size);
+    // Rows 36 and 37 measure it: two rows of pixels in a block of two; above and below, blocks of 2
+    // (rows 38 and 39), 4 (32 to 35), 8 (40 to 47).
+    const uint32_t pixels = 2 * 64, by_2 = 32, by_4 = 16, by_8 = 8, by_16 = 3 * 4;
+    assert_int_equal(plane_fragments(&p, BD_DEPTH_TEST_STEP, .005),
+                     pixels + by_2 + by_4 + by_8 + by_16);
+    assert_int_equal(plane_fragments(&p, BD_DEPTH_TEST_STEP, .012), 16);
     picture_destroy(&p);
 }
 
@@ -375,6 +400,7 @@ int main(void)
         cmocka_unit_test(slices_change_nothing),
         cmocka_unit_test(a_long_list),
         cmocka_unit_test(a_plane_is_split_where_it_is_steep_and_nowhere_else),
+        cmocka_unit_test(a_ledge_is_split_along_its_edge_alone),
         cmocka_unit_test(a_ball_on_black_is_split_at_its_silhouette_alone),
     };
     return cmocka_run_group_tests(tests, open_device, close_device);

@@ -417,8 +417,20 @@ static float depth_unit(const struct picture *p, float depth)
                : depth;
 }
 
+// How far the middle of three is from where a plane through the others would be, as a part of its
+// depth: 1 / z is affine over a plane, z itself in an orthographic view. Nothing without all three.
+static float step_at(const struct picture *p, const struct pixel *at, const struct pixel *before,
+                     const struct pixel *behind)
+{
+    if (!before || !behind) return 0;
+    if (!p->viewpoint.orthographic)
+        return fabsf(at->depth / before->depth + at->depth / behind->depth - 2);
+    float unit = depth_unit(p, at->depth);
+    return fabsf((before->depth - at->depth) / unit + (behind->depth - at->depth) / unit);
+}
+
 struct extremes {
-    float z_min, z_max, slope, chord;
+    float z_min, z_max, slope, step, chord;
     struct vec n_min, n_max;
     bool lit, unlit;
 };
@@ -437,6 +449,8 @@ static void widen(struct extremes *e, const struct picture *p, uint32_t x, uint3
     e->n_max = (struct vec){fmaxf(e->n_max.x, n.x), fmaxf(e->n_max.y, n.y), fmaxf(e->n_max.z, n.z)};
     float slope = hypotf(rise(at, around[0], around[1]), rise(at, around[2], around[3]));
     e->slope = fmaxf(e->slope, slope / depth_unit(p, at->depth));
+    e->step = fmaxf(
+        e->step, fmaxf(step_at(p, at, around[0], around[1]), step_at(p, at, around[2], around[3])));
     for (int i = 0; i < 4; i++)
         if (around[i]) e->chord = fmaxf(e->chord, chord(at, around[i]));
 }
@@ -459,6 +473,7 @@ static bool depth_jumps(const struct picture *p, const struct extremes *e,
     if (s->depth_test == BD_DEPTH_TEST_OFF || isinf(threshold)) return false;
     if (e->unlit) return true;
     if (s->depth_test == BD_DEPTH_TEST_DERIVATIVE) return e->slope > threshold;
+    if (s->depth_test == BD_DEPTH_TEST_STEP) return e->step > threshold;
     return e->z_max - e->z_min > threshold * depth_unit(p, e->z_min);
 }
 

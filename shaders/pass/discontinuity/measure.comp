@@ -1,7 +1,7 @@
 // Level 1: what 2 x 2 pixels measure, their own test, and which of them stands for all: they are equally
 // near to the centre, so the first that can be lit.
 //
-// Slopes and chords are between neighbours, whichever block they are in: a jump between two blocks
+// Slopes, chords and steps are between neighbours, whichever block they are in: a jump between two blocks
 // belongs to both.
 #include "common/seen_surface.glsl"
 #include "pass/discontinuity/measures.glsl"
@@ -47,7 +47,11 @@ void add_pixel(inout measures m, seen s)
 #endif
 }
 
-#if BD_DEPTH_TEST == BD_TEST_JUMP || BD_NORMAL_TEST == BD_TEST_JUMP
+#if BD_DEPTH_TEST == BD_TEST_JUMP || BD_DEPTH_TEST == BD_TEST_STEP || BD_NORMAL_TEST == BD_TEST_JUMP
+#define BETWEEN_PIXELS
+#endif
+
+#ifdef BETWEEN_PIXELS
 // x = difference of depth, y = chord; nothing to what cannot be lit. The chord is a distance: 2
 // sin(acos(dot) / 2), the same on paper, is 0 below 3e-4 rad in 32 bits.
 vec2 jump_between(seen a, seen b)
@@ -55,6 +59,22 @@ vec2 jump_between(seen a, seen b)
     vec2 jump = vec2(abs(a.depth - b.depth), distance(a.normal, b.normal));
     return a.lit && b.lit ? jump : vec2(0.0);
 }
+
+#if BD_DEPTH_TEST == BD_TEST_STEP
+// Over a plane 1 / z is affine in the picture, and z itself in an orthographic one. So this is 0 there,
+// and the relative difference of depth where it jumps; nothing beside what cannot be lit.
+float step_between(seen s, seen sides[2])
+{
+    if (!sides[0].lit || !sides[1].lit) return 0.0;
+    float near = s.depth / sides[0].depth, far = s.depth / sides[1].depth;
+    if (args.limits.z > 0.0) {
+        near = (sides[0].depth - s.depth) / args.limits.z;
+        far = (sides[1].depth - s.depth) / args.limits.z;
+        return abs(near + far);
+    }
+    return abs(near + far - 2.0);
+}
+#endif
 
 // The derivative along an axis is the larger of the two one-sided ones.
 void add_jumps(inout measures m, seen s, seen left_right[2], seen up_down[2])
@@ -64,6 +84,9 @@ void add_jumps(inout measures m, seen s, seen left_right[2], seen up_down[2])
 #if BD_DEPTH_TEST == BD_TEST_JUMP
     float slope = length(vec2(along_x.x, along_y.x)) / (args.limits.z > 0.0 ? args.limits.z : s.depth);
     m.depth = max(m.depth, slope);
+#endif
+#if BD_DEPTH_TEST == BD_TEST_STEP
+    m.depth = max(m.depth, max(step_between(s, left_right), step_between(s, up_down)));
 #endif
 #if BD_NORMAL_TEST == BD_TEST_JUMP
     m.normal = max(m.normal, max(along_x.y, along_y.y));
@@ -87,7 +110,7 @@ void main()
         if (!inner[i].lit) continue;
         pixel_of_block = min(pixel_of_block, BD_PIXEL_PACK(uint(pixel.x), uint(pixel.y)));
         add_pixel(m, inner[i]);
-#if BD_DEPTH_TEST == BD_TEST_JUMP || BD_NORMAL_TEST == BD_TEST_JUMP
+#ifdef BETWEEN_PIXELS
         // One neighbour along each axis is in the block, the other beyond it.
         seen left_right[2] = seen[2](inner[i ^ 1], look(pixel + ivec2(2 * (i & 1) - 1, 0)));
         seen up_down[2] = seen[2](inner[i ^ 2], look(pixel + ivec2(0, 2 * (i >> 1) - 1)));

@@ -18,7 +18,7 @@ layout(std140, binding = BD_UNIFORM_ARGS) uniform args_block { bd_discontinuity_
 #define DEPTH_SWIZZLE xy
 const vec2 DEPTH_OF_NOTHING = vec2(-3e38);
 #else
-#define DEPTH_TYPE    float // greatest slope
+#define DEPTH_TYPE    float // greatest slope, or step
 #define DEPTH_FORMAT  r32f
 #define DEPTH_SWIZZLE x
 const float DEPTH_OF_NOTHING = 0.0;
@@ -79,7 +79,7 @@ uint own_test(measures m, uint lit)
 #if BD_DEPTH_TEST == BD_TEST_RANGE
     float least = -m.depth.y, scale = args.limits.z > 0.0 ? args.limits.z : least;
     jump = m.depth.x - least > args.limits.x * scale;
-#elif BD_DEPTH_TEST == BD_TEST_JUMP
+#elif BD_DEPTH_TEST != BD_TEST_NONE
     jump = m.depth > args.limits.x;
 #endif
 #if BD_DEPTH_TEST != BD_TEST_NONE
