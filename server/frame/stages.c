@@ -76,6 +76,7 @@ static uint64_t key_settings(uint64_t key, const struct bd_discontinuity_setting
     return bd_key_number(key, (uint64_t)settings->depth_test << 16 |
                                   (uint64_t)settings->normal_test << 8 |
                                   (uint64_t)settings->geometric_normals << 24 |
+                                  (uint64_t)settings->lone_pixels << 25 |
                                   (uint64_t)settings->neighbourhood);
 }
 
@@ -399,6 +400,8 @@ static struct bd_discontinuity_inputs discontinuity_inputs(const struct bd_frame
                 // What the pixel's own normal adds is put back at every pixel.
                 .geometric_normals = params->surface_detail == BD_SURFACE_DETAIL_DIRECTION,
                 .coarsest_side = params->coarsest,
+                .finest_level = params->finest_level,
+                .lone_pixels = true,
             },
     };
 }

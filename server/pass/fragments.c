@@ -16,7 +16,9 @@ struct work {
     const struct bd_discontinuity_inputs *inputs;
     const struct bd_discontinuity *discontinuity;
     struct bd_fragments_args args;
-    struct bd_buf *masks, *reached; // a word for each half tile; the latter of the iterative way
+    bool lone_pixels;
+    struct bd_view view;
+    struct bd_buf *reached; // a word for each half tile, of the iterative way
     struct bd_buf *scan, *summary;
     struct bd_fragments *out;
 };
@@ -67,7 +69,7 @@ static enum bd_err create_buffers(struct work *w, enum bd_refinement refinement,
 {
     struct bd_gpu *gpu = w->context->gpu;
     const size_t mask_bytes = 2 * sizeof(uint32_t) * w->args.total.x;
-    enum bd_err err = bd_buf_create(gpu, "fragment masks", mask_bytes, NULL, &w->masks, fault);
+    enum bd_err err = bd_buf_create(gpu, "fragment masks", mask_bytes, NULL, &w->out->masks, fault);
     if (!err && refinement == BD_REFINEMENT_ITERATIVE)
         err = bd_buf_create(gpu, "reached blocks", mask_bytes, NULL, &w->reached, fault);
     if (!err)
@@ -85,7 +87,6 @@ static enum bd_err create_buffers(struct work *w, enum bd_refinement refinement,
 static void destroy_work(struct work *w)
 {
     struct bd_gpu *gpu = w->context->gpu;
-    bd_buf_destroy(gpu, &w->masks);
     bd_buf_destroy(gpu, &w->reached);
     bd_buf_destroy(gpu, &w->scan);
     bd_buf_destroy(gpu, &w->summary);
@@ -141,6 +142,14 @@ static enum bd_err run_half_tiles(struct work *w, const struct bd_program *progr
     return err;
 }
 
+static void bind_surfaces(const struct work *w, struct bd_bindings *bindings)
+{
+    bd_gbuffer_bind(w->inputs->gbuffer, bindings);
+    bindings->textures[BD_UNIT_BLOCK_REPRESENTATIVE].tex = w->discontinuity->representative;
+    bindings->uniforms[BD_UNIFORM_VIEW].bytes = &w->view;
+    bindings->uniforms[BD_UNIFORM_VIEW].size_bytes = sizeof w->view;
+}
+
 static void bind_classify(const struct work *w, struct bd_bindings *bindings)
 {
     const struct bd_rsm *rsm = w->inputs->rsm;
@@ -148,8 +157,9 @@ static void bind_classify(const struct work *w, struct bd_bindings *bindings)
         bindings->textures[BD_UNIT_RSM_POSITION].tex = rsm->position;
     else
         bindings->textures[BD_UNIT_GBUFFER_MATERIAL].tex = w->inputs->gbuffer->material;
+    if (w->lone_pixels) bind_surfaces(w, bindings);
     bindings->textures[BD_UNIT_BLOCK_FLAGS].tex = w->discontinuity->flags;
-    bind_storage(bindings, BD_STORAGE_FRAGMENT_MASKS, w->masks, false, true);
+    bind_storage(bindings, BD_STORAGE_FRAGMENT_MASKS, w->out->masks, false, true);
     if (w->reached) bind_storage(bindings, BD_STORAGE_REACHED_MASKS, w->reached, true, true);
 }
 
@@ -159,6 +169,7 @@ static enum bd_err classify(struct work *w, enum bd_refinement refinement, struc
     struct bd_bindings bindings = {0};
     struct bd_defines defines = {0};
     bool iterative = refinement == BD_REFINEMENT_ITERATIVE;
+    if (w->lone_pixels) bd_define(&defines, "BD_LONE_PIXELS", 1);
     if (iterative) bd_define(&defines, "BD_ITERATIVE", 1);
     if (w->inputs->rsm) bd_define(&defines, "BD_RSM", 1);
     enum bd_err err = get_program(w, "pass/fragments/classify.comp", &defines, &program, fault);
@@ -177,7 +188,7 @@ static enum bd_err scan(struct work *w, struct bd_fault *fault)
     enum bd_err err = get_program(w, "pass/fragments/scan.comp", NULL, &program, fault);
     if (err) return err;
     struct bd_bindings bindings = {0};
-    bind_storage(&bindings, BD_STORAGE_FRAGMENT_MASKS, w->masks, true, false);
+    bind_storage(&bindings, BD_STORAGE_FRAGMENT_MASKS, w->out->masks, true, false);
     bind_storage(&bindings, BD_STORAGE_FRAGMENT_SCAN, w->scan, true, true);
     uint32_t numbers = w->args.total.x;
     w->args.range.z = 0;
@@ -233,7 +244,7 @@ static enum bd_err write_list(struct work *w, struct bd_fault *fault)
     if (!err) err = create_list(w, fault);
     if (err) return err;
     struct bd_bindings bindings = {0};
-    bind_storage(&bindings, BD_STORAGE_FRAGMENT_MASKS, w->masks, true, false);
+    bind_storage(&bindings, BD_STORAGE_FRAGMENT_MASKS, w->out->masks, true, false);
     bind_storage(&bindings, BD_STORAGE_FRAGMENT_SCAN, w->scan, true, false);
     bind_storage(&bindings, BD_STORAGE_FRAGMENT_LIST, w->out->list, false, true);
     return run_half_tiles(w, program, &bindings, 0, 2 * w->args.total.x);
@@ -259,6 +270,8 @@ enum bd_err bd_fragments_run(const struct bd_pass_context *context,
     lay_out_tiles(&w.args);
     const uint32_t finest = inputs->settings.finest_level, levels = w.args.multires.size_px.z;
     w.args.total.y = finest < levels ? finest : levels - 1;
+    w.lone_pixels = inputs->settings.lone_pixels && w.args.total.y > 0;
+    if (w.lone_pixels) w.view = bd_viewpoint_uniform(inputs->viewpoint, inputs->space);
     enum bd_err err = create_buffers(&w, refinement, fault);
     if (!err) err = classify(&w, refinement, fault);
     if (!err) err = scan(&w, fault);
@@ -276,6 +289,7 @@ enum bd_err bd_fragments_run(const struct bd_pass_context *context,
 void bd_fragments_destroy(struct bd_gpu *gpu, struct bd_fragments **fragments)
 {
     if (!*fragments) return;
+    bd_buf_destroy(gpu, &(*fragments)->masks);
     bd_buf_destroy(gpu, &(*fragments)->list);
     bd_buf_destroy(gpu, &(*fragments)->dispatch);
     free(*fragments);
@@ -284,5 +298,6 @@ void bd_fragments_destroy(struct bd_gpu *gpu, struct bd_fragments **fragments)
 
 uint64_t bd_fragments_bytes(const struct bd_fragments *fragments)
 {
-    return bd_buf_size_bytes(fragments->list) + bd_buf_size_bytes(fragments->dispatch);
+    return bd_buf_size_bytes(fragments->masks) + bd_buf_size_bytes(fragments->list) +
+           bd_buf_size_bytes(fragments->dispatch);
 }

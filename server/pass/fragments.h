@@ -1,9 +1,18 @@
 // The list of fragments: the blocks that are lit as a whole, so that every pixel that can be lit is
-// in exactly one of them (algorithms.md A1 refinement, A2.1 classification).
+// lit by exactly one of them (algorithms.md A1 refinement, A2.1 classification).
 //
 // Block B of level k is a fragment if it is not empty, is smooth (or k the finest level, which is 0
-// unless the settings say otherwise), and its parent is
-// discontinuous (or k is the coarsest level). The list is ordered by level from the coarsest, in a
+// unless the settings say otherwise), and its parent is discontinuous (or k is the coarsest level).
+// These cover every pixel once.
+//
+// Lone pixels (bd_discontinuity_settings) are on top of that. In a discontinuous block of the
+// finest level, a pixel that is of one surface (shaders/common/one_surface.glsl) with none of the
+// blocks of the level above it that it would be interpolated from gets a fragment of its own, which
+// takes the place of the block's there ("failed: recompute at full resolution", algorithms.md
+// A0.8). So does a block of a level between. The finest fragment that a pixel lies in is the one
+// that lights it.
+//
+// The list is ordered by level from the coarsest, in a
 // level by rows of 8 x 8 tiles (neighbours in the list are neighbours in the picture), and is made
 // by prefix sums: the same on every run and device.
 
@@ -19,6 +28,8 @@ enum bd_refinement {
 
 struct bd_fragments {
     struct bd_multires_layout layout;
+    // A bit for each block of each level, by half tiles (shared/fragments.h): whether it is one.
+    struct bd_buf *masks;
     struct bd_buf *list; // uint32 BD_FRAGMENT_PACK each, `count` of them
     // On the host, read back once: slices and counts in the report need them.
     uint32_t count;

@@ -155,12 +155,10 @@ static enum bd_err draw_mask(const struct gather *g, bool fine, struct bd_fault 
     if (err) return err;
     const struct bd_gather_fragments_args args = {.depth = {DEPTH_OF_MASK, 0, 0, 0}};
     struct bd_bindings bindings = {
-        .textures[BD_UNIT_BLOCK_FLAGS] = {.tex = g->inputs->discontinuity->flags},
-        .uniforms[BD_UNIFORM_VIEW] = {&g->view, sizeof g->view},
+        .storage[BD_STORAGE_FRAGMENT_MASKS] = {.buf = g->inputs->fragments->masks, .read = true},
         .uniforms[BD_UNIFORM_MULTIRES] = {&g->out->layout, sizeof g->out->layout},
         .uniforms[BD_UNIFORM_ARGS] = {&args, sizeof args},
     };
-    bd_gbuffer_bind(g->inputs->gbuffer, &bindings);
     draw_over_all(g, program, &bindings, BD_DRAW_DEPTH_WRITE);
     return BD_ERR_OK;
 }

@@ -47,6 +47,7 @@ enum bd_param {
     BD_PARAM_NORMAL_THRESHOLD, // or inf, the same as off
     BD_PARAM_NEIGHBOURHOOD,    // plain | diagonal | adjacent
     BD_PARAM_COARSEST,         // blocks along the longer side of the coarsest level, at most
+    BD_PARAM_FINEST,           // pixels along a side of the blocks that are not split, 1, 2, 4 or 8
     BD_PARAM_SURFACE_DETAIL,   // off | direction | paper (pass/upsample.h)
     BD_PARAM_VISIT,            // list | mask (pass/gather_fragments.h)
     // Of a light's map: how far blocks of it are split.
@@ -54,8 +55,8 @@ enum bd_param {
     BD_PARAM_CLUSTER_DEPTH_THRESHOLD,  // as DEPTH_THRESHOLD, of the light's view
     BD_PARAM_CLUSTER_NORMAL_THRESHOLD, // as NORMAL_THRESHOLD
     BD_PARAM_TREE_CUT,                 // lightcuts | bound | level (pass/gather_tree.h)
-    BD_PARAM_TAU,                      // how far off a node may be that stands for its leaves, by TREE_CUT
-    BD_PARAM_TREE_ROOTS,               // of each light's tree, spread over the faces as VPLS
+    BD_PARAM_TAU,        // how far off a node may be that stands for its leaves, by TREE_CUT
+    BD_PARAM_TREE_ROOTS, // of each light's tree, spread over the faces as VPLS
     // Of the reference: which part of the rendering equation (reference/reference.h), how often.
     BD_PARAM_MODEL_OF,            // a technique: presets bounces, indirect_visibility, lights,
                                   // senders, transmission and alpha to what its model says; what is
@@ -88,6 +89,7 @@ struct bd_params {
     uint32_t depth_test, normal_test, neighbourhood; // enums of pass/discontinuity.h
     double depth_threshold, normal_threshold;        // INFINITY = off
     uint32_t coarsest;
+    uint32_t finest_level;   // finest: 2^level pixels
     uint32_t surface_detail; // enum bd_surface_detail
     uint32_t visit;          // enum bd_fragment_visit
     uint32_t cluster_levels;

@@ -20,7 +20,7 @@ enum bd_frame_input {
     BD_INPUT_VPL_GRID = 1u << 0,  // a list of VPLs for each light, from its reflective shadow map
     BD_INPUT_FRAGMENTS = 1u << 1, // the picture's blocks that are lit as a whole
     BD_INPUT_VPL_CLUSTERS = 1u << 2, // instead of the grid: VPLs from blocks of several sizes
-    BD_INPUT_VPL_TREE = 1u << 3,     // beside the grid, whose side is a power of two: a tree over it
+    BD_INPUT_VPL_TREE = 1u << 3, // beside the grid, whose side is a power of two: a tree over it
 };
 
 // Parameters that the frame reads for those inputs, G-buffer and direct light included.
@@ -31,7 +31,7 @@ enum bd_frame_input {
 #define BD_READS_FRAGMENTS                                                                         \
     (BD_READS(BD_PARAM_DEPTH_TEST) | BD_READS(BD_PARAM_DEPTH_THRESHOLD) |                          \
      BD_READS(BD_PARAM_NORMAL_TEST) | BD_READS(BD_PARAM_NORMAL_THRESHOLD) |                        \
-     BD_READS(BD_PARAM_NEIGHBOURHOOD) | BD_READS(BD_PARAM_COARSEST) |                              \
+     BD_READS(BD_PARAM_NEIGHBOURHOOD) | BD_READS(BD_PARAM_COARSEST) | BD_READS(BD_PARAM_FINEST) |  \
      BD_READS(BD_PARAM_SURFACE_DETAIL))
 
 // Kinds of light that can light surfaces.

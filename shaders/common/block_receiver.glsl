@@ -1,27 +1,9 @@
 // The receiver that stands for a block of pixels.
 #include "common/blocks.glsl"
+#include "common/one_surface.glsl"
 #include "common/vpl_gather.glsl"
 
 layout(binding = BD_UNIT_BLOCK_REPRESENTATIVE) uniform usampler2D representative;
-
-// Four pixels are one surface if their normals agree to about 25 degrees and their depths to this.
-const float ONE_SURFACE_COSINE = 0.9;
-const float ONE_SURFACE_DEPTH = 0.05;
-
-float depth_of(receiver r) { return -dot(view.axis_z.xyz, r.relative_position); }
-
-bool is_one_surface(receiver four[4], vec3 mean_normal)
-{
-    float nearest = depth_of(four[0]), farthest = nearest;
-    bool lit = true;
-    for (int i = 0; i < 4; i++) {
-        nearest = min(nearest, depth_of(four[i]));
-        farthest = max(farthest, depth_of(four[i]));
-        lit = lit && four[i].lit;
-    }
-    return lit && farthest - nearest <= ONE_SURFACE_DEPTH * abs(nearest) &&
-           dot(mean_normal, mean_normal) >= ONE_SURFACE_COSINE * ONE_SURFACE_COSINE;
-}
 
 receiver representative_receiver(uint level, ivec2 block)
 {
@@ -42,11 +24,13 @@ receiver centre_receiver(uint level, ivec2 block)
     receiver four[4] = receiver[4](r, gbuffer_receiver(ivec2(high.x, low.y)),
                                    gbuffer_receiver(ivec2(low.x, high.y)), gbuffer_receiver(high));
     vec3 to_centre = vec3(0.0), normal = vec3(0.0);
+    bool whole = true;
     for (int i = 0; i < 4; i++) {
         to_centre += 0.25 * (four[i].relative_position - r.relative_position);
         normal += 0.25 * four[i].normal;
+        whole = whole && four[i].lit && is_one_surface(r, four[i]);
     }
-    if (!is_one_surface(four, normal)) return representative_receiver(level, block);
+    if (!whole) return representative_receiver(level, block);
     vec3 along = to_centre - r.normal_geometric * dot(to_centre, r.normal_geometric);
     r.relative_position += along;
     r.position = view.position.xyz + r.relative_position;

@@ -18,7 +18,7 @@ struct bd_fragments_args {
     BD_UVEC4 range; // x = first half tile, or first run of the scan; y = the one behind the last;
                     // z = level of the scan; w = face of the light's map
     BD_UVEC4 tiles[BD_MULTIRES_LEVEL_MAX]; // of a level: x = the first, y = tiles in a row
-    BD_UVEC4 total;                        // x = tiles of all levels, y = finest level of a fragment
+    BD_UVEC4 total;                        // x = tiles of all levels, y = level whose blocks are not split
 };
 
 // What the host reads back.

@@ -182,6 +182,31 @@ static bool is_fragment(const struct blocks_scene *scene, const struct bd_multir
     return look_at(scene, k + 1, x / 2, y / 2).flags == BD_BLOCK_DISCONTINUOUS;
 }
 
+static uint32_t tile_count(struct bd_uvec4 level)
+{
+    return (level.x + 7) / 8 * ((level.y + 7) / 8);
+}
+
+// A bit for each block: tiles of 8 x 8 from the coarsest level on, four rows of one in a word.
+static void make_masks(struct blocks *out)
+{
+    struct bd_fragments *f = &out->fragments;
+    uint32_t tiles_before[BD_MULTIRES_LEVEL_MAX], tiles = 0;
+    for (uint32_t k = f->layout.size_px.z; k-- > 0;) {
+        tiles_before[k] = tiles;
+        tiles += tile_count(f->layout.levels[k]);
+    }
+    uint32_t *masks = calloc(2 * (size_t)tiles, sizeof *masks);
+    for (uint32_t i = 0; i < f->count; i++) {
+        uint32_t k = BD_FRAGMENT_LEVEL(out->list[i]);
+        uint32_t x = BD_FRAGMENT_X(out->list[i]), y = BD_FRAGMENT_Y(out->list[i]);
+        uint32_t tile = tiles_before[k] + y / 8 * ((f->layout.levels[k].x + 7) / 8) + x / 8;
+        masks[2 * tile + y % 8 / 4] |= 1u << (y % 4 * 8 + x % 8);
+    }
+    f->masks = make_buf(out->gpu, 2 * (size_t)tiles * sizeof *masks, masks);
+    free(masks);
+}
+
 static void make_fragments(const struct blocks_scene *scene, struct blocks *out)
 {
     struct bd_fragments *f = &out->fragments;
@@ -196,6 +221,7 @@ static void make_fragments(const struct blocks_scene *scene, struct blocks *out)
     }
     assert_true(f->count > 0);
     f->list = make_buf(out->gpu, f->count * sizeof *out->list, out->list);
+    make_masks(out);
 }
 
 // In a plane above the picture, facing it; more of them than one dispatch sums.
@@ -247,6 +273,7 @@ void blocks_destroy(struct blocks *blocks)
     bd_tex_destroy(blocks->gpu, &blocks->discontinuity.flags);
     bd_tex_destroy(blocks->gpu, &blocks->discontinuity.representative);
     bd_buf_destroy(blocks->gpu, &blocks->fragments.list);
+    bd_buf_destroy(blocks->gpu, &blocks->fragments.masks);
     bd_buf_destroy(blocks->gpu, &blocks->vpls.vpls);
     bd_buf_destroy(blocks->gpu, &blocks->vpls.quads);
     free(blocks->list);

@@ -3,8 +3,14 @@
 // One pass: every block decides for itself, by its parent's flag (algorithms.md A2.1). Iterative
 // (BD_ITERATIVE): one dispatch a level, from the coarsest; a block is reached only if its parent was and
 // is split. Flags that are monotone, as they are, make both the same.
+//
+// Below the finest level there are lone pixels, and blocks (BD_LONE_PIXELS).
 #include "common/seen_surface.glsl"
 #include "pass/fragments/tiles.glsl"
+#ifdef BD_LONE_PIXELS
+#include "common/one_surface.glsl"
+layout(binding = BD_UNIT_BLOCK_REPRESENTATIVE) uniform usampler2D representative;
+#endif
 
 layout(binding = BD_UNIT_BLOCK_FLAGS) uniform usampler2D flags;
 layout(std430, binding = BD_STORAGE_FRAGMENT_MASKS) writeonly buffer mask_block { uint masks[]; };
@@ -40,6 +46,52 @@ bool is_split(uint level, uvec2 block)
     return block_flag(level, block) == BD_BLOCK_DISCONTINUOUS && is_reached(level, block);
 }
 
+#ifdef BD_LONE_PIXELS
+receiver receiver_of(uint level, uvec2 block)
+{
+    uint pixel = BD_PIXEL_PACK(block.x, block.y);
+    if (level > 0u)
+        pixel = texelFetch(representative, multires_texel(args.multires.levels[level], block), 0).x;
+    return gbuffer_receiver(ivec2(BD_PIXEL_X(pixel), BD_PIXEL_Y(pixel)));
+}
+
+// Whether light of the level above can be interpolated here: from the parent, from the three beside
+// it on this side, from the two opposite (pass/upsample). All of them hold light that have pixels to
+// be lit.
+bool is_lone(uint level, uvec2 block)
+{
+    const ivec2 steps[6] = ivec2[6](ivec2(0, 0), ivec2(1, 0), ivec2(0, 1), ivec2(-1, 0), ivec2(0, -1),
+                                    ivec2(1, 1));
+    ivec2 parent = ivec2(block >> 1u), side = ivec2(block & 1u) * 2 - 1;
+    receiver here = receiver_of(level, block);
+    bool lone = true;
+    for (int i = 0; i < 6 && lone; i++) {
+        uvec2 at = uvec2(parent + side * steps[i]); // below 0 it wraps, and no level has such a block
+        if (block_flag(level + 1u, at) == BD_BLOCK_EMPTY) continue;
+        lone = !is_one_surface(here, receiver_of(level + 1u, at));
+    }
+    return lone;
+}
+
+// Of a level below the finest.
+uint lone_mask(uint level, uvec2 first)
+{
+    uint asked = 0u, lone = 0u;
+    for (uint i = 0u; i < 32u; i++) {
+        uvec2 block = first + uvec2(i % 8u, i / 8u);
+        if (block_flag(level, block) == BD_BLOCK_EMPTY) continue;
+        uvec2 whole = block >> (args.total.y - level);
+        if (block_flag(args.total.y, whole) == BD_BLOCK_DISCONTINUOUS) asked |= 1u << i;
+    }
+    while (asked != 0u) {
+        uint i = uint(findLSB(asked));
+        asked &= asked - 1u;
+        if (is_lone(level, first + uvec2(i % 8u, i / 8u))) lone |= 1u << i;
+    }
+    return lone;
+}
+#endif
+
 void main()
 {
     uint half_tile = item_index();
@@ -47,6 +99,12 @@ void main()
     uint level = level_of_tile(half_tile >> 1u);
     uvec2 first = first_block(level, half_tile);
     uint mask = 0u, reached = 0u;
+#ifdef BD_LONE_PIXELS
+    if (level < args.total.y) {
+        masks[half_tile] = lone_mask(level, first);
+        return;
+    }
+#endif
     bool finest = level == args.total.y;
     for (uint parent = 0u; parent < 8u; parent++) {
         uvec2 in_half = 2u * uvec2(parent % 4u, parent / 4u);

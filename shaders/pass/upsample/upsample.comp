@@ -12,9 +12,9 @@
 // takes back what a straight line cuts off.
 //
 // BD_FINE: level 0, into `irradiance`. BD_DETAIL: BD_DETAIL_* of shared/upsample.h.
-#include "common/gbuffer.glsl"
-#include "common/luminance.glsl"
 #include "common/blocks.glsl"
+#include "common/luminance.glsl"
+#include "common/one_surface.glsl"
 #include "shared/upsample.h"
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -69,11 +69,6 @@ light light_of_level(uint level, ivec2 block)
 
 // --- which blocks are one surface -------------------------------------------------------------
 
-// Tangent of the angle to a surface's plane under which its other parts are seen, and chord between
-// two of its normals.
-const float ONE_SURFACE_SLOPE = 0.25;
-const float ONE_SURFACE_CHORD = 0.4;
-
 receiver receiver_of(uint level, ivec2 block)
 {
 #ifdef BD_FINE
@@ -81,17 +76,6 @@ receiver receiver_of(uint level, ivec2 block)
 #endif
     uint pixel = texelFetch(representative, in_stack(level, block), 0).x;
     return gbuffer_receiver(ivec2(BD_PIXEL_X(pixel), BD_PIXEL_Y(pixel)));
-}
-
-// Either normal may tell more than there is: the geometric one on smooth-shaded facets, the shading
-// one under a normal map.
-bool is_one_surface(receiver a, receiver b)
-{
-    vec3 across = b.relative_position - a.relative_position;
-    float chord = min(distance(a.normal, b.normal),
-                      distance(a.normal_geometric, b.normal_geometric));
-    float height = min(abs(dot(across, a.normal_geometric)), abs(dot(across, b.normal_geometric)));
-    return chord <= ONE_SURFACE_CHORD && height <= ONE_SURFACE_SLOPE * length(across);
 }
 
 // --- the mean -----------------------------------------------------------------------------------
@@ -207,8 +191,10 @@ light interpolated(uint level, ivec2 block, light home)
     m.weight = 0.0;
     m.first = vec2(0.0);
     m.second = m.e = m.e_x = m.e_y = m.v = m.v_x = m.v_y = vec3(0.0);
-    m.least = m.most = home.irradiance;
-    take(m, 9.0, centre_of_block(level + 1u, block >> 1), home);
+    m.least = vec3(3e38);
+    m.most = vec3(-3e38);
+    bool at_home = is_one_surface(here, receiver_of(level + 1u, block >> 1));
+    if (at_home) take(m, 9.0, centre_of_block(level + 1u, block >> 1), home);
     uint missing = 0u;
     light beside[3];
     for (int i = 0; i < 3; i++) {
@@ -224,11 +210,14 @@ light interpolated(uint level, ivec2 block, light home)
     for (int i = 0; i < 2; i++) {
         ivec2 parent = (block >> 1) - steps[i] * side;
         opposite[i] = neighbour(level, parent, here);
-        both[i] = beside[i].state > 0.0 && opposite[i].state > 0.0 && is_between(level, block, steps[i]);
+        both[i] = at_home && beside[i].state > 0.0 && opposite[i].state > 0.0 &&
+                  is_between(level, block, steps[i]);
         // Only to go on beyond the outermost centre as on the way there.
         if (beside[i].state <= 0.0 && opposite[i].state > 0.0)
             take(m, 1.0, centre_of_block(level + 1u, parent), opposite[i]);
     }
+    // Nothing here is of this surface: what shares a block with it comes nearest.
+    if (m.weight == 0.0) take(m, 1.0, m.origin, home);
     light l = fitted(m);
     for (int i = 0; i < 2; i++)
         if (both[i]) bend(l, opposite[i], home, beside[i]);
