@@ -1,0 +1,220 @@
+"""The VPL reference, rung R4 (algorithms.md E9): made by vpl_reference.c, kept under a hash of what
+decides it; and what techniques' pictures miss against it.
+
+usage: vpl_reference.py BUILD_DIR SCENES_DIR -o RESULT.json --cache DIR [--scenes NAME,NAME] [--plot FILE.svg]
+
+A picture is compared at 8,192 of its pixels, chosen with known probabilities (vpl_pixels.h), each
+weighed by one over its own. d is the squared difference of indirect radiance, averaged over channels:
+
+  relative RMSE   sqrt(mean d) / mean R    over the picture's pixels, those without a surface included
+  interval        95 %, by drawing as many of those pixels anew, 2,000 times
+  light side      the same between two pictures with the same leaves: `hisr` and the sum over all of
+                  them at the same blocks, `multires_gather`
+"""
+import argparse
+import hashlib
+import json
+import os
+import pathlib
+import subprocess
+import sys
+
+import numpy
+
+from first_light import machine
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "clients"))
+
+from harness import exr  # noqa: E402
+from harness.bench.measure import digest  # noqa: E402
+from harness.daemon import Daemon  # noqa: E402
+
+SIZE, PIXELS, SEED = (1024, 1024), 8192, 1
+VPLS = {"vpls": "1048576"}
+SCENES = ("cornell_box_spot_side", "sponza_dabrovic", "sibenik", "cornell_dragon_bunny", "garden")
+COMBINED_GOAL, LIGHT_SIDE_GOAL = 0.05, 0.03
+RESAMPLES = 2000
+RECORD = numpy.dtype([("x", "u4"), ("y", "u4"), ("probability", "f8"), ("irradiance_lx", "f8", 3),
+                      ("radiance_cd_m2", "f8", 3)])
+
+# What is compared with R4: technique and what is set beside brdf=lambert.
+PICTURES = (
+    ("rsm", {}),
+    ("rsm", {"vpls": "4096"}),
+    ("multires_gather", {}),
+    ("multires_gather", {"vpls": "65536"}),
+    ("isr", {}),
+    ("isr", {"rsm_size": "1024", "cluster_levels": "4"}),
+    ("hisr", {}),
+    ("hisr", {"vpls": "16384"}),
+    ("hisr", {"vpls": "65536"}),
+    ("hisr", {"vpls": "65536", "tau": "0.01"}),
+    ("hisr", {"vpls": "262144"}),
+    ("hisr", {"vpls": "1048576"}),
+)
+# (hisr, all leaves at the same blocks)
+LIGHT_SIDES = tuple((tree, ("multires_gather", {"vpls": tree[1]["vpls"]})) for tree in PICTURES
+                    if tree[0] == "hisr" and tree[1].get("vpls") == "65536")
+
+
+# --- the reference ------------------------------------------------------------------------------
+
+def settings_words(settings):
+    return [f"{key}={value}" for key, value in sorted(settings.items())]
+
+
+def reference_hash(scene, size, pixels, seed, settings, version, camera=""):
+    content = hashlib.sha256(pathlib.Path(scene).read_bytes()).hexdigest()
+    return digest(content, size, pixels, seed, settings_words(settings), version, camera)
+
+
+def read_records(path):
+    """The line of JSON and the records, an array of RECORD."""
+    with open(path, "rb") as file:
+        return json.loads(file.readline()), numpy.frombuffer(file.read(), RECORD)
+
+
+def make_records(build, scene, out, size, pixels, seed, settings, threads=0, camera=""):
+    """`pixels` 0: all that are lit."""
+    program = pathlib.Path(build) / "tests/bench/vpl_reference"
+    part = pathlib.Path(f"{out}.part")
+    subprocess.run([program, scene, part, "x".join(map(str, size)), camera, str(pixels), str(seed),
+                    str(threads), *settings_words(settings)], check=True, capture_output=True)
+    os.replace(part, out)
+
+
+def reference(build, cache, scene, version, settings=None, size=SIZE, pixels=PIXELS, seed=SEED):
+    """(hash, line, records), made now if the cache has none."""
+    settings = settings or VPLS
+    name = reference_hash(scene, size, pixels, seed, settings, version)
+    file = pathlib.Path(cache) / f"r4-{name}.bin"
+    file.parent.mkdir(parents=True, exist_ok=True)
+    if not file.is_file():
+        make_records(build, scene, file, size, pixels, seed, settings)
+    return (name, *read_records(file))
+
+
+# --- errors -------------------------------------------------------------------------------------
+
+class Sample:
+    """Pixels with their probabilities, of a picture with so many in all."""
+
+    def __init__(self, records, size):
+        self.weight = 1 / records["probability"]
+        self.total = size[0] * size[1]
+        rng = numpy.random.default_rng(SEED)
+        self.drawn = [rng.integers(0, len(records), len(records)) for _ in range(RESAMPLES)]
+
+    def _relative(self, squares, truths):
+        """sqrt(mean d) / mean R of terms that are weighed already."""
+        mean = truths.sum() / self.total
+        return float(numpy.sqrt(squares.sum() / self.total) / mean) if mean > 0 else None
+
+    def error(self, picture, truth):
+        """Of two arrays, pixels x 3."""
+        difference = picture - truth
+        squares = self.weight * (difference ** 2).mean(axis=1)
+        truths = self.weight * truth.mean(axis=1)
+        drawn = [self._relative(squares[at], truths[at]) for at in self.drawn]
+        low, high = numpy.percentile(drawn, (2.5, 97.5))
+        signed = (self.weight * difference.mean(axis=1)).sum() / truths.sum()
+        worst = numpy.sort(squares)[::-1]
+        return {"rel_rmse": self._relative(squares, truths), "low": float(low), "high": float(high),
+                "signed": float(signed),
+                "worst_ten_pixels_share": float(worst[:10].sum() / max(worst.sum(), 1e-300))}
+
+
+def picture_at(daemon, scene, records, technique, settings):
+    """Indirect radiance at the records' pixels, and the report."""
+    frame = daemon.render(scene, technique, {"brdf": "lambert", **settings}, size=SIZE,
+                          layers=("beauty", "indirect"), timeout_s=900)
+    indirect = exr.layer(frame.planes, "indirect").astype(numpy.float64)
+    return indirect[records["y"], records["x"]], frame.report
+
+
+def row_of(technique, settings, report, error):
+    return {"technique": technique, "settings": " ".join(settings_words(settings)),
+            "vpls": report["counts"]["vpls"], "fragments": report["counts"].get("fragments"), **error}
+
+
+def measure(daemon, build, cache, path, say):
+    """One scene's entry of the result."""
+    held = f"scene:{daemon.hold(path)['id']}"
+    version = daemon.report(held, "rsm", extra=("--plan",))["build"]
+    name, line, records = reference(build, cache, path, version)
+    sample, truth, seen, rows = Sample(records, SIZE), records["radiance_cd_m2"], {}, []
+    for technique, settings in PICTURES:
+        indirect, report = picture_at(daemon, held, records, technique, settings)
+        seen[technique, *settings_words(settings)] = indirect
+        rows.append(row_of(technique, settings, report, sample.error(indirect, truth)))
+        say(f"{path.stem}: {technique} {rows[-1]['settings']}: {rows[-1]['rel_rmse']:.4f}")
+    sides = []
+    for (tree, tree_set), (flat, flat_set) in LIGHT_SIDES:
+        error = sample.error(seen[tree, *settings_words(tree_set)],
+                             seen[flat, *settings_words(flat_set)])
+        sides.append({"technique": tree, "settings": " ".join(settings_words(tree_set)), **error})
+    mean = sample.error(numpy.zeros_like(truth), truth)  # of nothing: its interval is R4's own
+    return {"scene": path.stem, "reference": {"hash": name, **line}, "combined": rows,
+            "light_side": sides, "all_dark": mean}
+
+
+def plot(result, file):
+    """Relative RMSE of each picture, a group a scene, with intervals and the goal."""
+    from harness.bench import plots
+    pyplot = plots.load()
+    figure, axes = pyplot.subplots(figsize=(9, 4.2))
+    labels = [f"{t} {' '.join(settings_words(s))}".strip() for t, s in PICTURES]
+    for i, entry in enumerate(result["scenes"]):
+        rows = entry["combined"]
+        places = [i + (k - (len(rows) - 1) / 2) * 0.8 / len(rows) for k in range(len(rows))]
+        for k, (place, row) in enumerate(zip(places, rows)):
+            color = plots.COLORS[k % len(plots.COLORS)]
+            axes.errorbar([place], [100 * row["rel_rmse"]],
+                          yerr=[[100 * (row["rel_rmse"] - row["low"])],
+                                [100 * (row["high"] - row["rel_rmse"])]],
+                          fmt=plots.MARKERS[(k + k // len(plots.COLORS)) % len(plots.MARKERS)], color=color, ms=5, elinewidth=1.2,
+                          label=labels[k] if i == 0 else None)
+    axes.axhline(100 * COMBINED_GOAL, color="#667", lw=1, ls="--")
+    axes.set_yscale("log")
+    axes.set_xticks(range(len(result["scenes"])), [e["scene"] for e in result["scenes"]], fontsize=8)
+    axes.set_ylabel("relative RMSE against R4, %")
+    axes.grid(axis="y")
+    axes.legend(fontsize=8, ncols=3, loc="upper center", bbox_to_anchor=(0.5, -0.1))
+    figure.savefig(file, bbox_inches="tight", metadata={"Date": None, "Creator": None})
+
+
+def run(build, scenes, cache, names=SCENES, say=lambda line: None):
+    result = {"machine": machine(),
+              "command": "vpl_reference.py BUILD SCENES -o RESULT --cache DIR"
+                         + ("" if names == SCENES else f" --scenes {','.join(names)}"),
+              "size": SIZE, "settings": "brdf=lambert " + " ".join(settings_words(VPLS)),
+              "goals": {"combined": COMBINED_GOAL, "light_side": LIGHT_SIDE_GOAL}, "scenes": []}
+    with Daemon() as daemon:
+        for name in names:
+            path = pathlib.Path(scenes) / f"{name}.glb"
+            result["scenes"].append(measure(daemon, build, cache, path, say))
+    return result
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("build", type=pathlib.Path)
+    parser.add_argument("scenes", type=pathlib.Path)
+    parser.add_argument("-o", "--output", type=pathlib.Path, required=True)
+    parser.add_argument("--cache", type=pathlib.Path, required=True)
+    parser.add_argument("--scenes", dest="names", default=",".join(SCENES))
+    parser.add_argument("--plot", type=pathlib.Path)
+    options = parser.parse_args()
+    build = options.build.resolve()
+    os.environ.setdefault("BOUNCE", str(build / "clients/cli/bounce"))
+    os.environ.setdefault("BOUNCED", str(build / "server/bounced"))
+    result = run(build, options.scenes, options.cache, tuple(options.names.split(",")),
+                 lambda line: print(line, file=sys.stderr, flush=True))
+    options.output.write_text(json.dumps(result, indent=1) + "\n")
+    if options.plot:
+        plot(result, options.plot)
+
+
+if __name__ == "__main__":
+    main()
