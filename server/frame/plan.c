@@ -212,7 +212,7 @@ static void describe_request(const struct bd_plan *plan, const struct bd_scene *
              camera->node != BD_NONE ? scene->nodes[camera->node].name
                                      : scene->cameras[camera->object].name);
     snprintf(report->technique, sizeof report->technique, "%s", plan->technique->name);
-    bd_params_write(&plan->params, plan->technique->params_read, &report->params);
+    bd_params_write(&plan->params, plan->technique, &report->params);
     report->seed = request->seed;
     report->aa = request->aa;
     snprintf(report->filter, sizeof report->filter, "%s", filter_name(plan, request->aa));
@@ -241,8 +241,7 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
     const char *name = request->technique[0] ? request->technique : "rsm";
     out->technique = bd_technique_find(name, fault);
     if (!out->technique) return BD_ERR_USAGE;
-    enum bd_err err = bd_params_read(&request->params, out->technique->params_read, name,
-                                     &out->params, fault);
+    enum bd_err err = bd_params_read(&request->params, out->technique, &out->params, fault);
     if (!err) err = find_camera(scene, request->camera, &out->camera, fault);
     if (err) return err;
 

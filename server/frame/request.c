@@ -206,5 +206,5 @@ enum bd_err bd_frame_request_check(const struct bd_frame_request *request,
     err = check_check(request, fault);
     if (err) return err;
     struct bd_params params;
-    return bd_params_read(&request->params, technique->params_read, name, &params, fault);
+    return bd_params_read(&request->params, technique, &params, fault);
 }

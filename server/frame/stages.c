@@ -472,7 +472,7 @@ enum bd_err bd_stage_indirect(struct bd_frame *frame)
     const struct bd_technique *technique = frame->plan->technique;
     uint64_t key = bd_key_number(bd_key_begin(technique->name), frame->gbuffer_key);
     struct bd_param_list params;
-    bd_params_write(&frame->plan->params, technique->params_read, &params);
+    bd_params_write(&frame->plan->params, technique, &params);
     for (uint32_t i = 0; i < params.count; i++)
         key = bd_key_bytes(key, params.pairs[i].value, strlen(params.pairs[i].value));
     for (uint32_t i = 0; i < frame->light_count; i++)

@@ -40,10 +40,11 @@ static Bounced__Model *model_message(const struct bd_model *model)
     return out;
 }
 
-static Bounced__Parameter *parameter_message(enum bd_param param)
+static Bounced__Parameter *parameter_message(const struct bd_technique *technique,
+                                              enum bd_param param)
 {
     struct bd_param_info info;
-    bd_param_describe(param, &info);
+    bd_param_describe(technique, param, &info);
     Bounced__Parameter *out = zeroed(1, sizeof *out);
     bounced__parameter__init(out);
     out->key = bd_answer_text(info.key);
@@ -58,12 +59,13 @@ static Bounced__Parameter *parameter_message(enum bd_param param)
     return out;
 }
 
-static void write_parameters(uint64_t readable, Bounced__Technique *out)
+static void write_parameters(const struct bd_technique *technique, Bounced__Technique *out)
 {
     out->parameters = zeroed(BD_PARAM_COUNT, sizeof *out->parameters);
     for (int i = 0; i < BD_PARAM_COUNT; i++)
-        if (readable >> i & 1)
-            out->parameters[out->n_parameters++] = parameter_message((enum bd_param)i);
+        if (technique->params_read >> i & 1)
+            out->parameters[out->n_parameters++] =
+                parameter_message(technique, (enum bd_param)i);
 }
 
 static void write_ladder(const char *const *ladder, Bounced__Technique *out)
@@ -81,7 +83,7 @@ static Bounced__Technique *technique_message(const struct bd_technique *techniqu
     out->name = bd_answer_text(technique->name);
     out->summary = bd_answer_text(technique->summary);
     out->model = model_message(&technique->model);
-    write_parameters(technique->params_read, out);
+    write_parameters(technique, out);
     write_ladder(technique->ladder, out);
     BD_SET(out, tolerance_direct, technique->tolerance.direct);
     BD_SET(out, tolerance_indirect, technique->tolerance.indirect);

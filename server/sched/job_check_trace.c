@@ -67,8 +67,7 @@ static enum bd_err plan_reference(const struct bd_checked *checked,
     const struct bd_job *job = checked->job;
     struct bd_frame_request request = job->request.frame;
     struct bd_params params;
-    enum bd_err err = bd_params_read(&request.params, checked->technique->params_read,
-                                     checked->technique->name, &params, fault);
+    enum bd_err err = bd_params_read(&request.params, checked->technique, &params, fault);
     if (err) return err;
     strcpy(request.technique, bd_technique_reference.name);
     request.params.count = 0;

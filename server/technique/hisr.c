@@ -57,6 +57,10 @@ static const char *const ladder[] = {
     NULL,
 };
 
+// The paper's tree: a leaf for each texel of a map of 256 squared. Its time hardly grows with the
+// number of leaves.
+static const struct bd_param_default defaults[] = {{BD_PARAM_VPLS, 65536}};
+
 const struct bd_technique bd_technique_hisr = {
     .name = "hisr",
     .summary =
@@ -66,6 +70,8 @@ const struct bd_technique bd_technique_hisr = {
     .passes = passes,
     .params_read = BD_READS_VPL_GRID | BD_READS_FRAGMENTS | BD_READS(BD_PARAM_TREE_CUT) |
                    BD_READS(BD_PARAM_TAU) | BD_READS(BD_PARAM_TREE_ROOTS),
+    .defaults = defaults,
+    .default_count = sizeof defaults / sizeof *defaults,
     .tolerance = {.direct = 1e-3, .indirect = 1e-2, .settings = "tau=0.001"},
     .hazard_codes = "TN",
     .ladder = ladder,

@@ -122,10 +122,12 @@ static void store(const struct param_row *row, double number, struct bd_params *
         *count_at(out, row->offset) = isinf(number) ? UINT32_MAX : (uint32_t)number;
 }
 
-static void set_defaults(struct bd_params *params)
+static void set_defaults(const struct bd_technique *technique, struct bd_params *params)
 {
     memset(params, 0, sizeof *params);
     for (int i = 0; i < BD_PARAM_COUNT; i++) store(&table[i], table[i].standard, params);
+    for (uint32_t i = 0; i < technique->default_count; i++)
+        store(&table[technique->defaults[i].param], technique->defaults[i].value, params);
 }
 
 static enum bd_err read_choice(const struct param_row *row, const char *value,
@@ -221,14 +223,20 @@ static enum bd_err read_value(const struct param_row *row, const char *value, st
     return BD_ERR_INTERNAL;
 }
 
-static enum bd_err read_pair(const char *key, const char *value, uint64_t readable,
-                             const char *owner, struct bd_params *out, struct bd_fault *fault)
+static bool is_read(const struct bd_technique *technique, int param)
+{
+    return technique->params_read >> param & 1;
+}
+
+static enum bd_err read_pair(const char *key, const char *value,
+                             const struct bd_technique *technique, struct bd_params *out,
+                             struct bd_fault *fault)
 {
     for (int i = 0; i < BD_PARAM_COUNT; i++) {
         if (strcmp(table[i].key, key) != 0) continue;
-        if (!(readable >> i & 1))
+        if (!is_read(technique, i))
             return bd_fault_set(fault, BD_ERR_USAGE, key, "%s: technique %s does not read it", key,
-                                owner);
+                                technique->name);
         return read_value(&table[i], value, out, fault);
     }
     return bd_fault_set(fault, BD_ERR_USAGE, key, "%s: no such parameter", key);
@@ -245,11 +253,12 @@ static void preset(const struct bd_model *model, struct bd_params *out)
 }
 
 // `model_of` first, wherever it stands: what is given beside it is meant to differ from it.
-static enum bd_err read_model_of(const struct bd_param_list *list, uint64_t readable,
-                                 struct bd_params *out, struct bd_fault *fault)
+static enum bd_err read_model_of(const struct bd_param_list *list,
+                                 const struct bd_technique *technique, struct bd_params *out,
+                                 struct bd_fault *fault)
 {
     const struct param_row *row = &table[BD_PARAM_MODEL_OF];
-    if (!(readable >> BD_PARAM_MODEL_OF & 1)) return BD_ERR_OK;
+    if (!is_read(technique, BD_PARAM_MODEL_OF)) return BD_ERR_OK;
     for (uint32_t i = 0; i < list->count; i++) {
         if (strcmp(list->pairs[i].key, row->key) != 0) continue;
         enum bd_err err = read_technique(row, list->pairs[i].value, out, fault);
@@ -259,15 +268,15 @@ static enum bd_err read_model_of(const struct bd_param_list *list, uint64_t read
     return BD_ERR_OK;
 }
 
-enum bd_err bd_params_read(const struct bd_param_list *list, uint64_t readable, const char *owner,
+enum bd_err bd_params_read(const struct bd_param_list *list, const struct bd_technique *technique,
                            struct bd_params *out, struct bd_fault *fault)
 {
-    set_defaults(out);
-    enum bd_err unknown = read_model_of(list, readable, out, fault);
+    set_defaults(technique, out);
+    enum bd_err unknown = read_model_of(list, technique, out, fault);
     if (unknown) return unknown;
     for (uint32_t i = 0; i < list->count; i++) {
         enum bd_err err =
-            read_pair(list->pairs[i].key, list->pairs[i].value, readable, owner, out, fault);
+            read_pair(list->pairs[i].key, list->pairs[i].value, technique, out, fault);
         if (err) return err;
     }
     return BD_ERR_OK;
@@ -308,11 +317,12 @@ static void write_value(const struct param_row *row, struct bd_params *params, c
     }
 }
 
-void bd_param_describe(enum bd_param param, struct bd_param_info *out)
+void bd_param_describe(const struct bd_technique *technique, enum bd_param param,
+                       struct bd_param_info *out)
 {
     const struct param_row *row = &table[param];
     struct bd_params defaults;
-    set_defaults(&defaults);
+    set_defaults(technique, &defaults);
     *out = (struct bd_param_info){.key = row->key,
                                   .minimum = row->minimum,
                                   .maximum = row->maximum,
@@ -323,12 +333,13 @@ void bd_param_describe(enum bd_param param, struct bd_param_info *out)
     write_value(row, &defaults, out->standard, sizeof out->standard);
 }
 
-void bd_params_write(const struct bd_params *params, uint64_t readable, struct bd_param_list *out)
+void bd_params_write(const struct bd_params *params, const struct bd_technique *technique,
+                     struct bd_param_list *out)
 {
     struct bd_params copy = *params;
     out->count = 0;
     for (int i = 0; i < BD_PARAM_COUNT; i++) {
-        if (!(readable >> i & 1)) continue;
+        if (!is_read(technique, i)) continue;
         snprintf(out->pairs[out->count].key, BD_PARAM_KEY_MAX, "%s", table[i].key);
         write_value(&table[i], &copy, out->pairs[out->count].value, BD_PARAM_VALUE_MAX);
         out->count++;

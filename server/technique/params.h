@@ -1,7 +1,7 @@
 // Parameters of techniques: KEY=VALUE text in, checked numbers out, and back into a report.
 //
 // One table (params.c) holds every parameter that any technique takes, with range and default; a
-// technique names the ones it reads. A key that no technique knows, one that this technique does
+// technique names the ones it reads, and those whose default is another with it. A key that no technique knows, one that this technique does
 // not read, and a value out of range are refused by name.
 
 #ifndef BD_TECHNIQUE_PARAMS_H
@@ -119,18 +119,26 @@ struct bd_param_info {
     uint32_t choice_count;      // 0 = a number
     char standard[BD_PARAM_VALUE_MAX];
 };
-void bd_param_describe(enum bd_param param, struct bd_param_info *out);
+struct bd_technique;
+void bd_param_describe(const struct bd_technique *technique, enum bd_param param,
+                       struct bd_param_info *out);
+
+// A technique's own default: of a choice, its place.
+struct bd_param_default {
+    enum bd_param param;
+    double value;
+};
 
 // The bit of a technique's `params_read`.
 #define BD_READS(param) (UINT64_C(1) << (param))
 
-// Reads `list` against the parameters in the mask `readable` (bits 1 << enum bd_param). `owner`
-// is the technique's name, for messages.
+// Reads `list` against what the technique reads; what is not in it has its default.
 BD_MUST_CHECK
-enum bd_err bd_params_read(const struct bd_param_list *list, uint64_t readable, const char *owner,
+enum bd_err bd_params_read(const struct bd_param_list *list, const struct bd_technique *technique,
                            struct bd_params *out, struct bd_fault *fault);
 
-// Every parameter in the mask, as text, in the table's order.
-void bd_params_write(const struct bd_params *params, uint64_t readable, struct bd_param_list *out);
+// Every parameter that the technique reads, as text, in the table's order.
+void bd_params_write(const struct bd_params *params, const struct bd_technique *technique,
+                     struct bd_param_list *out);
 
 #endif

@@ -94,6 +94,8 @@ struct bd_technique {
     // it has no indirect light.
     const char *const *passes;
     uint64_t params_read; // bits 1 << enum bd_param
+    const struct bd_param_default *defaults; // where they differ from the table's
+    uint32_t default_count;
     struct bd_tolerance tolerance;
     // Codes of the hazards that concern it beside those that concern all (algorithms.md C): letters
     // of "TNSIP", "" for none.

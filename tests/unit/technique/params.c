@@ -19,7 +19,7 @@ static enum bd_err read(const char *settings, struct bd_params *out, struct bd_f
     for (char *pair = strtok_r(copy, " ", &rest); pair; pair = strtok_r(NULL, " ", &rest))
         assert_int_equal(bd_param_list_add(&list, pair, fault), BD_ERR_OK);
     *fault = (struct bd_fault){0};
-    return bd_params_read(&list, witness->params_read, witness->name, out, fault);
+    return bd_params_read(&list, witness, out, fault);
 }
 
 static struct bd_params good(const char *settings)
@@ -34,7 +34,7 @@ static void assert_written(const char *settings, const char *key, const char *ex
 {
     struct bd_params params = good(settings);
     struct bd_param_list list;
-    bd_params_write(&params, witness->params_read, &list);
+    bd_params_write(&params, witness, &list);
     for (uint32_t i = 0; i < list.count; i++)
         if (strcmp(list.pairs[i].key, key) == 0) {
             assert_string_equal(list.pairs[i].value, expected);
@@ -117,15 +117,38 @@ static void clients_are_told_choices_and_defaults(void **state)
 {
     (void)state;
     struct bd_param_info info;
-    bd_param_describe(BD_PARAM_MODEL_OF, &info);
+    bd_param_describe(witness, BD_PARAM_MODEL_OF, &info);
     assert_string_equal(info.standard, "none");
     assert_true(info.choice_count >= 3);
     assert_string_equal(info.choices[0], "direct");
-    bd_param_describe(BD_PARAM_BOUNCES, &info);
+    bd_param_describe(witness, BD_PARAM_BOUNCES, &info);
     assert_string_equal(info.standard, "inf");
-    bd_param_describe(BD_PARAM_LIGHTS, &info);
+    bd_param_describe(witness, BD_PARAM_LIGHTS, &info);
     assert_int_equal(info.choice_count, 4);
     assert_string_equal(info.standard, "all");
+}
+
+// A technique whose default is not the table's: where nothing is said, and as clients are told.
+static void a_technique_may_have_a_default_of_its_own(void **state)
+{
+    (void)state;
+    const struct bd_param_list empty = {0};
+    struct bd_params params;
+    struct bd_fault fault;
+    struct bd_param_info info;
+    const struct bd_technique *trees = &bd_technique_hisr, *grid = &bd_technique_rsm;
+    assert_int_equal(bd_params_read(&empty, trees, &params, &fault), BD_ERR_OK);
+    assert_int_equal(params.vpls, 65536);
+    bd_param_describe(trees, BD_PARAM_VPLS, &info);
+    assert_string_equal(info.standard, "65536");
+    assert_int_equal(bd_params_read(&empty, grid, &params, &fault), BD_ERR_OK);
+    assert_int_equal(params.vpls, 1024);
+    bd_param_describe(grid, BD_PARAM_VPLS, &info);
+    assert_string_equal(info.standard, "1024");
+    struct bd_param_list list = {0};
+    assert_int_equal(bd_param_list_add(&list, "vpls=64", &fault), BD_ERR_OK);
+    assert_int_equal(bd_params_read(&list, trees, &params, &fault), BD_ERR_OK);
+    assert_int_equal(params.vpls, 64);
 }
 
 int main(void)
@@ -136,6 +159,7 @@ int main(void)
         cmocka_unit_test(what_makes_no_sense_is_refused_by_name),
         cmocka_unit_test(a_models_limit_is_preset_and_can_be_moved),
         cmocka_unit_test(clients_are_told_choices_and_defaults),
+        cmocka_unit_test(a_technique_may_have_a_default_of_its_own),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
