@@ -6,7 +6,7 @@ in panels.py and nowhere else.
 """
 from importlib import import_module
 
-FIGURES = ("fly_through", "resolution", "thresholds", "neighbourhood", "gather_or_splat",
+FIGURES = ("fly_through", "resolution", "thresholds", "neighbourhood", "per_vpl", "gather_or_splat",
            "eye_error", "light_path", "clusters", "tree", "combined", "cost")
 
 

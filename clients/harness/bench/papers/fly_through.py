@@ -5,8 +5,8 @@ from .figure import Figure, Group, Line, Panel, Run, Target, each, error, fragme
 
 VPLS, SIZE = 64, 1024
 DRAGON, BUNNY, ROOM = (-.15, .4, -.25), (.45, .3, .4), (0, .9, 0)  # what is looked at, metres
-PATH = (((0, 1, 3.9), ROOM), ((.5, 1, 2.9), ROOM), ((.9, 1, 1.7), DRAGON), ((.6, .7, 1.1), DRAGON),
-        ((.1, .5, .8), DRAGON), ((-.5, .6, .8), BUNNY), ((-.8, 1.2, .6), BUNNY), ((-.6, 1.5, .9), (.9, 1.2, -.9)))
+PATH = (((0, 1, 3.9), ROOM), ((.9, 1, 1.7), DRAGON), ((.6, .7, 1.1), DRAGON), ((.1, .5, .8), DRAGON),
+        ((-.5, .6, .8), BUNNY), ((-.8, 1.2, .6), BUNNY))  # ((eye, what it looks at), ...)
 TESTS = {
     "minmax depth, minmax normal": {"depth_test": "minmax", "depth_threshold": .05,
                                     "normal_test": "minmax", "normal_threshold": .25},
@@ -43,8 +43,8 @@ def panels(found):
                   _lines(found, lambda p: frame_ms(p) / frame_ms(first))),
             Panel("Subsplats for each VPL", place, "share of the pixels", _lines(found, fragments_share),
                   percent_y=True),
-            Panel("Error", place, "relative RMSE against every pixel",
-                  _lines(found, lambda p: error(p, "full")), percent_y=True)]
+            Panel("Error", place, "relative RMSE without the worst .01 %",
+                  _lines(found, lambda p: error(p, "full", "trimmed")), percent_y=True)]
 
 
 def _lines(found, value):
