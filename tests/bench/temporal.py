@@ -36,7 +36,8 @@ from temporal_truth import HALVES_ROLL_DEGREES, SETTINGS, Truth  # noqa: E402
 SIZE, FRAMES, TILE_PX, RESAMPLES = (256, 256), 60, 16, 1000
 SCENES = ("cornell_box_spot_side", "sponza_dabrovic")
 TECHNIQUES = (("rsm", {"vpls": "256"}), ("rsm", {"vpls": "1024"}), ("rsm", {"vpls": "4096"}),
-              ("multires_gather", {}), ("isr", {}), ("hisr", {}))
+              ("isr", {}), ("isr", {"rsm_size": "1024", "cluster_levels": "4"}), ("hisr", {}),
+              ("hisr", {"vpls": "1024"}))
 GOAL = ("rsm", {"vpls": "4096"})  # `isr` and `hisr` at default parameters: at most its J
 STRIP_FRAMES = 8
 EVERY = {"light": 1, "camera": 5}  # frames of a path that are looked at
@@ -72,15 +73,26 @@ class Series:
         self.tiles = self.tiles + tile_sums(squares)
         self.pixels = squares.size
 
+    def _drawn(self):
+        """Sums over tiles that are drawn anew; the same tiles in every series of a film."""
+        count = len(self.tiles)
+        drawn = numpy.random.default_rng(1).integers(0, count, (RESAMPLES, count))
+        return self.tiles[drawn].sum(axis=1)
+
+    def ratio(self, other):
+        """Of the root mean squares of two series of one film, with its interval."""
+        square = numpy.maximum(self._drawn(), 0) / numpy.maximum(other._drawn(), 1e-300)
+        low, high = numpy.sqrt(numpy.percentile(square, (2.5, 97.5)))
+        whole = max(sum(self.frames), 0) / max(sum(other.frames), 1e-300)
+        return {"value": float(numpy.sqrt(whole)), "low": float(low), "high": float(high)}
+
     def figure(self, mean):
         """Root mean square over `mean`, with its interval; by frame, the root with the sign of what
         is under it, which noise may put below zero."""
         def root(square):
             return float(numpy.sign(square) * numpy.sqrt(abs(square)) / mean)
-        rng = numpy.random.default_rng(1)
-        count = len(self.tiles)
-        drawn = self.tiles[rng.integers(0, count, (RESAMPLES, count))].sum(axis=1)
-        low, high = numpy.percentile(drawn / (self.pixels * len(self.frames)), (2.5, 97.5))
+        squares = self._drawn() / (self.pixels * len(self.frames))
+        low, high = numpy.percentile(squares, (2.5, 97.5))
         return {"value": root(numpy.mean(self.frames)), "low": root(low), "high": root(high),
                 "frames": [root(square) for square in self.frames]}
 
@@ -127,6 +139,7 @@ class Film:
                          "frame_error": self.error[name].figure(mean)})
             if moving == "light":
                 rows[-1]["J"] = self.motion[name].figure(mean)
+                rows[-1]["J_over_goal"] = self.motion[name].ratio(self.motion[label(*GOAL)])
         found = {"mean_cd_m2": mean, "techniques": rows}
         if moving == "light":
             found["true_motion"] = self.true_motion.figure(mean)
@@ -151,14 +164,6 @@ def measure(daemon, build, cache, path, moving, frames, strip, say):
     return {"scene": path.stem, "moving": moving, "frames": frames,
             "every": EVERY[moving], "truth": truth.hash,
             **film.result(moving)}
-
-
-def compare(entry):
-    """J of each technique over that of the goal."""
-    by_name = {(row["technique"], row["settings"]): row for row in entry["techniques"]}
-    goal = by_name[GOAL[0], " ".join(f"{k}={v}" for k, v in GOAL[1].items())]["J"]["value"]
-    for row in entry["techniques"]:
-        row["J_over_goal"] = row["J"]["value"] / goal
 
 
 # --- pictures -----------------------------------------------------------------------------------
@@ -255,10 +260,7 @@ def run(build, scenes, cache, names=SCENES, frames=FRAMES, strip=None, say=lambd
         for name in names:
             for moving in ("light", "camera"):
                 path = pathlib.Path(scenes) / f"{name}.glb"
-                entry = measure(daemon, build, cache, path, moving, frames, strip, say)
-                if moving == "light":
-                    compare(entry)
-                result["films"].append(entry)
+                result["films"].append(measure(daemon, build, cache, path, moving, frames, strip, say))
     return result
 
 

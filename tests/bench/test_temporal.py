@@ -43,6 +43,15 @@ def test_a_picture_that_moves_with_the_light_has_no_error_of_motion():
     assert found["true_motion"]["value"] * found["mean_cd_m2"] == pytest.approx(0.1, rel=1e-2)
 
 
+def test_a_ratio_is_of_the_same_tiles():
+    rng, all_of_it, half = numpy.random.default_rng(6), temporal.Series(), temporal.Series()
+    for _ in range(5):
+        error, true = rng.normal(0, 1, (64, 64, 3)) ** 3, numpy.zeros((64, 64, 3))
+        all_of_it.add(error, [true, true])
+        half.add(error / 2, [true, true])
+    assert half.ratio(all_of_it) == pytest.approx({"value": 0.5, "low": 0.5, "high": 0.5})
+
+
 def test_tiles_hold_every_pixel_once():
     squares = numpy.random.default_rng(5).random((37, 50))
     sums = temporal.tile_sums(squares)

@@ -10,6 +10,8 @@ weighed by one over its own. d is the squared difference of indirect radiance, a
   interval        95 %, by drawing as many of those pixels anew, 2,000 times
   light side      the same between two pictures with the same leaves: `hisr` and the sum over all of
                   them at the same blocks, `multires_gather`
+
+RESULT.json is written scene by scene; scenes that it has and that are not asked for stay in it.
 """
 import argparse
 import hashlib
@@ -41,21 +43,19 @@ RECORD = numpy.dtype([("x", "u4"), ("y", "u4"), ("probability", "f8"), ("irradia
 # What is compared with R4: technique and what is set beside brdf=lambert.
 PICTURES = (
     ("rsm", {}),
-    ("rsm", {"vpls": "4096"}),
     ("multires_gather", {}),
     ("multires_gather", {"vpls": "65536"}),
     ("isr", {}),
     ("isr", {"rsm_size": "1024", "cluster_levels": "4"}),
+    ("hisr", {"vpls": "1024"}),
     ("hisr", {}),
-    ("hisr", {"vpls": "16384"}),
-    ("hisr", {"vpls": "65536"}),
-    ("hisr", {"vpls": "65536", "tau": "0.01"}),
+    ("hisr", {"tau": "0.01"}),
     ("hisr", {"vpls": "262144"}),
     ("hisr", {"vpls": "1048576"}),
 )
-# (hisr, all leaves at the same blocks)
-LIGHT_SIDES = tuple((tree, ("multires_gather", {"vpls": tree[1]["vpls"]})) for tree in PICTURES
-                    if tree[0] == "hisr" and tree[1].get("vpls") == "65536")
+# Cuts of trees, and all leaves at the same blocks.
+LIGHT_SIDES = tuple((tree, ("multires_gather", {"vpls": "65536"}))
+                    for tree in (("hisr", {}), ("hisr", {"tau": "0.01"})))
 
 
 # --- the reference ------------------------------------------------------------------------------
@@ -146,13 +146,16 @@ def measure(daemon, build, cache, path, say):
     sample, truth, seen, rows = Sample(records, SIZE), records["radiance_cd_m2"], {}, []
     for technique, settings in PICTURES:
         indirect, report = picture_at(daemon, held, records, technique, settings)
-        seen[technique, *settings_words(settings)] = indirect
+        seen[technique, *settings_words(settings)] = indirect, report["counts"]["vpls"]
         rows.append(row_of(technique, settings, report, sample.error(indirect, truth)))
         say(f"{path.stem}: {technique} {rows[-1]['settings']}: {rows[-1]['rel_rmse']:.4f}")
     sides = []
     for (tree, tree_set), (flat, flat_set) in LIGHT_SIDES:
-        error = sample.error(seen[tree, *settings_words(tree_set)],
-                             seen[flat, *settings_words(flat_set)])
+        (cut, leaves), (whole, vpls) = (seen[name, *settings_words(settings)] for name, settings
+                                        in ((tree, tree_set), (flat, flat_set)))
+        if leaves != vpls:
+            raise SystemExit(f"{tree} has {leaves} leaves, {flat} {vpls} VPLs: not the same light")
+        error = sample.error(cut, whole)
         sides.append({"technique": tree, "settings": " ".join(settings_words(tree_set)), **error})
     mean = sample.error(numpy.zeros_like(truth), truth)  # of nothing: its interval is R4's own
     return {"scene": path.stem, "reference": {"hash": name, **line}, "combined": rows,
@@ -184,16 +187,18 @@ def plot(result, file):
     figure.savefig(file, bbox_inches="tight", metadata={"Date": None, "Creator": None})
 
 
-def run(build, scenes, cache, names=SCENES, say=lambda line: None):
+def run(build, scenes, cache, names=SCENES, earlier=(), keep=lambda result: None,
+        say=lambda line: None):
+    """`earlier`: entries of other scenes. `keep` is given the result after each scene."""
     result = {"machine": machine(),
-              "command": "vpl_reference.py BUILD SCENES -o RESULT --cache DIR"
-                         + ("" if names == SCENES else f" --scenes {','.join(names)}"),
-              "size": SIZE, "settings": "brdf=lambert " + " ".join(settings_words(VPLS)),
-              "goals": {"combined": COMBINED_GOAL, "light_side": LIGHT_SIDE_GOAL}, "scenes": []}
+              "command": "vpl_reference.py BUILD SCENES -o RESULT --cache DIR", "size": SIZE, "settings": "brdf=lambert " + " ".join(settings_words(VPLS)),
+              "goals": {"combined": COMBINED_GOAL, "light_side": LIGHT_SIDE_GOAL},
+              "scenes": [entry for entry in earlier if entry["scene"] not in names]}
     with Daemon() as daemon:
         for name in names:
             path = pathlib.Path(scenes) / f"{name}.glb"
             result["scenes"].append(measure(daemon, build, cache, path, say))
+            keep(result)
     return result
 
 
@@ -209,9 +214,10 @@ def main():
     build = options.build.resolve()
     os.environ.setdefault("BOUNCE", str(build / "clients/cli/bounce"))
     os.environ.setdefault("BOUNCED", str(build / "server/bounced"))
-    result = run(build, options.scenes, options.cache, tuple(options.names.split(",")),
+    earlier = json.loads(options.output.read_text())["scenes"] if options.output.is_file() else ()
+    result = run(build, options.scenes, options.cache, tuple(options.names.split(",")), earlier,
+                 lambda found: options.output.write_text(json.dumps(found, indent=1) + "\n"),
                  lambda line: print(line, file=sys.stderr, flush=True))
-    options.output.write_text(json.dumps(result, indent=1) + "\n")
     if options.plot:
         plot(result, options.plot)
 
