@@ -108,6 +108,18 @@ static enum bd_err composite(struct bd_frame *frame, uint32_t sub_frame,
     return err;
 }
 
+static void count_indirect(struct bd_frame *frame)
+{
+    const struct bd_subsplat_counts *subsplats = &frame->indirect->subsplats;
+    frame->report->counts.fragments += frame->indirect->fragment_count;
+    frame->report->counts.subsplats += subsplats->drawn;
+    frame->report->counts.subsplats_tested += subsplats->tested;
+    frame->report->counts.subsplats_split += subsplats->split;
+    if (subsplats->is_limited && !frame->subsplats_limited)
+        bd_report_flag(frame->report, "subsplats_limited: coarser than radiance_threshold asks for");
+    frame->subsplats_limited |= subsplats->is_limited;
+}
+
 static enum bd_err run_sub_frame(struct bd_frame *frame, uint32_t index,
                                  struct bd_tex *layers[BD_LAYER_COUNT])
 {
@@ -118,8 +130,7 @@ static enum bd_err run_sub_frame(struct bd_frame *frame, uint32_t index,
     if (!err && frame->plan->fragments) err = bd_stage_fragments(frame);
     if (!err && frame->plan->indirect) err = bd_stage_indirect(frame);
     if (!err) err = composite(frame, index, layers);
-    if (!err && frame->indirect)
-        frame->report->counts.fragments += frame->indirect->fragment_count;
+    if (!err && frame->indirect) count_indirect(frame);
     if (frame->request->aa > 1) bd_stage_forget_camera_side(frame);
     return err;
 }

@@ -77,6 +77,13 @@ static const char *const *own_passes(const struct bd_plan *plan)
     return plan->technique->passes ? plan->technique->passes : usual;
 }
 
+static bool is_for_glossy_alone(const struct bd_plan *plan, const char *pass)
+{
+    const char *const *glossy = plan->technique->glossy_passes;
+    while (glossy && *glossy && strcmp(*glossy, pass) != 0) glossy++;
+    return glossy && *glossy;
+}
+
 static void list_passes(const struct bd_plan *plan, struct bd_report *report)
 {
     if (plan->technique->is_reference) {
@@ -94,7 +101,8 @@ static void list_passes(const struct bd_plan *plan, struct bd_report *report)
     add_pass(report, plan->fragments, "discontinuity");
     add_pass(report, plan->fragments, "fragments");
     for (const char *const *pass = own_passes(plan); *pass; pass++)
-        add_pass(report, plan->indirect, *pass);
+        add_pass(report, plan->indirect && (plan->glossy || !is_for_glossy_alone(plan, *pass)),
+                 *pass);
     add_pass(report, true, "composite");
     add_pass(report, true, "readback");
 }
@@ -151,7 +159,8 @@ static void list_omitted(const struct bd_plan *plan, const struct bd_scene *scen
     list_omitted_of_fragments(plan, no_indirect, report);
     for (const char *const *pass = own_passes(plan); *pass; pass++)
         omit(report, !plan->indirect, *pass, no_indirect);
-    omit(report, plan->indirect && !plan->glossy, own_passes(plan)[0],
+    const char *const *glossy = plan->technique->glossy_passes;
+    omit(report, plan->indirect && !plan->glossy, glossy ? *glossy : *own_passes(plan),
          no_glossy_lobe(plan));
 }
 

@@ -61,6 +61,7 @@ struct bd_report {
     } omitted[BD_REPORT_OMITTED_MAX];
     struct {
         uint64_t lights, vpls, fragments, triangles;
+        uint64_t subsplats, subsplats_tested, subsplats_split; // struct bd_subsplat_counts
     } counts;
     double memory_gpu_mib, memory_gpu_peak_mib;
     double memory_reference_mib; // prepared for tracing, of all scenes together

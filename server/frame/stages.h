@@ -49,6 +49,7 @@ struct bd_frame {
     struct bd_discontinuity *discontinuity;
     struct bd_fragments *fragments;
     struct bd_indirect *indirect;
+    bool subsplats_limited; // in some sub-frame
 };
 
 enum bd_err bd_stage_upload(struct bd_frame *frame);

@@ -78,6 +78,11 @@ static void fill_counts(Bounced__Report *message, const struct bd_report *report
     BD_SET(counts, vpls, report->counts.vpls);
     BD_SET(counts, fragments, report->counts.fragments);
     BD_SET(counts, triangles, report->counts.triangles);
+    if (report->counts.subsplats_tested > 0) {
+        BD_SET(counts, subsplats, report->counts.subsplats);
+        BD_SET(counts, subsplats_tested, report->counts.subsplats_tested);
+        BD_SET(counts, subsplats_split, report->counts.subsplats_split);
+    }
     message->counts = counts;
     Bounced__ReportMemory *memory = new_zeroed(1, sizeof *memory);
     bounced__report_memory__init(memory);

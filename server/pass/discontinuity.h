@@ -77,7 +77,9 @@ struct bd_discontinuity {
     struct bd_multires_layout layout;
     // R32UI, levels from 1 on, stacked (shared/multires.h).
     struct bd_tex *flags;          // BD_BLOCK_*
-    struct bd_tex *representative; // BD_PIXEL_PACK; undefined where the block is empty
+    // BD_PIXEL_PACK; undefined where the block is empty. NULL of glossy receivers.
+    struct bd_tex *representative;
+    bool glossy; // of glossy receivers alone (pass/glossy_blocks.h)
 };
 
 BD_MUST_CHECK

@@ -158,6 +158,8 @@ static void bind_classify(const struct work *w, struct bd_bindings *bindings)
     else
         bindings->textures[BD_UNIT_GBUFFER_MATERIAL].tex = w->inputs->gbuffer->material;
     if (w->lone_pixels) bind_surfaces(w, bindings);
+    if (w->discontinuity->glossy)
+        bindings->textures[BD_UNIT_GBUFFER_ALBEDO].tex = w->inputs->gbuffer->albedo;
     bindings->textures[BD_UNIT_BLOCK_FLAGS].tex = w->discontinuity->flags;
     bind_storage(bindings, BD_STORAGE_FRAGMENT_MASKS, w->out->masks, false, true);
     if (w->reached) bind_storage(bindings, BD_STORAGE_REACHED_MASKS, w->reached, true, true);
@@ -172,6 +174,7 @@ static enum bd_err classify(struct work *w, enum bd_refinement refinement, struc
     if (w->lone_pixels) bd_define(&defines, "BD_LONE_PIXELS", 1);
     if (iterative) bd_define(&defines, "BD_ITERATIVE", 1);
     if (w->inputs->rsm) bd_define(&defines, "BD_RSM", 1);
+    if (w->discontinuity->glossy) bd_define(&defines, "BD_GLOSSY", 1);
     enum bd_err err = get_program(w, "pass/fragments/classify.comp", &defines, &program, fault);
     if (err) return err;
     bind_classify(w, &bindings);

@@ -22,6 +22,13 @@ struct bd_gather_inputs {
     bool glossy;       // receivers have a specular lobe worth its price
 };
 
+// Of blocks that a VPL's glossy lobe is splatted to (pass/subsplats.h), summed over VPLs; 0 where there
+// are none.
+struct bd_subsplat_counts {
+    uint64_t tested, split, drawn;
+    bool is_limited; // a list was full: some blocks are coarser than the threshold asks for
+};
+
 // Indirect light, in the frame's light unit.
 struct bd_indirect {
     struct bd_tex *irradiance; // RGBA32F, without receiver albedo
@@ -29,6 +36,7 @@ struct bd_indirect {
     // negative; NULL if not asked for.
     struct bd_tex *glossy;
     uint64_t fragment_count; // places where light was gathered, or to which it was splatted
+    struct bd_subsplat_counts subsplats;
 };
 
 BD_MUST_CHECK

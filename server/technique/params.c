@@ -62,6 +62,14 @@ static const struct param_row table[BD_PARAM_COUNT] = {
     [BD_PARAM_SURFACE_DETAIL] = {"surface_detail", PARAM_CHOICE, FIELD(surface_detail), 0, 0, 1,
                                  {"off", "direction", "paper"}},
     [BD_PARAM_VISIT] = {"visit", PARAM_CHOICE, FIELD(visit), 0, 0, 0, {"list", "mask"}},
+    [BD_PARAM_RADIANCE_TEST] = {"radiance_test", PARAM_CHOICE, FIELD(radiance_test), 0, 0, 0,
+                                {"relative", "absolute"}},
+    [BD_PARAM_RADIANCE_THRESHOLD] = {"radiance_threshold", PARAM_REAL, FIELD(radiance_threshold),
+                                     0, 1e12, 0.25, {0}},
+    [BD_PARAM_MATERIAL_THRESHOLD] = {"material_threshold", PARAM_REAL, FIELD(material_threshold),
+                                     0, 1, 0.1, {0}},
+    [BD_PARAM_SUBSPLAT_LIMIT] = {"subsplat_limit", PARAM_COUNT, FIELD(subsplat_limit), 64, 1u << 22,
+                                 1u << 18, {0}},
     [BD_PARAM_CLUSTER_LEVELS] = {"cluster_levels", PARAM_COUNT, FIELD(cluster_levels), 0, 12, 2,
                                  {0}},
     [BD_PARAM_CLUSTER_DEPTH_THRESHOLD] = {"cluster_depth_threshold", PARAM_REAL,
@@ -97,6 +105,7 @@ static bool is_unlimited(const struct param_row *row)
     const uint64_t unlimited = BD_READS(BD_PARAM_BOUNCES) | BD_READS(BD_PARAM_CLAMP) |
                                BD_READS(BD_PARAM_DEPTH_THRESHOLD) |
                                BD_READS(BD_PARAM_NORMAL_THRESHOLD) |
+                               BD_READS(BD_PARAM_MATERIAL_THRESHOLD) |
                                BD_READS(BD_PARAM_CLUSTER_DEPTH_THRESHOLD) |
                                BD_READS(BD_PARAM_CLUSTER_NORMAL_THRESHOLD);
     return unlimited >> (row - table) & 1;

@@ -50,6 +50,11 @@ enum bd_param {
     BD_PARAM_FINEST,           // pixels along a side of the blocks that are not split, 1, 2, 4 or 8
     BD_PARAM_SURFACE_DETAIL,   // off | direction | paper (pass/upsample.h)
     BD_PARAM_VISIT,            // list | mask (pass/gather_fragments.h)
+    // Of glossy receivers: how far blocks are split for each VPL (pass/subsplats.h, glossy_blocks.h).
+    BD_PARAM_RADIANCE_TEST,      // relative | absolute
+    BD_PARAM_RADIANCE_THRESHOLD, // a part of the radiance, or cd/m^2
+    BD_PARAM_MATERIAL_THRESHOLD, // or inf
+    BD_PARAM_SUBSPLAT_LIMIT,     // blocks of one list
     // Of a light's map: how far blocks of it are split.
     BD_PARAM_CLUSTER_LEVELS,           // how often a block may be split in four
     BD_PARAM_CLUSTER_DEPTH_THRESHOLD,  // as DEPTH_THRESHOLD, of the light's view
@@ -92,6 +97,9 @@ struct bd_params {
     uint32_t finest_level;   // finest: 2^level pixels
     uint32_t surface_detail; // enum bd_surface_detail
     uint32_t visit;          // enum bd_fragment_visit
+    uint32_t radiance_test; // enum bd_radiance_test
+    double radiance_threshold, material_threshold;
+    uint32_t subsplat_limit;
     uint32_t cluster_levels;
     double cluster_depth_threshold, cluster_normal_threshold; // INFINITY = off
     uint32_t tree_cut;                                        // enum bd_tree_criterion

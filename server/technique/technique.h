@@ -33,6 +33,9 @@ enum bd_frame_input {
      BD_READS(BD_PARAM_NORMAL_TEST) | BD_READS(BD_PARAM_NORMAL_THRESHOLD) |                        \
      BD_READS(BD_PARAM_NEIGHBOURHOOD) | BD_READS(BD_PARAM_COARSEST) | BD_READS(BD_PARAM_FINEST) |  \
      BD_READS(BD_PARAM_SURFACE_DETAIL))
+#define BD_READS_SUBSPLATS                                                                         \
+    (BD_READS(BD_PARAM_RADIANCE_TEST) | BD_READS(BD_PARAM_RADIANCE_THRESHOLD) |                    \
+     BD_READS(BD_PARAM_MATERIAL_THRESHOLD) | BD_READS(BD_PARAM_SUBSPLAT_LIMIT))
 
 // Kinds of light that can light surfaces.
 enum bd_lights {
@@ -93,6 +96,9 @@ struct bd_technique {
     // protocol/README.md, ended by NULL; it brackets each with bd_gpu_pass_begin and _end. NULL if
     // it has no indirect light.
     const char *const *passes;
+    // Those of them that only glossy receivers need, ended by NULL. NULL: its first pass lights
+    // those too.
+    const char *const *glossy_passes;
     uint64_t params_read; // bits 1 << enum bd_param
     const struct bd_param_default *defaults; // where they differ from the table's
     uint32_t default_count;

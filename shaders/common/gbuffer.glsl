@@ -16,6 +16,10 @@ struct receiver {
     bool lit; // material_is_lit
 };
 
+// Whose specular lobe is worth its price where indirect light is gathered. So rough dielectrics
+// reflect by base colour / pi alone.
+bool has_glossy_lobe(float metallic, float roughness) { return metallic > 0.0 || roughness < 0.6; }
+
 // Something is there, and light can reach it.
 bool material_is_lit(vec4 material) { return material.w > 0.0 && material.z == 0.0; }
 

@@ -75,7 +75,7 @@ void add(inout sums s, receiver r, vec3 viewer, vec3 to_vpl, float r2, vec3 irra
 {
     s.diffuse += irradiance_of_vpl;
 #ifdef BD_GLOSSY
-    if ((r.metallic > 0.0 || r.roughness < 0.6) && irradiance_of_vpl != vec3(0.0))
+    if (has_glossy_lobe(r.metallic, r.roughness) && irradiance_of_vpl != vec3(0.0))
         s.glossy += irradiance_of_vpl * beyond_diffuse(r, viewer, to_vpl, r2);
 #endif
 #ifdef BD_VECTOR
@@ -112,27 +112,42 @@ void add_patch(inout sums s, receiver r, vec3 viewer, uint index)
 }
 #endif
 
+// As it is in the array (shared/vpl.h).
+struct virtual_light {
+    vec4 position_area, normal_near;
+    vec3 flux;
+};
+
+virtual_light vpl_at(uint index)
+{
+    return virtual_light(BD_LOAD(vpls, index * BD_VPL_VEC4S),
+                         BD_LOAD(vpls, index * BD_VPL_VEC4S + 1u),
+                         BD_LOAD(vpls, index * BD_VPL_VEC4S + 2u).rgb);
+}
+
+// False, and nothing added, for one so near that it must be integrated as a patch.
+bool add_far(inout sums s, receiver r, vec3 viewer, virtual_light vpl)
+{
+    vec3 to_vpl = vpl.position_area.xyz - r.position, normal = vpl.normal_near.xyz;
+    float r2 = dot(to_vpl, to_vpl);
+    float kernel = disk_seen(r, to_vpl, r2, normal, vpl.position_area.w);
+    bool far = true;
+#ifdef BD_VPL_PATCH
+    far = r2 >= vpl.normal_near.w || !faces(normal, to_vpl, r2);
+    if (!far) kernel = 0.0;
+#endif
+    add(s, r, viewer, to_vpl, r2, vpl.flux * kernel);
+    return far;
+}
+
 // A block of at most 32 VPLs. Those near enough to be integrated as patches are marked in a bit
 // mask and done after the others, because a software device runs both sides of every branch:
 // in the inner loop the patch's formula would cost six times the rest.
 void gather_block(inout sums s, receiver r, vec3 viewer, uint begin, uint end)
 {
     uint near = 0u;
-    for (uint index = begin; index < end; index++) {
-        vec4 at = BD_LOAD(vpls, index * BD_VPL_VEC4S);
-        vec4 normal = BD_LOAD(vpls, index * BD_VPL_VEC4S + 1u);
-        vec3 flux = BD_LOAD(vpls, index * BD_VPL_VEC4S + 2u).rgb;
-        vec3 to_vpl = at.xyz - r.position;
-        float r2 = dot(to_vpl, to_vpl);
-        float kernel = disk_seen(r, to_vpl, r2, normal.xyz, at.w);
-#ifdef BD_VPL_PATCH
-        if (r2 < normal.w && faces(normal.xyz, to_vpl, r2)) {
-            kernel = 0.0;
-            near |= 1u << (index - begin);
-        }
-#endif
-        add(s, r, viewer, to_vpl, r2, flux * kernel);
-    }
+    for (uint index = begin; index < end; index++)
+        if (!add_far(s, r, viewer, vpl_at(index))) near |= 1u << (index - begin);
 #ifdef BD_VPL_PATCH
     while (near != 0u) {
         add_patch(s, r, viewer, begin + uint(findLSB(near)));

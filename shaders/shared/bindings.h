@@ -41,6 +41,21 @@
 #define BD_UNIT_FINE                 10
 #define BD_UNIT_FINE_VECTOR          11
 
+// Textures of subsplats, beside the G-buffer and VPLs.
+#define BD_UNIT_ALL_IRRADIANCE 10
+
+// Images of glossy_blocks.
+#define BD_IMAGE_GLOSSY_FLAGS  0
+#define BD_IMAGE_SURFACE_LEAST 1
+#define BD_IMAGE_SURFACE_MOST  2
+
+// Images of subsplats.
+#define BD_IMAGE_GLOSSY_FINE    0
+#define BD_IMAGE_GLOSSY_COARSE  1
+#define BD_IMAGE_GLOSSY_SLOPE_X 2
+#define BD_IMAGE_GLOSSY_SLOPE_Y 3
+#define BD_IMAGE_GLOSSY         4
+
 // Storage blocks of gather_fragments.
 #define BD_STORAGE_FRAGMENTS 0
 
@@ -78,5 +93,14 @@
 #define BD_STORAGE_FRAGMENT_SUMMARY  3
 #define BD_STORAGE_FRAGMENT_DISPATCH 4
 #define BD_STORAGE_FRAGMENT_LIST     5
+
+// Storage blocks of subsplats.
+#define BD_STORAGE_SUBSPLATS       0
+#define BD_STORAGE_SUBSPLAT_MASKS  1
+#define BD_STORAGE_SPLIT_MASKS     2
+#define BD_STORAGE_SUBSPLAT_SCAN   3
+#define BD_STORAGE_SUBSPLAT_COUNTS 4
+#define BD_STORAGE_NEXT_SUBSPLATS  5
+#define BD_STORAGE_NEXT_MASKS      6
 
 #endif

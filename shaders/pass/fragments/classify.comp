@@ -5,6 +5,8 @@
 // is split. Flags that are monotone, as they are, make both the same.
 //
 // Below the finest level there are lone pixels, and blocks (BD_LONE_PIXELS).
+//
+// BD_GLOSSY: of glossy receivers alone, as the flags are (pass/glossy_blocks).
 #include "common/seen_surface.glsl"
 #include "pass/fragments/tiles.glsl"
 #ifdef BD_LONE_PIXELS
@@ -18,13 +20,22 @@ layout(std430, binding = BD_STORAGE_FRAGMENT_MASKS) writeonly buffer mask_block 
 layout(std430, binding = BD_STORAGE_REACHED_MASKS) buffer reached_block { uint reached_masks[]; };
 #endif
 
+bool is_member(ivec2 pixel)
+{
+#ifdef BD_GLOSSY
+    float metallic = texelFetch(gbuffer_albedo, pixel, 0).a;
+    if (!has_glossy_lobe(metallic, texelFetch(gbuffer_material, pixel, 0).x)) return false;
+#endif
+    return seen_lit(pixel, args.range.w);
+}
+
 // Of a block of the level, or of a place where it has none.
 uint block_flag(uint level, uvec2 block)
 {
     uvec4 size = args.multires.levels[level];
     if (!multires_has(size, block)) return BD_BLOCK_EMPTY;
     if (level > 0u) return texelFetch(flags, multires_texel(size, block), 0).x;
-    return seen_lit(ivec2(block), args.range.w) ? BD_BLOCK_SMOOTH : BD_BLOCK_EMPTY;
+    return is_member(ivec2(block)) ? BD_BLOCK_SMOOTH : BD_BLOCK_EMPTY;
 }
 
 bool is_reached(uint level, uvec2 block)
