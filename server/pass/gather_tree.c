@@ -13,9 +13,11 @@ _Static_assert(BD_TREE_BOUND == BD_TREE_CRITERION_BOUND, "C and GLSL agree");
 _Static_assert(BD_TREE_LEVEL == BD_TREE_CRITERION_LEVEL, "C and GLSL agree");
 _Static_assert(BD_TREE_PRINTED == BD_TREE_CRITERION_PRINTED, "C and GLSL agree");
 
-// Leaves under the roots of a dispatch: a fixed number, because it sets the order of the sums. Each
-// costs an invocation a dozen rounds of its loops if it is near.
-#define LEAVES_PER_DISPATCH (BD_TREE_ROOT_LEAVES_MAX * BD_TREE_ROOT_LEAVES_MAX)
+// Nodes that a receiver visits in a round, at most: all of the largest root. A fixed number,
+// because it sets the order of the sums. A leaf costs an invocation a dozen rounds of its loops if
+// it is near.
+#define LEAVES_PER_ROUND (BD_TREE_ROOT_LEAVES_MAX * BD_TREE_ROOT_LEAVES_MAX)
+#define NODES_PER_ROUND  ((4 * LEAVES_PER_ROUND - 1) / 3)
 // A first guess at a receiver's cut, in the slicer's units; then each slice teaches the next.
 #define UNITS_PER_RECEIVER 2000.0
 #define LEARNING_MS_MIN    1.0
@@ -31,7 +33,8 @@ struct gather_tree {
     struct bd_view view;
     double mean_irradiance; // of the frame
     double units_per_receiver;
-    struct bd_buf *estimates;
+    struct bd_buf *estimates, *next_roots;
+    uint32_t round; // counted over all lights, from 1
     // Receivers by rows: a row of pixels each, or a work group of fragments. One of the two is
     // made.
     uint32_t row_count, row_width;
@@ -76,6 +79,7 @@ static void dispatch(const struct gather_tree *g, uint32_t light, bool estimate,
         .uniforms[BD_UNIFORM_VIEW] = {&g->view, sizeof g->view},
         .uniforms[BD_UNIFORM_ARGS] = {args, sizeof *args},
         .storage[BD_STORAGE_ESTIMATES] = {.buf = g->estimates, .read = true, .write = estimate},
+        .storage[BD_STORAGE_NEXT_ROOTS] = {.buf = g->next_roots, .read = true, .write = !estimate},
     };
     bd_gbuffer_bind(g->inputs->gbuffer, &bindings);
     bindings.arrays[BD_UNIT_VPLS] = g->inputs->leaves[light]->vpls;
@@ -90,6 +94,11 @@ static void dispatch(const struct gather_tree *g, uint32_t light, bool estimate,
                     (down + group[1] - 1) / group[1], 1);
 }
 
+static size_t receivers(const struct gather_tree *g)
+{
+    return (size_t)g->row_width * g->row_count;
+}
+
 // What a receiver's cut costs is not known before: the next slice is as long as this one says.
 static enum bd_err end_slice(struct gather_tree *g, double receivers)
 {
@@ -101,15 +110,24 @@ static enum bd_err end_slice(struct gather_tree *g, double receivers)
     return err;
 }
 
-static struct bd_gather_tree_args args_of(const struct gather_tree *g, uint32_t light,
-                                          uint32_t first_root, uint32_t root_count, bool first)
+// Some of a tree's roots; a round of all of them, or the estimate by a few.
+struct roots {
+    uint32_t light, first, count;
+    bool estimate;
+    bool goes_on; // from where the round before ended
+    bool anew;    // nothing was added yet
+};
+
+static struct bd_gather_tree_args args_of(const struct gather_tree *g, const struct roots *roots)
 {
-    const struct bd_vpl_tree *tree = g->inputs->trees[light];
+    const struct bd_vpl_tree *tree = g->inputs->trees[roots->light];
+    const uint32_t root_leaves = tree->leaf_side / tree->root_side;
     const double per_m2 = pow(g->inputs->scene->space.render_per_m, -2);
     return (struct bd_gather_tree_args){
-        .rows = {0, 0, first, 0},
-        .tree = {first_root, root_count, tree->root_side, bd_vpl_tree_level_count(tree)},
-        .cut = {(uint32_t)g->inputs->criterion, 0, 0, 0},
+        .rows = {0, 0, roots->anew, roots->goes_on},
+        .tree = {roots->first, roots->count, tree->root_side, bd_vpl_tree_level_count(tree)},
+        .cut = {(uint32_t)g->inputs->criterion, NODES_PER_ROUND,
+                (4 * root_leaves * root_leaves - 1) / 3, g->round},
         .tau = {(float)g->inputs->tau, (float)(g->inputs->tau * g->mean_irradiance),
                 (float)(BD_TREE_ESTIMATE_MIN * g->mean_irradiance),
                 (float)(ESTIMATE_STEPS / g->mean_irradiance)},
@@ -130,50 +148,66 @@ static void set_rows(const struct gather_tree *g, uint32_t row, uint32_t rows,
     args->rows.y = rows * FRAGMENTS_PER_ROW < left ? rows * FRAGMENTS_PER_ROW : left;
 }
 
-static enum bd_err gather_roots(struct gather_tree *g, uint32_t light, bool estimate,
-                                uint32_t first_root, uint32_t root_count, bool first)
+static enum bd_err gather_roots(struct gather_tree *g, const struct roots *roots)
 {
-    struct bd_gather_tree_args args = args_of(g, light, first_root, root_count, first);
+    struct bd_gather_tree_args args = args_of(g, roots);
     for (uint32_t row = 0; row < g->row_count;) {
-        double units = g->row_width * (estimate ? root_count : g->units_per_receiver);
+        double units = g->row_width * (roots->estimate ? roots->count : g->units_per_receiver);
         uint32_t rows = bd_slicer_rows(g->context->slicer, units, g->row_count - row);
         if (rows > GROUPS_MAX) rows = GROUPS_MAX;
         set_rows(g, row, rows, &args);
-        dispatch(g, light, estimate, &args);
-        enum bd_err err = estimate ? bd_slicer_checkpoint(g->context->slicer, 0)
-                                   : end_slice(g, (double)g->row_width * rows);
+        dispatch(g, roots->light, roots->estimate, &args);
+        enum bd_err err = roots->estimate ? bd_slicer_checkpoint(g->context->slicer, 0)
+                                          : end_slice(g, (double)g->row_width * rows);
         if (err) return err;
         row += rows;
     }
     return BD_ERR_OK;
 }
 
-static enum bd_err gather_tree(struct gather_tree *g, uint32_t light, bool estimate, bool *first)
+static uint32_t root_count(const struct bd_vpl_tree *tree)
+{
+    return tree->root_side * tree->root_side * tree->face_count;
+}
+
+static enum bd_err estimate(struct gather_tree *g, uint32_t light)
+{
+    struct roots roots = {.light = light, .estimate = true};
+    for (const uint32_t end = root_count(g->inputs->trees[light]); roots.first < end;) {
+        roots.count = end - roots.first < LEAVES_PER_ROUND ? end - roots.first : LEAVES_PER_ROUND;
+        roots.anew = light == 0 && roots.first == 0;
+        enum bd_err err = gather_roots(g, &roots);
+        if (err) return err;
+        roots.first += roots.count;
+    }
+    return BD_ERR_OK;
+}
+
+// Rounds until each receiver has been through the tree: one, unless tau is very small.
+static enum bd_err gather_tree(struct gather_tree *g, uint32_t light)
 {
     const struct bd_vpl_tree *tree = g->inputs->trees[light];
-    const uint32_t root_leaves = tree->leaf_side / tree->root_side;
-    const uint32_t roots = tree->root_side * tree->root_side * tree->face_count;
-    BD_ASSERT_CMP(root_leaves, <=, BD_TREE_ROOT_LEAVES_MAX);
-    const uint32_t step = LEAVES_PER_DISPATCH / (estimate ? 1 : root_leaves * root_leaves);
-    for (uint32_t root = 0; root < roots; root += step) {
-        uint32_t left = roots - root;
-        enum bd_err err = gather_roots(g, light, estimate, root, left < step ? left : step, *first);
+    struct roots roots = {.light = light, .count = root_count(tree), .anew = light == 0};
+    BD_ASSERT_CMP(tree->leaf_side / tree->root_side, <=, BD_TREE_ROOT_LEAVES_MAX);
+    uint32_t unfinished = 0;
+    do {
+        g->round++;
+        enum bd_err err = gather_roots(g, &roots);
+        if (!err)
+            err = bd_buf_read(g->context->gpu, g->next_roots, 0, &unfinished, sizeof unfinished);
         if (err) return err;
-        *first = false;
-    }
+        roots.goes_on = true;
+        roots.anew = false;
+    } while (unfinished == g->round);
     return BD_ERR_OK;
 }
 
 static enum bd_err gather_all(struct gather_tree *g)
 {
-    bool first = true;
     enum bd_err err = BD_ERR_OK;
     if (g->inputs->criterion == BD_TREE_LIGHTCUTS)
-        for (uint32_t i = 0; !err && i < g->inputs->tree_count; i++)
-            err = gather_tree(g, i, true, &first);
-    first = true;
-    for (uint32_t i = 0; !err && i < g->inputs->tree_count; i++)
-        err = gather_tree(g, i, false, &first);
+        for (uint32_t i = 0; !err && i < g->inputs->tree_count; i++) err = estimate(g, i);
+    for (uint32_t i = 0; !err && i < g->inputs->tree_count; i++) err = gather_tree(g, i);
     return err;
 }
 
@@ -182,7 +216,10 @@ static enum bd_err get_programs(struct gather_tree *g, struct bd_fault *fault)
     struct bd_program_source source = {.compute = "pass/gather_tree/gather_tree.comp"};
     if (g->blocks) bd_define(&source.defines, "BD_FRAGMENTS", 1);
     struct bd_program_source estimate = source;
-    if (g->inputs->near_patches) bd_define(&source.defines, "BD_VPL_PATCH", 1);
+    // Printed formulas know no patches.
+    const bool printed = g->inputs->criterion == BD_TREE_PRINTED;
+    if (printed) bd_define(&source.defines, "BD_PRINTED", 1);
+    if (g->inputs->near_patches && !printed) bd_define(&source.defines, "BD_VPL_PATCH", 1);
     if (g->pixels && g->inputs->glossy) bd_define(&source.defines, "BD_GLOSSY", 1);
     if (g->blocks && g->inputs->vector) bd_define(&source.defines, "BD_VECTOR", 1);
     bd_define(&estimate.defines, "BD_ESTIMATE", 1);
@@ -215,12 +252,14 @@ static struct gather_tree gather_tree_of(const struct bd_pass_context *context,
 
 static enum bd_err run(struct gather_tree *g, struct bd_fault *fault)
 {
-    const size_t receivers = (size_t)g->row_width * g->row_count;
-    enum bd_err err = bd_buf_create(g->context->gpu, "tree estimates",
-                                    (receivers > 0 ? receivers : 1) * sizeof(uint32_t), NULL,
-                                    &g->estimates, fault);
+    const size_t bytes = (receivers(g) + 1) * sizeof(uint32_t);
+    enum bd_err err =
+        bd_buf_create(g->context->gpu, "tree estimates", bytes, NULL, &g->estimates, fault);
+    if (!err)
+        err = bd_buf_create(g->context->gpu, "tree walks", bytes, NULL, &g->next_roots, fault);
     if (!err) err = get_programs(g, fault);
     if (!err) err = gather_all(g);
+    bd_buf_destroy(g->context->gpu, &g->next_roots);
     bd_buf_destroy(g->context->gpu, &g->estimates);
     return err;
 }

@@ -78,7 +78,7 @@ static const struct param_row table[BD_PARAM_COUNT] = {
                                            FIELD(cluster_normal_threshold), 0, 2, 0.3, {0}},
     [BD_PARAM_TREE_CUT] = {"tree_cut", PARAM_CHOICE, FIELD(tree_cut), 0, 0, 0,
                            {"lightcuts", "bound", "level"}},
-    [BD_PARAM_TAU] = {"tau", PARAM_REAL, FIELD(tau), 0, 1, 0.02, {0}},
+    [BD_PARAM_TAU] = {"tau", PARAM_REAL, FIELD(tau), 0, 1, 0.03, {0}},
     [BD_PARAM_TREE_ROOTS] = {"tree_roots", PARAM_COUNT, FIELD(tree_roots), 1, 1u << 24, 256, {0}},
     [BD_PARAM_MODEL_OF] = {"model_of", PARAM_TECHNIQUE, FIELD(model_of), 0, 0, 0, {0}},
     [BD_PARAM_SPP] = {"spp", PARAM_EVEN, FIELD(spp), 2, SPP_MAX, 64, {0}},

@@ -85,6 +85,7 @@
 // Storage blocks of vpl_tree and gather_tree.
 #define BD_STORAGE_TREE_NODES 0
 #define BD_STORAGE_ESTIMATES  1 // beside BD_STORAGE_FRAGMENTS
+#define BD_STORAGE_NEXT_ROOTS 2
 
 // Storage blocks of fragments.
 #define BD_STORAGE_FRAGMENT_MASKS    0

@@ -11,10 +11,11 @@
 
 struct bd_gather_tree_args {
     BD_UVEC4 rows; // x = first row (fragment) of the slice, y = how many, z = 1 if nothing was
-                   // added before
-    BD_UVEC4 tree; // x = first root of the slice, counted over all faces, y = how many, z = roots
-                   // along a face's side, w = levels from the roots to the leaves, both counted
-    BD_UVEC4 cut;  // x = BD_TREE_CRITERION_*
+                   // added before, w = 0 if this is the light's first round
+    BD_UVEC4 tree; // x = first root, counted over all faces, y = how many, z = roots along a face's
+                   // side, w = levels from the roots to the leaves, both counted
+    BD_UVEC4 cut;  // x = BD_TREE_CRITERION_*, y = nodes that a receiver may visit in a round,
+                   // z = nodes of a root, itself counted, w = number of the round, above 0
     BD_VEC4 tau;   // x = relative, y = as irradiance in the frame's light unit, z = least estimate
                    // of a receiver's irradiance that is worth refining for, w = steps in which
                    // estimates are counted, of a unit

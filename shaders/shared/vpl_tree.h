@@ -4,7 +4,7 @@
 // order of their place in the face, so that the children of node m are 4 m .. 4 m + 3 of the next
 // level. Level l of a face has root_side^2 4^l nodes and begins at root_side^2 (4^l - 1) / 3.
 //
-// A node, five vec4s. Sums and means are over the leaves below that send light; where there is none
+// A node, seven vec4s. Sums and means are over the leaves below that send light; where there is none
 // flux, area and radiosity are 0, and the box is turned inside out.
 //   0: xyz position, mean weighted by flux; w = area in the kernel's denominator, summed
 //   1: xyz mean of the unit normals, weighted by flux: shorter than 1 where they differ;
@@ -15,6 +15,12 @@
 //      (directional: 1)
 //   4: xyz greatest corner; w = of a leaf: square of the distance below which its patch is
 //      integrated exactly (shared/vpl.h), else 0
+//   5, 6: the first of the node's two lobes: 5.xyz mean position, weighted by flux; 5.w = its share
+//      of the flux; 6.xyz mean normal times that share; 6.w unused. What is left of 0 and 1 is the
+//      second lobe's
+//
+// A lobe is leaves that face alike. Two surfaces that meet under a node are far from one in the
+// middle: some receivers see one of them alone, at its own place. A leaf has one lobe.
 //
 // What all leaves of a node together send to a point is at most their summed radiosity, since no
 // form factor exceeds 1. Not the largest radiosity among them: without occlusion two patches one
@@ -24,7 +30,7 @@
 
 #include "shared/types.h"
 
-#define BD_TREE_NODE_VEC4S 5
+#define BD_TREE_NODE_VEC4S 7
 
 struct bd_vpl_tree_args {
     BD_UVEC4 level; // x = nodes of this level in a face, y = index of its first in the face,

@@ -298,7 +298,7 @@ static void fragments_are_lit_as_by_every_leaf(void **state)
 static void error_falls_with_tau(void **state)
 {
     const double taus[3][3] = {{.1, .02, .004}, {.1, .02, .004}, {.1, .02, .004}};
-    const double limits[3] = {.1, .03, .01};
+    const double limits[3] = {.03, .01, .004};
     build_room(*state, 1, 1);
     struct stage s = open_stage(*state, 32, 2, BD_KERNEL_PATCH);
     picture flat, cut;

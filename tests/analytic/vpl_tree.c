@@ -262,6 +262,42 @@ static void nodes_sum_up_their_leaves(void **state)
     }
 }
 
+// A floor and a wall on either side of x = 3/8: whatever nodes both are under, each is one lobe.
+static struct forest make_corner(void)
+{
+    struct forest f = make_forest(1, 1, 8, 0, 0, 0, 11);
+    for (uint32_t i = 0; i < 64; i++) {
+        double x = i % 8, y = i / 8, flux = f.leaves[i].at[2].x;
+        bool wall = x >= 3;
+        bd_dvec3 at = {fmin(x, 3) / 8, y / 8, wall ? (x - 3) / 8 : 0};
+        f.leaves[i] = make_leaf(at, wall ? (bd_dvec3){-1, 0, 0} : (bd_dvec3){0, 0, 1}, .01, flux);
+    }
+    return f;
+}
+
+static void two_surfaces_are_two_lobes(void **state)
+{
+    struct forest f = make_corner();
+    build(*state, &f);
+    double share[2] = {0};
+    bd_dvec3 mean[2] = {{0, 0, 0}, {0, 0, 0}};
+    for (uint32_t i = 0; i < 64; i++) {
+        bool wall = i % 8 >= 3;
+        share[wall] += f.leaves[i].at[2].x / f.nodes[0].at[2].x;
+        mean[wall] = bd_dvec3_add(mean[wall],
+                                  bd_dvec3_scale(dvec3(f.leaves[i].at[0]), f.leaves[i].at[2].x));
+    }
+    const struct bd_vec4 *first = &f.nodes[0].at[5], *normal = &f.nodes[0].at[6];
+    bool wall = normal->x < -.1f;
+    assert_near(first->w, share[wall], 1e-6, "share");
+    assert_near(normal->x, wall ? -share[1] : 0, 1e-6, "normal along x");
+    assert_near(normal->z, wall ? 0 : share[0], 1e-6, "normal along z");
+    mean[wall] = bd_dvec3_scale(mean[wall], 1 / share[wall] / f.nodes[0].at[2].x);
+    bd_dvec3 off = bd_dvec3_sub(dvec3(*first), mean[wall]);
+    assert_near(bd_dvec3_dot(off, off), 0, 1e-12, "position");
+    drop(&f);
+}
+
 // --- the bound
 // -----------------------------------------------------------------------------------------
 
@@ -414,6 +450,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(nodes_sum_up_their_leaves),
+        cmocka_unit_test(two_surfaces_are_two_lobes),
         cmocka_unit_test(bounds_hold),
         cmocka_unit_test(overlapping_patches_are_bounded),
         cmocka_unit_test(bound_is_tight_far_away),

@@ -4,6 +4,10 @@
 // Depth first, in Morton order, without a stack: the place in the tree is a level and an index.
 //
 // image 0: irradiance, demodulated; image 1 (BD_GLOSSY): see common/vpl_gather.glsl.
+// A receiver visits only so many nodes in a round, at a root's end: a software device ends loops that
+// are too long. Where it is to go on is kept, and that somebody has not finished.
+//
+// BD_PRINTED: Eqs. 1 to 6 of the paper, with their errors.
 // BD_ESTIMATE: adds what the roots by themselves send to each receiver's estimate; no images.
 // BD_FRAGMENTS: a receiver is a block of pixels of a list (images 0 and 1: level 0, the rest; with
 // BD_VECTOR 2 and 3: the irradiance vector), else a pixel.
@@ -20,6 +24,10 @@ BD_ARRAY(nodes, BD_UNIT_TREE_NODES);
 // Irradiance of each receiver, of all lights, by their trees' roots alone. Not improved on the way, and
 // in whole steps, whose sum has no order: a cut must not depend on which light comes first.
 layout(std430, binding = BD_STORAGE_ESTIMATES) buffer estimate_block { uint estimates[]; };
+layout(std430, binding = BD_STORAGE_NEXT_ROOTS) buffer next_block {
+    uint unfinished_round; // the last that somebody did not finish in
+    uint next_roots[];     // of each receiver
+};
 #ifdef BD_FRAGMENTS
 layout(local_size_x = 64) in;
 layout(std430, binding = BD_STORAGE_FRAGMENTS) readonly buffer fragments_block { uint fragments[]; };
@@ -60,7 +68,8 @@ tree_node load_node(place p)
     uint at = (face * level_first(args.tree.w) + level_first(p.level) + p.morton) *
               BD_TREE_NODE_VEC4S;
     return tree_node_of(BD_LOAD(nodes, at), BD_LOAD(nodes, at + 1u), BD_LOAD(nodes, at + 2u),
-                        BD_LOAD(nodes, at + 3u), BD_LOAD(nodes, at + 4u));
+                        BD_LOAD(nodes, at + 3u), BD_LOAD(nodes, at + 4u), BD_LOAD(nodes, at + 5u),
+                        BD_LOAD(nodes, at + 6u));
 }
 
 place child(place p) { return place(p.root, p.level + 1u, 4u * p.morton); }
@@ -76,39 +85,61 @@ place next(place p)
     return p.level == 0u ? root_place(p.root + 1u) : p;
 }
 
-bool printed() { return args.cut.x == BD_TREE_CRITERION_PRINTED; }
-
 bool is_inner(uint level) { return level + 1u < args.tree.w; }
 
-// Irradiance of a unit of flux from an inner node as a point. The mean cosine of its leaves' normals is
-// above the cosine of their mean where some face away, which send nothing and not less than nothing:
-// SPREAD of what the squared length lacks of 1 stands for the mean of their magnitudes.
-const float SPREAD = 0.125;
+// What a node is to a receiver: a light somewhere.
+struct node_light {
+    vec3 irradiance, direction; // direction of any length
+};
 
-float node_kernel(receiver r, vec3 to_node, float r2, vec3 normal)
+#ifdef BD_PRINTED
+node_light light_of(receiver r, tree_node n, uint level, float most)
 {
-    float receiver_dot = dot(r.normal, to_node);
-    float side = dot(r.normal_geometric, to_node);
-    if (!(receiver_dot > 0.0 && is_above(side, r2) && r2 > COINCIDENT_SQUARED)) return 0.0;
-    float facing = -dot(normal, to_node), lack = max(1.0 - dot(normal, normal), 0.0);
-    float mean = 0.5 * (facing + sqrt(facing * facing + SPREAD * lack * r2));
-    return disk_kernel(receiver_dot, mean, r2, 0.0);
+    // Eqs. 1 to 6: area and intensity by the fraction of the sphere (errata N1, N2).
+    vec3 to_node = n.position - r.position;
+    float side = float(args.tree.z << level);
+    float area = args.light.y / (4.0 * PI * side * side) * n.light_distance2;
+    float form_factor = area * disk_seen(r, to_node, dot(to_node, to_node), n.normal, area);
+    return node_light(n.flux * (form_factor / (4.0 * PI) * args.light.z), to_node);
+}
+#else
+// Mean over a lobe of <leaf's normal, direction to the receiver>, those below 0 counted as 0, times
+// share and distance. What the mean normal's square lacks of 1 is the variance of the leaves' normals,
+// which the two directions across the mean share alike; over that the cosine is spread evenly.
+float mean_facing(lobe l, vec3 to_lobe, float r2)
+{
+    float mean = -dot(l.normal, to_lobe);
+    float variance = 0.5 * max(l.share * l.share - dot(l.normal, l.normal), 0.0) * r2;
+    float reach = max(sqrt(3.0 * variance), 1e-18); // of an even spread
+    float above = clamp(mean, -reach, reach) + reach;
+    return above * above / (4.0 * reach) + max(mean - reach, 0.0);
 }
 
-// Irradiance from the node as one light; at most `most`, since a point is unbounded.
-vec3 node_irradiance(receiver r, tree_node n, vec3 to_node, float r2, uint level, float most)
+// Irradiance of a unit of the node's flux from a lobe: of an inner node as a point. A point is
+// unbounded, the node's bounds are not.
+float lobe_kernel(receiver r, lobe l, vec3 to_lobe, bool inner, float area)
 {
-    if (printed()) {
-        // Eqs. 1 to 6: area and intensity by the fraction of the sphere (errata N1, N2).
-        float side = float(args.tree.z << level);
-        float area = args.light.y / (4.0 * PI * side * side) * n.light_distance2;
-        float form_factor = area * disk_seen(r, to_node, r2, n.normal, area);
-        return n.flux * (form_factor / (4.0 * PI) * args.light.z);
-    }
-    if (!is_inner(level)) return n.flux * disk_seen(r, to_node, r2, n.normal, n.area);
-    float kernel = node_kernel(r, to_node, r2, n.normal);
-    return n.flux * min(kernel, most / strongest(n.flux));
+    float r2 = dot(to_lobe, to_lobe);
+    float receiver_dot = dot(r.normal, to_lobe), facing = -dot(l.normal, to_lobe);
+    bool seen = receiver_dot > 0.0 && is_above(dot(r.normal_geometric, to_lobe), r2) &&
+                r2 > COINCIDENT_SQUARED;
+    if (!seen || !(inner || is_above(facing, r2))) return 0.0;
+    return disk_kernel(receiver_dot, inner ? mean_facing(l, to_lobe, r2) : facing, r2,
+                       inner ? 0.0 : area);
 }
+
+node_light light_of(receiver r, tree_node n, uint level, float most)
+{
+    bool inner = is_inner(level);
+    lobe second = second_lobe(n);
+    vec3 to_first = n.first.position - r.position, to_second = second.position - r.position;
+    float first_kernel = lobe_kernel(r, n.first, to_first, inner, n.area), kernel = first_kernel;
+    if (inner) kernel += lobe_kernel(r, second, to_second, inner, 0.0);
+    float share = kernel > 0.0 ? first_kernel / kernel : 1.0;
+    if (inner) kernel = min(kernel, most / strongest(n.flux));
+    return node_light(n.flux * kernel, mix(to_second, to_first, share));
+}
+#endif
 
 // Some leaf of the node sends the receiver something.
 bool must_refine(tree_node n, float r2, uint level, tree_bounds bounds, float estimate)
@@ -137,11 +168,8 @@ uint estimated_steps(receiver r)
     float estimate = 0.0;
     for (uint root = args.tree.x; root < args.tree.x + args.tree.y; root++) {
         tree_node n = load_node(root_place(root));
-        vec3 to_node = n.position - r.position;
         tree_bounds bounds = bounds_of(n, r.position, r.normal, r.normal_geometric);
-        if (!(bounds.most > 0.0)) continue;
-        float r2 = dot(to_node, to_node);
-        estimate += strongest(node_irradiance(r, n, to_node, r2, 0u, bounds.most));
+        if (bounds.most > 0.0) estimate += strongest(light_of(r, n, 0u, bounds.most).irradiance);
     }
     return uint(min(estimate * args.tau.w, STEPS_MAX));
 }
@@ -155,41 +183,48 @@ uint leaf_index(place p)
 
 const uint NONE = 0xffffffffu;
 
-// Goes on from p to `end` or to the first leaf that is near enough to be integrated as a patch,
-// whose index it returns: a software device runs both sides of every branch, and that formula here
-// would cost several times the rest.
-uint walk(inout sums s, receiver r, vec3 viewer, inout place p, uint end, float estimate)
+// Where a receiver is on its way, and where that ends for this round.
+struct walk {
+    place at;
+    uint end;    // root
+    uint visits; // nodes
+};
+
+// Goes on to the end or to the first leaf that is near enough to be integrated as a patch, whose index
+// it returns: a software device runs both sides of every branch, and that formula here would cost
+// several times the rest.
+uint go_on(inout sums s, receiver r, vec3 viewer, inout walk w, float estimate)
 {
-    while (p.root < end) {
-        tree_node n = load_node(p);
+    while (w.at.root < w.end) {
+        tree_node n = load_node(w.at);
         vec3 to_node = n.position - r.position;
         float r2 = dot(to_node, to_node);
         tree_bounds bounds = bounds_of(n, r.position, r.normal, r.normal_geometric);
-        vec3 alone = vec3(0.0);
-        if (bounds.most > 0.0) alone = node_irradiance(r, n, to_node, r2, p.level, bounds.most);
-        if (is_inner(p.level) && bounds.most > 0.0 && must_refine(n, r2, p.level, bounds, estimate)) {
-            p = child(p);
+        bool lit = bounds.most > 0.0, inner = is_inner(w.at.level);
+        w.visits++;
+        if (inner && lit && must_refine(n, r2, w.at.level, bounds, estimate)) {
+            w.at = child(w.at);
             continue;
         }
+        place at = w.at;
+        w.at = next(at);
+        if (w.at.level == 0u && w.visits + args.cut.z > args.cut.y) w.end = w.at.root;
 #ifdef BD_VPL_PATCH
-        if (bounds.most > 0.0 && r2 < n.near2 && faces(n.normal, to_node, r2)) {
-            uint leaf = leaf_index(p);
-            p = next(p);
-            return leaf;
-        }
+        if (lit && r2 < n.near2 && faces(n.normal, to_node, r2)) return leaf_index(at);
 #endif
-        add(s, r, viewer, to_node, r2, alone);
-        p = next(p);
+        node_light l = light_of(r, n, at.level, bounds.most);
+        if (lit) add(s, r, viewer, l.direction, dot(l.direction, l.direction), l.irradiance);
     }
     return NONE;
 }
 
-void gather(inout sums s, receiver r, vec3 viewer, float estimate)
+// The root to go on from in the next round.
+uint gather(inout sums s, receiver r, vec3 viewer, uint first_root, float estimate)
 {
-    place p = root_place(args.tree.x);
-    uint end = args.tree.x + args.tree.y;
-    while (p.root < end) {
-        uint leaf = walk(s, r, viewer, p, end, estimate);
+    walk w = walk(root_place(first_root), args.tree.x + args.tree.y, 0u);
+    if (!r.lit) return w.end;
+    while (w.at.root < w.end) {
+        uint leaf = go_on(s, r, viewer, w, estimate);
 #ifdef BD_VPL_PATCH
         while (leaf != NONE) {
             add_patch(s, r, viewer, leaf);
@@ -197,6 +232,7 @@ void gather(inout sums s, receiver r, vec3 viewer, float estimate)
         }
 #endif
     }
+    return w.at.root;
 }
 #endif
 
@@ -228,18 +264,32 @@ void keep(sums s, uint level, ivec2 pixel)
 #endif
 #endif
 
+#ifdef BD_ESTIMATE
 void light_receiver(receiver r, uint index, uint level, ivec2 block)
 {
-#ifdef BD_ESTIMATE
     uint steps = r.lit ? estimated_steps(r) : 0u;
     estimates[index] = args.rows.z != 0u ? steps : estimates[index] + steps;
+}
+
+bool is_done(uint index) { return false; }
 #else
+void light_receiver(receiver r, uint index, uint level, ivec2 block)
+{
     sums s = no_light();
     float estimate = args.tau.w > 0.0 ? float(estimates[index]) / args.tau.w : 0.0;
-    if (r.lit) gather(s, r, direction_to_viewer(r.relative_position), estimate);
+    uint first_root = args.rows.w == 0u ? args.tree.x : next_roots[index];
+    uint next_root = gather(s, r, direction_to_viewer(r.relative_position), first_root, estimate);
     keep(s, level, block);
-#endif
+    next_roots[index] = next_root;
+    if (next_root < args.tree.x + args.tree.y) unfinished_round = args.cut.w;
 }
+
+// In an earlier round.
+bool is_done(uint index)
+{
+    return args.rows.w != 0u && next_roots[index] >= args.tree.x + args.tree.y;
+}
+#endif
 
 void main()
 {
@@ -248,11 +298,13 @@ void main()
     uint index = args.rows.x + gl_GlobalInvocationID.x, fragment = fragments[index];
     uint level = BD_FRAGMENT_LEVEL(fragment);
     ivec2 block = ivec2(BD_FRAGMENT_X(fragment), BD_FRAGMENT_Y(fragment));
+    if (is_done(index)) return;
     light_receiver(block_receiver(level, block), index, level, block);
 #else
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, args.rows.x);
     if (pixel.x >= int(view.size_px.x) || gl_GlobalInvocationID.y >= args.rows.y) return;
     uint index = uint(pixel.y) * view.size_px.x + uint(pixel.x);
+    if (is_done(index)) return;
     light_receiver(gbuffer_receiver(pixel), index, 0u, pixel);
 #endif
 }

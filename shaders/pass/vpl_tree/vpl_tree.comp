@@ -14,8 +14,9 @@ BD_ARRAY(vpl_quads, BD_UNIT_VPL_QUADS);
 layout(std430, binding = BD_STORAGE_TREE_NODES) buffer node_block { vec4 nodes[]; };
 
 const float FAR = 3.4e38;
+const lobe NO_LOBE = lobe(vec3(0.0), vec3(0.0), 0.0);
 const tree_node NOTHING = tree_node(vec3(0.0), vec3(0.0), vec3(0.0), vec3(FAR), vec3(-FAR),
-                                    0.0, 0.0, 0.0, 0.0, 0.0);
+                                    0.0, 0.0, 0.0, 0.0, 0.0, NO_LOBE);
 
 void store_node(uint at, tree_node n)
 {
@@ -24,11 +25,14 @@ void store_node(uint at, tree_node n)
     nodes[at + 2u] = vec4(n.flux, n.radiosity);
     nodes[at + 3u] = vec4(n.box_min, n.light_distance2);
     nodes[at + 4u] = vec4(n.box_max, n.near2);
+    nodes[at + 5u] = vec4(n.first.position, n.first.share);
+    nodes[at + 6u] = vec4(n.first.normal, 0.0);
 }
 
 tree_node load_node(uint at)
 {
-    return tree_node_of(nodes[at], nodes[at + 1u], nodes[at + 2u], nodes[at + 3u], nodes[at + 4u]);
+    return tree_node_of(nodes[at], nodes[at + 1u], nodes[at + 2u], nodes[at + 3u], nodes[at + 4u],
+                        nodes[at + 5u], nodes[at + 6u]);
 }
 
 // How far the patch's own normal is from the VPL's, which may be bent by a normal map.
@@ -64,6 +68,7 @@ tree_node leaf(uint face, uint morton)
     n.box_max = position.xyz + reach;
     n.light_distance2 = directional ? 1.0 : dot(from_light, from_light);
     n.near2 = normal.w;
+    n.first = lobe(n.position, n.normal, 1.0);
     return n;
 }
 
@@ -73,6 +78,57 @@ float weight(tree_node n)
     float least = min(n.flux.r, min(n.flux.g, n.flux.b)), most = strongest(n.flux);
     float middle = max(min(n.flux.r, n.flux.g), min(max(n.flux.r, n.flux.g), n.flux.b));
     return least + middle + most;
+}
+
+// A number in steps of 1 / 2048 of itself: rounding, which changes with the light's power, must not
+// choose between lobes that are equal.
+float in_steps(float number)
+{
+    return uintBitsToFloat((floatBitsToUint(number) + 0x800u) & 0xfffff000u);
+}
+
+// How much of a lobe does not face along a unit vector.
+float off_direction(lobe l, vec3 direction)
+{
+    return in_steps(length(l.normal) - dot(l.normal, direction));
+}
+
+vec3 direction_of(lobe l)
+{
+    float size = length(l.normal);
+    return size > 0.0 ? l.normal / size : vec3(0.0);
+}
+
+const float NO_TIE = 1e-3;
+
+// Of the children's eight lobes those that face rather as the largest than as the one that differs
+// most from it.
+lobe first_lobe(tree_node children[4], float sum)
+{
+    lobe lobes[8];
+    for (int k = 0; k < 8; k++) {
+        float share = weight(children[k >> 1]) / sum;
+        lobes[k] = (k & 1) == 0 ? children[k >> 1].first : second_lobe(children[k >> 1]);
+        lobes[k].share *= share;
+        lobes[k].normal *= share;
+    }
+    int largest = 0, other = 0;
+    for (int k = 1; k < 8; k++)
+        if (in_steps(lobes[k].share) > in_steps(lobes[largest].share)) largest = k;
+    vec3 direction = direction_of(lobes[largest]);
+    for (int k = 1; k < 8; k++)
+        if (off_direction(lobes[k], direction) > off_direction(lobes[other], direction)) other = k;
+    vec3 other_direction = direction_of(lobes[other]);
+    lobe first = NO_LOBE;
+    for (int k = 0; k < 8; k++) {
+        float nearer_other = dot(lobes[k].normal, other_direction - direction);
+        if (nearer_other > NO_TIE * length(lobes[k].normal)) continue;
+        first.position += lobes[k].share * lobes[k].position;
+        first.normal += lobes[k].normal;
+        first.share += lobes[k].share;
+    }
+    first.position /= first.share;
+    return first;
 }
 
 tree_node parent(tree_node children[4])
@@ -96,6 +152,7 @@ tree_node parent(tree_node children[4])
     for (int k = 0; k < 4; k++)
         if (weight(children[k]) > 0.0)
             n.chord = max(n.chord, children[k].chord + length(children[k].normal - n.normal));
+    n.first = first_lobe(children, sum);
     return n;
 }
 
