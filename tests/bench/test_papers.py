@@ -254,6 +254,8 @@ def test_groups_are_kept_by_their_key(tmp_path):
     assert not again.holds("tree", "cornell_box_spot_side", "another")
     again.forget("tree", "cornell_box_spot_side")
     assert "cornell_box_spot_side" not in store.Store(tmp_path).found("tree")
+    again.keep_only("cost", {"lights"})
+    assert set(store.Store(tmp_path).found("cost")) == {"lights"} and store.Store(tmp_path).found("tree")
 
 
 def test_the_table_has_a_row_for_each_comparison(tmp_path):

@@ -14,7 +14,7 @@ its picture is compared with two references: the whole rendering equation ("full
 own model of it ("model"). DIR gets bench.html, bench.svg, bench.csv and bench.json. Points that
 bench.json has are not run again; Ctrl-C keeps what there is.
 
-bounce bench --figures all --scenes DIR redraws the source papers' figures instead: see its --help."""
+bounce bench --figures all --help: the source papers' figures redrawn, instead."""
 
 
 def _size(text):

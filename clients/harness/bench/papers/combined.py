@@ -2,7 +2,7 @@
 from . import scenes
 from .figure import Figure, Group, Line, Panel, Run, Target, each, error, frame_ms
 
-SIZE = 256  # a million VPLs at every pixel are 7e10 evaluations
+SIZE = 128  # a million VPLs at every pixel are 2e10 evaluations
 MILLION = {"vpls": 1048576, "rsm_size": 1024}
 TAUS = (.005, .02, .1)
 SCENES = {"cornell_box_spot_side": scenes.BOX}

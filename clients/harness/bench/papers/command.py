@@ -47,7 +47,9 @@ class Session:
 
     def run(self):
         for item in self.figures:
-            for group in item.groups():
+            plan = item.groups()
+            self.store.keep_only(item.name, {group.name for group in plan})
+            for group in plan:
                 self._group(item, group)
             self.store.save()
 
@@ -91,7 +93,6 @@ class Session:
     def _note(self, item, group, text):
         say(f"{item.name}, {group.name}: {text}")
         self.store.notes.append({"figure": item.name, "group": group.name, "text": text})
-        self.store.forget(item.name, group.name)
 
     def _open(self, scene):
         path = scene.open(self.asked.scenes, self.stage.daemon.folder / "made")

@@ -3,7 +3,7 @@ from . import scenes
 from .figure import Figure, Group, Line, Panel, Run, Target, each, error, fragments_share, stage_ms
 
 VPLS, SIZE = 1024, 1024
-DEPTHS = (0, .01, .02, .05, .1, .2, .5)
+DEPTHS = (.01, .02, .05, .1, .2, .5)
 NORMALS = (0, .1, .25, .5, .9, 1.4)
 DEPTH, NORMAL = .05, .25
 SCENES = {"cornell_box_spot_side": scenes.BOX, "cornell_dragon_bunny": scenes.DRAGON,
@@ -54,15 +54,15 @@ def panels(found):
     made = []
     for kind, values in (("depth", DEPTHS), ("normal", NORMALS)):
         axis = f"threshold of {kind}s"
-        for title, value in (("RMS over the mean", lambda p: error(p, "full")),
-                             ("RMS over the largest", lambda p: error(p, "full", "rmse_max")),
+        for title, value in (("Over the mean, less the worst .01 %", lambda p: error(p, "full", "trimmed")),
+                             ("Over the largest", lambda p: error(p, "full", "rmse_max")),
                              ("Fragments", fragments_share)):
-            y = "share of the pixels" if value is fragments_share else "error against every pixel"
+            y = "share of the pixels" if value is fragments_share else "RMS error against every pixel"
             made.append(Panel(f"{title}, by {kind}", axis, y, _sweep_lines(found, kind, values, value),
                               percent_y=True))
     names = tuple(name for name in SCENES if f"methods, {name}" in found)
     if names:
-        made.append(Panel("Fig. 8: four ways, the same VPLs", "", "RMS over the mean", tuple(
+        made.append(Panel("Fig. 8: other ways, the same VPLs", "", "relative RMSE against every pixel", tuple(
             Line(label, tuple((i, error(found[f"methods, {n}"][label], "full")) for i, n in enumerate(names)))
             for label in METHODS), names=names, percent_y=True))
     return [panel for panel in made if panel.lines]

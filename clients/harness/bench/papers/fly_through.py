@@ -1,7 +1,7 @@
 """Nichols and Wyman 2010, Fig. 9: cost and number of subsplats along a camera's path, by the test that
 finds discontinuities. Thresholds are such that the errors at the path's beginning are alike."""
 from . import scenes
-from .figure import Figure, Group, Line, Panel, Run, Target, each, error, fragments_share, frame_ms
+from .figure import Figure, Group, Line, Panel, Run, Target, error, fragments_share, frame_ms
 
 VPLS, SIZE = 64, 1024
 DRAGON, BUNNY, ROOM = (-.15, .4, -.25), (.45, .3, .4), (0, .9, 0)  # what is looked at, metres
@@ -52,7 +52,7 @@ def _lines(found, value):
 
 
 def _mean_ratio(found, test, other):
-    ratios = [frame_ms(points[test]) / frame_ms(points[other]) for _, points in each(found, found)]
+    ratios = [frame_ms(points[test]) / frame_ms(points[other]) for points in found.values()]
     return sum(ratios) / len(ratios)
 
 

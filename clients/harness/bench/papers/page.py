@@ -12,6 +12,7 @@ from .figure import fragments_share, frame_ms, indirect_ms, stage_ms
 EXIT_NO_MATPLOTLIB = 2
 OWN_STYLE = """
 svg{max-width:60rem}
+th:nth-child(2){text-align:left}
 td.text{white-space:normal;min-width:14rem;text-align:left}
 .missed{color:#a33c00;font-weight:700}
 """

@@ -44,6 +44,11 @@ class Store:
         if self.groups.pop((figure, name), None):
             self.save()
 
+    def keep_only(self, figure, names):
+        """Without groups that the figure no longer plans."""
+        for of, name in [key for key in self.groups if key[0] == figure and key[1] not in names]:
+            self.forget(of, name)
+
     def found(self, figure):
         """{group: {label: point}}: what figures are drawn from."""
         return {name: {p["label"]: p for p in group["points"]}
