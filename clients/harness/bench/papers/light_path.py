@@ -6,7 +6,7 @@ SIZE, PLACES = 512, 6
 REACH_M = .8  # the light goes so far to the side, and half as far towards the eye
 COARSE = 1024  # 32x32 blocks of the light's map; one level of splitting makes 64x64
 LEAVES = 4096
-TAUS = (.05, .02, .005)
+TAUS = (.1, .03, .005)
 LABELS = ("isr", *(f"hisr tau={tau:g}" for tau in TAUS))
 
 
