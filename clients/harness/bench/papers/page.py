@@ -22,7 +22,7 @@ METHOD = """
 everything was made anew each time, and the median counts; a ratio's two sides are always of one group.
 <i>Stage</i> is the pass that gathers or splats; <i>indirect</i> is all but the passes that direct light
 needs. Errors are those of the indirect layer: root mean square over the mean, beside it over the largest value.
-Sizes and numbers of virtual lights are such that all figures together take some twenty minutes on two
+Sizes and numbers of virtual lights are such that all figures together take less than half an hour on two
 cores without a graphics card.</p>
 """
 SHRUNK = "<p class=\"missed\">Some sizes were divided, to see that all works: these figures say nothing.</p>"
