@@ -128,6 +128,7 @@ static enum bd_err run_sub_frame(struct bd_frame *frame, uint32_t index,
     if (!err) err = bd_stage_direct(frame);
     if (!err && frame->plan->fragments) err = bd_stage_discontinuity(frame);
     if (!err && frame->plan->fragments) err = bd_stage_fragments(frame);
+    if (!err && frame->plan->fragments) err = bd_stage_surfaces(frame);
     if (!err && frame->plan->indirect) err = bd_stage_indirect(frame);
     if (!err) err = composite(frame, index, layers);
     if (!err && frame->indirect) count_indirect(frame);

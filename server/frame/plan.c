@@ -100,6 +100,7 @@ static void list_passes(const struct bd_plan *plan, struct bd_report *report)
     add_pass(report, plan->vpl_tree, "vpl_tree");
     add_pass(report, plan->fragments, "discontinuity");
     add_pass(report, plan->fragments, "fragments");
+    add_pass(report, plan->fragments, "surfaces");
     for (const char *const *pass = own_passes(plan); *pass; pass++)
         add_pass(report, plan->indirect && (plan->glossy || !is_for_glossy_alone(plan, *pass)),
                  *pass);
@@ -123,6 +124,7 @@ static void list_omitted_of_fragments(const struct bd_plan *plan, const char *no
     if (!(plan->technique->inputs & BD_INPUT_FRAGMENTS)) return;
     omit(report, !plan->fragments, "discontinuity", no_indirect);
     omit(report, !plan->fragments, "fragments", no_indirect);
+    omit(report, !plan->fragments, "surfaces", no_indirect);
     if (!plan->fragments) return;
     omit(report, p->depth_test == BD_DEPTH_TEST_OFF, "discontinuity",
          "depth pyramid: depth_test=off");

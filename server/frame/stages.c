@@ -162,6 +162,12 @@ static void destroy_fragments(void *owner, void *output)
     bd_fragments_destroy(((struct bd_renderer *)owner)->gpu, &fragments);
 }
 
+static void destroy_surfaces(void *owner, void *output)
+{
+    struct bd_surfaces *surfaces = output;
+    bd_surfaces_destroy(((struct bd_renderer *)owner)->gpu, &surfaces);
+}
+
 static void destroy_indirect(void *owner, void *output)
 {
     struct bd_indirect *indirect = output;
@@ -438,6 +444,22 @@ enum bd_err bd_stage_fragments(struct bd_frame *frame)
     return BD_ERR_OK;
 }
 
+enum bd_err bd_stage_surfaces(struct bd_frame *frame)
+{
+    const struct bd_discontinuity_inputs inputs = discontinuity_inputs(frame);
+    uint64_t key = bd_key_number(bd_key_begin("surfaces"), frame->discontinuity_key);
+    frame->surfaces_key = key;
+    if (reuse(frame, "surfaces", key, (void **)&frame->surfaces)) return BD_ERR_OK;
+    begin_pass(frame, "surfaces");
+    enum bd_err err =
+        end_pass(frame, bd_surfaces_run(&frame->context, &inputs, frame->discontinuity,
+                                        &frame->surfaces, frame->fault));
+    if (err) return err;
+    bd_memo_store(frame->renderer->memo, key, frame->surfaces, bd_surfaces_bytes(frame->surfaces),
+                  destroy_surfaces);
+    return BD_ERR_OK;
+}
+
 static enum bd_err run_indirect(struct bd_frame *frame)
 {
     const struct bd_vpl_list **lists = calloc(frame->light_count + 1, sizeof *lists);
@@ -457,6 +479,7 @@ static enum bd_err run_indirect(struct bd_frame *frame)
         .light_count = frame->light_count,
         .discontinuity = frame->discontinuity,
         .fragments = frame->fragments,
+        .surfaces = frame->surfaces,
         .glossy_receivers = frame->plan->glossy,
     };
     // The technique brackets its own passes: it alone knows which it runs.
@@ -496,10 +519,12 @@ void bd_stage_forget_camera_side(struct bd_frame *frame)
     bd_memo_forget(frame->renderer->memo, frame->direct_key);
     bd_memo_forget(frame->renderer->memo, frame->discontinuity_key);
     bd_memo_forget(frame->renderer->memo, frame->fragments_key);
+    bd_memo_forget(frame->renderer->memo, frame->surfaces_key);
     bd_memo_forget(frame->renderer->memo, frame->indirect_key);
     frame->gbuffer = NULL;
     frame->direct = NULL;
     frame->discontinuity = NULL;
     frame->fragments = NULL;
+    frame->surfaces = NULL;
     frame->indirect = NULL;
 }

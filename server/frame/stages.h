@@ -13,6 +13,7 @@
 #include "pass/gather.h"
 #include "pass/rsm.h"
 #include "pass/shadow_map.h"
+#include "pass/surfaces.h"
 #include "pass/vpl_clusters.h"
 #include "pass/vpl_grid.h"
 #include "pass/vpl_tree.h"
@@ -43,11 +44,13 @@ struct bd_frame {
     struct bd_frame_light *lights;
 
     struct bd_viewpoint viewpoint; // of the current sub-frame
-    uint64_t gbuffer_key, direct_key, discontinuity_key, fragments_key, indirect_key;
+    uint64_t gbuffer_key, direct_key, discontinuity_key, fragments_key, surfaces_key,
+        indirect_key;
     struct bd_gbuffer *gbuffer;
     struct bd_tex *direct;
     struct bd_discontinuity *discontinuity;
     struct bd_fragments *fragments;
+    struct bd_surfaces *surfaces;
     struct bd_indirect *indirect;
     bool subsplats_limited; // in some sub-frame
 };
@@ -62,6 +65,7 @@ enum bd_err bd_stage_gbuffer(struct bd_frame *frame);
 enum bd_err bd_stage_direct(struct bd_frame *frame);
 enum bd_err bd_stage_discontinuity(struct bd_frame *frame);
 enum bd_err bd_stage_fragments(struct bd_frame *frame);
+enum bd_err bd_stage_surfaces(struct bd_frame *frame);
 enum bd_err bd_stage_indirect(struct bd_frame *frame);
 
 // Ends a sub-frame of an antialiased frame: no other sub-frame, of this frame or the next, looks

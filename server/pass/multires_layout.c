@@ -44,6 +44,14 @@ uint64_t bd_multires_block_count(const struct bd_multires_layout *layout)
     return blocks;
 }
 
+struct bd_uvec4 bd_multires_level(const struct bd_multires_layout *layout, uint32_t level)
+{
+    struct bd_uvec4 found = {0};
+    if (level < layout->size_px.z) found = layout->levels[level];
+    found.w = level;
+    return found;
+}
+
 void bd_multires_stack_size(const struct bd_multires_layout *layout, uint32_t *width_px,
                             uint32_t *height_px)
 {

@@ -10,8 +10,11 @@ _Static_assert(BD_SURFACE_DETAIL_OFF == BD_DETAIL_OFF, "the shader's numbers");
 _Static_assert(BD_SURFACE_DETAIL_DIRECTION == BD_DETAIL_DIRECTION, "the shader's numbers");
 _Static_assert(BD_SURFACE_DETAIL_PAPER == BD_DETAIL_PAPER, "the shader's numbers");
 
-// Of the slicer, one for each evaluation of a VPL: a block costs about as much as so many.
-#define UNITS_PER_BLOCK 64.0
+// Of the slicer, one for each evaluation of a VPL: what a parent and its children cost about.
+#define UNITS_PER_INNER 64.0
+#define UNITS_PER_OUTER 512.0
+#define GROUP           64u // invocations of the kernels that walk a list
+#define ITEMS_MAX       (65535u * GROUP)
 
 struct upsample {
     const struct bd_pass_context *context;
@@ -32,7 +35,9 @@ static struct bd_bindings bind(const struct upsample *u, uint32_t level,
     const struct bd_multires_light *light = u->inputs->light;
     bool vector = u->inputs->detail == BD_SURFACE_DETAIL_DIRECTION;
     struct bd_bindings bindings = {
-        .textures[BD_UNIT_BLOCK_REPRESENTATIVE] = {.tex = u->inputs->discontinuity->representative},
+        .textures[BD_UNIT_BLOCK_SURFACES] = {.tex = u->inputs->surfaces->words},
+        .textures[BD_UNIT_OUTER_CHILDREN] = {.tex = u->inputs->surfaces->children},
+        .textures[BD_UNIT_OUTER_BLOCKS] = {.tex = u->inputs->surfaces->outer},
         .uniforms[BD_UNIFORM_VIEW] = {&u->view, sizeof u->view},
         .uniforms[BD_UNIFORM_MULTIRES] = {&light->layout, sizeof light->layout},
         .uniforms[BD_UNIFORM_ARGS] = {args, sizeof *args},
@@ -41,6 +46,8 @@ static struct bd_bindings bind(const struct upsample *u, uint32_t level,
     bind_image(&bindings, 1, light->coarse);
     bind_image(&bindings, 3, vector ? light->coarse_vector : NULL);
     if (level > 0) return bindings;
+    bindings.storage[BD_STORAGE_FRAGMENTS].buf = u->inputs->fragments->list;
+    bindings.storage[BD_STORAGE_FRAGMENTS].read = true;
     bindings.images[0].tex = u->out->irradiance;
     bindings.images[0].write = true;
     bindings.textures[BD_UNIT_FINE].tex = light->fine;
@@ -48,29 +55,77 @@ static struct bd_bindings bind(const struct upsample *u, uint32_t level,
     return bindings;
 }
 
-static enum bd_err run_level(const struct upsample *u, uint32_t level, struct bd_fault *fault)
+static enum bd_err get_program(const struct upsample *u, const char *compute, uint32_t level,
+                               struct bd_program **out, struct bd_fault *fault)
 {
-    struct bd_program_source source = {.compute = "pass/upsample/upsample.comp"};
+    struct bd_program_source source = {.compute = compute};
     bd_define(&source.defines, "BD_DETAIL", (int32_t)u->inputs->detail);
     if (level == 0) bd_define(&source.defines, "BD_FINE", 1);
+    return bd_program_get(u->context->gpu, &source, out, fault);
+}
+
+static struct bd_upsample_args args_of(const struct upsample *u, uint32_t level)
+{
+    const struct bd_multires_layout *layout = &u->inputs->light->layout;
+    return (struct bd_upsample_args){
+        .level = bd_multires_level(layout, level),
+        .above = bd_multires_level(layout, level + 1),
+        .size_px = layout->size_px,
+    };
+}
+
+static enum bd_err run_inner(const struct upsample *u, uint32_t level, struct bd_fault *fault)
+{
     struct bd_program *program;
-    enum bd_err err = bd_program_get(u->context->gpu, &source, &program, fault);
+    enum bd_err err = get_program(u, "pass/upsample/inner.comp", level, &program, fault);
     if (err) return err;
-    uint32_t group[3];
+    struct bd_upsample_args args = args_of(u, level);
+    uint32_t group[3], columns = (args.level.x + 1) / 2, height = (args.level.y + 1) / 2;
     bd_program_group_size(program, group);
-    const struct bd_uvec4 blocks = u->inputs->light->layout.levels[level];
-    double units_per_row = blocks.x * UNITS_PER_BLOCK;
-    for (uint32_t row = 0; row < blocks.y;) {
-        uint32_t rows = bd_slicer_rows(u->context->slicer, units_per_row, blocks.y - row);
-        const struct bd_upsample_args args = {.rows = {level, row, rows, 0}};
+    double units_per_row = columns * UNITS_PER_INNER;
+    for (uint32_t row = 0; row < height;) {
+        uint32_t rows = bd_slicer_rows(u->context->slicer, units_per_row, height - row);
+        args.rows = (struct bd_uvec4){row, rows, 0, 0};
         const struct bd_bindings bindings = bind(u, level, &args);
-        bd_gpu_dispatch(u->context->gpu, program, &bindings, (blocks.x + group[0] - 1) / group[0],
+        bd_gpu_dispatch(u->context->gpu, program, &bindings, (columns + group[0] - 1) / group[0],
                         (rows + group[1] - 1) / group[1], 1);
         err = bd_slicer_checkpoint(u->context->slicer, units_per_row * rows);
         if (err) return err;
         row += rows;
     }
     return BD_ERR_OK;
+}
+
+// The items [first, end) of a list.
+static enum bd_err run_list(const struct upsample *u, const char *compute, uint32_t level,
+                            uint32_t first, uint32_t end, struct bd_fault *fault)
+{
+    struct bd_program *program;
+    enum bd_err err = get_program(u, compute, level, &program, fault);
+    struct bd_upsample_args args = args_of(u, level);
+    while (!err && first < end) {
+        uint32_t left = end - first < ITEMS_MAX ? end - first : ITEMS_MAX;
+        uint32_t count = bd_slicer_rows(u->context->slicer, UNITS_PER_OUTER, left);
+        args.rows = (struct bd_uvec4){first, count, 0, 0};
+        struct bd_bindings bindings = bind(u, level, &args);
+        bd_gpu_dispatch(u->context->gpu, program, &bindings, (count + GROUP - 1) / GROUP, 1, 1);
+        err = bd_slicer_checkpoint(u->context->slicer, UNITS_PER_OUTER * count);
+        first += count;
+    }
+    return err;
+}
+
+static enum bd_err run_level(const struct upsample *u, uint32_t level, struct bd_fault *fault)
+{
+    uint32_t outer = 0;
+    if (level + 1 < u->inputs->light->layout.size_px.z)
+        outer = u->inputs->surfaces->outer_count[level + 1];
+    enum bd_err err = run_inner(u, level, fault);
+    if (!err) err = run_list(u, "pass/upsample/outer.comp", level, 0, outer, fault);
+    if (err || level > 0) return err;
+    const struct bd_fragments *fragments = u->inputs->fragments;
+    uint32_t first = fragments->level_first[0], count = fragments->level_count[0];
+    return run_list(u, "pass/upsample/own.comp", 0, first, first + count, fault);
 }
 
 static enum bd_err create_target(const struct upsample *u, struct bd_fault *fault)

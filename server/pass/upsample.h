@@ -12,6 +12,7 @@
 #define BD_PASS_UPSAMPLE_H
 
 #include "pass/gather_fragments.h"
+#include "pass/surfaces.h"
 
 // What a pixel's own normal adds to light of a block.
 enum bd_surface_detail {
@@ -25,7 +26,8 @@ struct bd_upsample_inputs {
     const struct bd_gpu_scene *scene;
     const struct bd_viewpoint *viewpoint;
     const struct bd_gbuffer *gbuffer;
-    const struct bd_discontinuity *discontinuity;
+    const struct bd_fragments *fragments;
+    const struct bd_surfaces *surfaces;
     struct bd_multires_light *light; // its coarse textures are written over; with vectors for
                                      // BD_SURFACE_DETAIL_DIRECTION
     enum bd_surface_detail detail;

@@ -72,6 +72,7 @@ struct bd_tolerance {
 
 struct bd_discontinuity;
 struct bd_fragments;
+struct bd_surfaces;
 struct bd_vpl_tree;
 
 struct bd_technique_inputs {
@@ -84,6 +85,7 @@ struct bd_technique_inputs {
     uint32_t light_count;
     const struct bd_discontinuity *discontinuity; // BD_INPUT_FRAGMENTS
     const struct bd_fragments *fragments;         // BD_INPUT_FRAGMENTS
+    const struct bd_surfaces *surfaces;           // BD_INPUT_FRAGMENTS
     bool glossy_receivers;
 };
 

@@ -40,6 +40,9 @@
 #define BD_UNIT_BLOCK_REPRESENTATIVE 9
 #define BD_UNIT_FINE                 10
 #define BD_UNIT_FINE_VECTOR          11
+#define BD_UNIT_BLOCK_SURFACES       12
+#define BD_UNIT_OUTER_BLOCKS         13
+#define BD_UNIT_OUTER_CHILDREN       14
 
 // Textures of subsplats, beside the G-buffer and VPLs.
 #define BD_UNIT_ALL_IRRADIANCE 10
@@ -86,6 +89,9 @@
 #define BD_STORAGE_TREE_NODES 0
 #define BD_STORAGE_ESTIMATES  1 // beside BD_STORAGE_FRAGMENTS
 #define BD_STORAGE_NEXT_ROOTS 2
+
+// Storage blocks of surfaces.
+#define BD_STORAGE_OUTER_COUNTS 0
 
 // Storage blocks of fragments.
 #define BD_STORAGE_FRAGMENT_MASKS    0

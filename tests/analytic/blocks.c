@@ -355,14 +355,30 @@ struct bd_multires_light *blocks_linear_light(struct blocks *blocks)
     return light;
 }
 
+static struct bd_surfaces *make_surfaces(struct blocks *blocks)
+{
+    const struct bd_discontinuity_inputs inputs = {
+        .gbuffer = &blocks->gbuffer,
+        .viewpoint = &blocks->viewpoint,
+        .space = &blocks->scene.space,
+    };
+    struct bd_surfaces *surfaces;
+    struct bd_fault fault = {0};
+    if (bd_surfaces_run(&blocks->context, &inputs, &blocks->discontinuity, &surfaces, &fault))
+        fail_msg("%s", fault.message);
+    return surfaces;
+}
+
 float *blocks_upsampled(struct blocks *blocks, struct bd_multires_light **light,
                         enum bd_surface_detail detail)
 {
+    struct bd_surfaces *surfaces = make_surfaces(blocks);
     const struct bd_upsample_inputs inputs = {
         .scene = &blocks->scene,
         .viewpoint = &blocks->viewpoint,
         .gbuffer = &blocks->gbuffer,
-        .discontinuity = &blocks->discontinuity,
+        .fragments = &blocks->fragments,
+        .surfaces = surfaces,
         .light = *light,
         .detail = detail,
     };
@@ -370,6 +386,7 @@ float *blocks_upsampled(struct blocks *blocks, struct bd_multires_light **light,
     struct bd_fault fault = {0};
     if (bd_upsample_run(&blocks->context, &inputs, &indirect, &fault))
         fail_msg("%s", fault.message);
+    bd_surfaces_destroy(blocks->gpu, &surfaces);
     bd_multires_light_destroy(blocks->gpu, light);
     return take_irradiance(blocks, &indirect);
 }

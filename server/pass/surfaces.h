@@ -1,0 +1,28 @@
+// Which blocks of a picture are of one surface with those around them, so that light of one may be
+// interpolated with that of the other. It depends on what the camera sees, and not on light.
+
+#ifndef BD_PASS_SURFACES_H
+#define BD_PASS_SURFACES_H
+
+#include "pass/discontinuity.h"
+
+struct bd_surfaces {
+    struct bd_tex
+        *words; // R32UI (shared/surfaces.h), levels from 1 on, stacked (shared/multires.h)
+    // R32UI, the same levels: the first `outer_count` of a level, by rows, are BD_PIXEL_PACK of its
+    // blocks next to whatever is not of their surface. In no order.
+    struct bd_tex *outer;
+    struct bd_tex *children; // RG32UI, beside each of those: of its children (shared/surfaces.h)
+    uint32_t outer_count[BD_MULTIRES_LEVEL_MAX];
+};
+
+// `inputs` are those of the camera's `discontinuity`.
+BD_MUST_CHECK
+enum bd_err bd_surfaces_run(const struct bd_pass_context *context,
+                            const struct bd_discontinuity_inputs *inputs,
+                            const struct bd_discontinuity *discontinuity, struct bd_surfaces **out,
+                            struct bd_fault *fault);
+void bd_surfaces_destroy(struct bd_gpu *gpu, struct bd_surfaces **surfaces);
+uint64_t bd_surfaces_bytes(const struct bd_surfaces *surfaces);
+
+#endif

@@ -1,0 +1,94 @@
+// What the kernels of upsample share: light of blocks, and where it is kept.
+//
+// BD_FINE: of level 0, into `irradiance`. BD_DETAIL: BD_DETAIL_* of shared/upsample.h.
+#include "common/gbuffer.glsl"
+#include "common/luminance.glsl"
+#include "common/surfaces.glsl"
+#include "shared/upsample.h"
+
+layout(std140, binding = BD_UNIFORM_ARGS) uniform args_block { bd_upsample_args args; };
+layout(binding = 1, rgba32f) uniform image2D coarse;
+#if BD_DETAIL == BD_DETAIL_DIRECTION
+layout(binding = 3, rgba32f) uniform image2D coarse_vector;
+#endif
+#ifdef BD_FINE
+layout(binding = 0, rgba32f) writeonly uniform image2D irradiance;
+layout(binding = BD_UNIT_FINE) uniform sampler2D fine;
+#if BD_DETAIL == BD_DETAIL_DIRECTION
+layout(binding = BD_UNIT_FINE_VECTOR) uniform sampler2D fine_vector;
+#endif
+#endif
+
+// In alpha: black is data.
+const float GATHERED = 1.0;
+const float INTERPOLATED = 0.5;
+
+struct light {
+    vec3 irradiance, vector;
+    float state;
+};
+
+light stacked_light(uvec4 level, ivec2 block)
+{
+    ivec2 at = multires_texel(level, uvec2(block));
+    vec4 e = imageLoad(coarse, at);
+    light l = light(e.rgb, vec3(0.0), e.a);
+#if BD_DETAIL == BD_DETAIL_DIRECTION
+    l.vector = imageLoad(coarse_vector, at).xyz;
+#endif
+    return l;
+}
+
+light light_of_child(ivec2 block)
+{
+#ifdef BD_FINE
+    vec4 e = texelFetch(fine, block, 0);
+    light l = light(e.rgb, vec3(0.0), e.a);
+#if BD_DETAIL == BD_DETAIL_DIRECTION
+    l.vector = texelFetch(fine_vector, block, 0).xyz;
+#endif
+    return l;
+#else
+    return stacked_light(args.level, block);
+#endif
+}
+
+// Between a block's centre and a quarter of its side from there, a straight line through it and its
+// neighbour is off by this part of the second difference.
+const float CURVATURE = 3.0 / 32.0;
+
+void bend(inout light l, light before, light home, light after)
+{
+    l.irradiance -= CURVATURE * (before.irradiance - 2.0 * home.irradiance + after.irradiance);
+    l.vector -= CURVATURE * (before.vector - 2.0 * home.vector + after.vector);
+}
+
+vec3 with_detail(light l, ivec2 pixel)
+{
+#if BD_DETAIL == BD_DETAIL_DIRECTION
+    float of_fragments = luminance(l.irradiance);
+    float of_pixel = max(dot(l.vector, gbuffer_receiver(pixel).normal), 0.0);
+    return of_fragments > 0.0 ? l.irradiance * min(of_pixel / of_fragments, 4.0) : vec3(0.0);
+#elif BD_DETAIL == BD_DETAIL_PAPER
+    const float ALPHA = 0.5;
+    receiver here = gbuffer_receiver(pixel);
+    float cosine = max(dot(direction_to_viewer(here.relative_position), here.normal), 0.0);
+    return l.irradiance * (ALPHA * cosine + 1.0 - ALPHA);
+#else
+    return l.irradiance;
+#endif
+}
+
+void store(ivec2 block, light l)
+{
+#ifdef BD_FINE
+    imageStore(irradiance, block, vec4(with_detail(l, block), l.state));
+#else
+    ivec2 at = multires_texel(args.level, uvec2(block));
+    imageStore(coarse, at, vec4(l.irradiance, INTERPOLATED));
+#if BD_DETAIL == BD_DETAIL_DIRECTION
+    imageStore(coarse_vector, at, vec4(l.vector, 1.0));
+#endif
+#endif
+}
+

@@ -1,0 +1,39 @@
+// What pass/surfaces leaves of each block of level 1 or coarser, and its arguments.
+#ifndef BD_SHARED_SURFACES_H
+#define BD_SHARED_SURFACES_H
+
+#include "shared/types.h"
+
+// A word a block. Pairs of neighbours are looked at once: bits 0 to 3 tell of the blocks at (1, 0),
+// (0, 1), (1, 1), (-1, 1) from this one whether they hold light of the same surface, and the other
+// four neighbours have bits that tell of this one.
+#define BD_SURFACES_HOLDS 0x10u // light: it is a fragment, or lies in one
+#define BD_SURFACES_WHOLE 0x20u // nothing jumps in it, and each of its children can be lit
+
+// Of the children of a block, one by one. x: six bits each, whether it is one surface with its
+// parent, with the parent's neighbour beside it along x, along y, along both, and with the opposite
+// one along x, along y; then a bit each, whether it can be lit.
+#define BD_SURFACES_CHILD(x, i) ((x) >> (6 * (i)) & 0x3fu)
+#define BD_SURFACES_LIT(x, i)   ((x) >> (24 + (i)) & 1u)
+#define BD_SURFACES_HOME        0x01u
+#define BD_SURFACES_BESIDE(i)   (2u << (i))
+#define BD_SURFACES_OPPOSITE(i) (16u << (i))
+// y: five bits each, for fragments of its surface and its own level in neighbours of the parent
+// that hold no light: beside it along x, along y, along both; along x and back along y; the
+// reverse.
+#define BD_SURFACES_CELLS(y, i) ((y) >> (5 * (i)) & 0x1fu)
+
+// Levels as in bd_multires_layout, w = which.
+struct bd_surfaces_args {
+    BD_UVEC4 rows;    // x = first row of the slice, y = rows in it, z = the finest level
+                      // (pass/fragments.h)
+    BD_UVEC4 level;   // of the blocks
+    BD_UVEC4 finer;   // of their children
+    BD_UVEC4 size_px; // xy = the picture
+};
+
+#ifndef BD_GLSL
+_Static_assert(sizeof(struct bd_surfaces_args) == 64, "std140 size");
+#endif
+
+#endif
