@@ -85,6 +85,7 @@ class Figure:
     groups: object
     panels: object
     targets: object = lambda found: []
+    curves: tuple = ()  # ids that want a sentence whatever was measured
 
 
 # --- reading points ---------------------------------------------------------------------------

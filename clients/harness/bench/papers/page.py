@@ -48,8 +48,8 @@ def write_page(asked, store, say):
             drawing = panels.drawing(pyplot, drawn, item.title, item.name)
             write(asked.output / f"{item.name}.svg", _alone(drawing))
         sections.append(section(item, found, drawing, sentences, notes_of(store, item)))
-        for target in unexplained(item, found, sentences):
-            say(f"{item.name}: {target.id} is missed and not explained: {target.what}")
+        for what in unexplained(item, found, sentences):
+            say(f"{item.name}: no sentence explains {what}")
     shrunk = any(group["shrink"] > 1 for group in store.groups.values())
     write(asked.output / "papers.html", page(asked.title, origins(store), sections, shrunk))
     return 0
@@ -64,7 +64,9 @@ def notes_of(store, item):
 
 
 def unexplained(item, found, sentences):
-    return [t for t in item.targets(found) if t.met is False and (item.name, t.id) not in sentences]
+    """Ids that want a sentence and have none: of what was missed, and of curves that were measured."""
+    wanted = [t.id for t in item.targets(found) if t.met is False or t.id in item.curves]
+    return [key for key in dict.fromkeys(wanted) if (item.name, key) not in sentences]
 
 
 # --- a figure ---------------------------------------------------------------------------------
@@ -78,9 +80,9 @@ def section(item, found, drawing, sentences, notes):
         parts.append(target_table(targets))
     parts += [_explanation(key, sentence) for (name, key), sentence in sentences.items()
               if name == item.name]
-    missing = [t.id for t in targets if t.met is False and (item.name, t.id) not in sentences]
+    missing = unexplained(item, found, sentences)
     if missing:
-        parts.append(f'<p class="missed">Missed, and not explained yet: {", ".join(dict.fromkeys(missing))}</p>')
+        parts.append(f'<p class="missed">Not explained yet: {", ".join(missing)}</p>')
     parts.append(more("Every point", *(_points_table(*group) for group in found.items())))
     return "\n".join(part for part in parts if part)
 
