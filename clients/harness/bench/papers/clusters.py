@@ -6,7 +6,7 @@ from .figure import Figure, Group, Line, Panel, Run, Target, each, error, frame_
 SIZE = 512
 COARSE = 1024  # blocks that clusters start from, as in the paper
 FINE = {"64x64": 1, "128x128": 2, "256x256": 3}  # levels below them
-DEPTHS = (.03, .1, .3, 1, 3)
+DEPTHS = (.01, .02, .05, .1, .3)
 ALL_LEAVES = 65536
 SCENES = {"cornell_dragon_bunny": scenes.DRAGON, "sponza_dabrovic": scenes.SPONZA}
 
