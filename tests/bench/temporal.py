@@ -3,7 +3,7 @@
 usage: temporal.py BUILD_DIR SCENES_DIR -o RESULT.json --cache DIR [--scenes NAME,NAME] [--frames N]
                    [--plot FILE.svg] [--strip FILE.jpg]
 
-A light is moved along a straight path, a thousandth of the scene's diagonal from each frame to the next
+Prints its table for README.md. A light is moved along a straight path, a thousandth of the scene's diagonal from each frame to the next
 (paths.py), before a camera that stands still. I are a technique's pictures, A and B two independent
 halves of what is true (temporal_truth.py), R their mean; indirect layer, brdf=lambert:
 
@@ -232,6 +232,7 @@ def plot(result, file):
     from harness.bench import plots
     pyplot = plots.load()
     films = [entry for entry in result["films"] if entry["moving"] == "light"]
+    from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
     figure, panels = pyplot.subplots(len(films), 1, figsize=(8, 3 * len(films)), squeeze=False)
     for axes, entry in zip(panels[:, 0], films):
         for index, row in enumerate(entry["techniques"]):
@@ -241,14 +242,37 @@ def plot(result, file):
                             + f"  ({100 * row['J']['value']:.2g} %)")
         axes.plot(range(1, entry["frames"]), [100 * v for v in entry["true_motion"]["frames"]],
                   color="#667", lw=1, ls="--", label="what is true moves by")
-        axes.set_yscale("log")
+        axes.set_yscale("log", nonpositive="mask")
+        axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        axes.yaxis.set_major_formatter(StrMethodFormatter("{x:g} %"))
+        axes.yaxis.set_minor_formatter(NullFormatter())
         axes.set_title(entry["scene"], fontsize=10)
         axes.set_xlabel("frame")
-        axes.set_ylabel("% of the mean")
+        axes.set_ylabel("of the mean")
         axes.grid(axis="y")
         axes.legend(fontsize=8, loc="center left", bbox_to_anchor=(1.01, 0.5))
     figure.tight_layout()
     figure.savefig(file, bbox_inches="tight", metadata={"Date": None, "Creator": None})
+
+
+def percent(figure):
+    return (f"{100 * figure['value']:.2g} % [{100 * figure['low']:.2g}, {100 * figure['high']:.2g}]")
+
+
+def table(result):
+    """Markdown: a row for each film and technique."""
+    rows = ["| scene | technique | J | J / that of `" + result["goal"] + "` | frames' error, moving light "
+            "| moving camera |", "|---|---|---|---|---|---|"]
+    errors = {(film["scene"], i): row["frame_error"] for film in result["films"]
+              if film["moving"] == "camera" for i, row in enumerate(film["techniques"])}
+    for film in result["films"]:
+        for i, row in enumerate(film["techniques"] if film["moving"] == "light" else ()):
+            ratio, camera = row["J_over_goal"], errors.get((film["scene"], i))
+            rows.append(f"| {film['scene']} | `{row['technique']} {row['settings']}".rstrip() + "` | "
+                        f"{percent(row['J'])} | {ratio['value']:.2f} [{ratio['low']:.2f}, "
+                        f"{ratio['high']:.2f}] | {percent(row['frame_error'])} | "
+                        f"{percent(camera) if camera else ''} |")
+    return "\n".join(rows)
 
 
 def run(build, scenes, cache, names=SCENES, frames=FRAMES, strip=None, say=lambda line: None):
@@ -284,6 +308,7 @@ def main():
     result["command"] = (f"temporal.py BUILD SCENES -o RESULT --cache DIR --scenes {options.names} "
                          f"--frames {options.frames}")
     options.output.write_text(json.dumps(result, indent=1) + "\n")
+    print(table(result))
     if options.plot:
         plot(result, options.plot)
     if options.strip:

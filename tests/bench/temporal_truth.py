@@ -38,7 +38,7 @@ class Truth:
     def _half(self, number, half):
         file = self.folder / f"film-{self.hash}-{number:03}-{'ab'[half]}.npy"
         if not file.is_file():
-            part = file.with_suffix(".part.npy")
+            part = file.with_suffix(f".{os.getpid()}.npy")
             numpy.save(part, self._picture(number, half).astype(numpy.float32))
             os.replace(part, file)
         return numpy.load(file).astype(numpy.float64)

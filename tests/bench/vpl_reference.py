@@ -11,7 +11,8 @@ weighed by one over its own. d is the squared difference of indirect radiance, a
   light side      the same between two pictures with the same leaves: `hisr` and the sum over all of
                   them at the same blocks, `multires_gather`
 
-RESULT.json is written scene by scene; scenes that it has and that are not asked for stay in it.
+RESULT.json is written scene by scene; scenes that it has and that are not asked for stay in it. Prints
+its table for README.md.
 """
 import argparse
 import hashlib
@@ -79,9 +80,12 @@ def make_records(build, scene, out, size, pixels, seed, settings, threads=0, cam
     """`pixels` 0: all that are lit."""
     program = pathlib.Path(build) / "tests/bench/vpl_reference"
     part = pathlib.Path(f"{out}.part")
-    subprocess.run([program, scene, part, "x".join(map(str, size)), camera, str(pixels), str(seed),
-                    str(threads), *settings_words(settings)], check=True, capture_output=True)
-    os.replace(part, out)
+    try:
+        subprocess.run([program, scene, part, "x".join(map(str, size)), camera, str(pixels), str(seed),
+                        str(threads), *settings_words(settings)], check=True, capture_output=True)
+        os.replace(part, out)
+    finally:
+        part.unlink(missing_ok=True)
 
 
 def reference(build, cache, scene, version, settings=None, size=SIZE, pixels=PIXELS, seed=SEED):
@@ -166,6 +170,7 @@ def plot(result, file):
     """Relative RMSE of each picture, a group a scene, with intervals and the goal."""
     from harness.bench import plots
     pyplot = plots.load()
+    from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
     figure, axes = pyplot.subplots(figsize=(9, 4.2))
     labels = [f"{t} {' '.join(settings_words(s))}".strip() for t, s in PICTURES]
     for i, entry in enumerate(result["scenes"]):
@@ -180,11 +185,31 @@ def plot(result, file):
                           label=labels[k] if i == 0 else None)
     axes.axhline(100 * COMBINED_GOAL, color="#667", lw=1, ls="--")
     axes.set_yscale("log")
+    axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    axes.yaxis.set_major_formatter(StrMethodFormatter("{x:g} %"))
+    axes.yaxis.set_minor_formatter(NullFormatter())
     axes.set_xticks(range(len(result["scenes"])), [e["scene"] for e in result["scenes"]], fontsize=8)
-    axes.set_ylabel("relative RMSE against R4, %")
+    axes.set_ylabel("relative RMSE against R4")
     axes.grid(axis="y")
     axes.legend(fontsize=8, ncols=3, loc="upper center", bbox_to_anchor=(0.5, -0.1))
     figure.savefig(file, bbox_inches="tight", metadata={"Date": None, "Creator": None})
+
+
+def percent(figure):
+    return (f"{100 * figure['rel_rmse']:.2g} [{100 * figure['low']:.2g}, {100 * figure['high']:.2g}]")
+
+
+def table(result):
+    """Markdown: a row for each picture, a column for each scene; in percent."""
+    scenes = result["scenes"]
+    rows = ["| | " + " | ".join(entry["scene"] for entry in scenes) + " |",
+            "|---|" + "---|" * len(scenes)]
+    for kind, what in (("combined", "`"), ("light_side", "light side alone, `")):
+        for i, row in enumerate(scenes[0][kind]):
+            name = f"{row['technique']} {row['settings']}".rstrip()
+            rows.append(f"| {what}{name}` | "
+                        + " | ".join(percent(entry[kind][i]) for entry in scenes) + " |")
+    return "\n".join(rows)
 
 
 def run(build, scenes, cache, names=SCENES, earlier=(), keep=lambda result: None,
@@ -218,6 +243,7 @@ def main():
     result = run(build, options.scenes, options.cache, tuple(options.names.split(",")), earlier,
                  lambda found: options.output.write_text(json.dumps(found, indent=1) + "\n"),
                  lambda line: print(line, file=sys.stderr, flush=True))
+    print(table(result))
     if options.plot:
         plot(result, options.plot)
 
