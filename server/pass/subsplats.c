@@ -9,7 +9,8 @@
 // Of the slicer, one for each diffuse evaluation of a VPL by a gather.
 #define UNITS_PER_POINT 4.0
 #define UNITS_PER_PIXEL 40.0
-#define DISPATCH_MAX    (65535u * BD_SUBSPLAT_GROUP)
+#define GROUPS_MAX      65535u
+#define VPLS_PER_GATHER 1024u // as in pass/gather: it sets the order of the sums
 #define NEVER_SPLIT     3e38f
 #define ALWAYS_SPLIT    (-1.0f)
 #define BLOCK_LIMIT_MIN 64u
@@ -23,7 +24,7 @@ struct list {
 struct work {
     const struct bd_pass_context *context;
     const struct bd_subsplats_inputs *inputs;
-    const struct bd_program *test, *scan, *split;
+    const struct bd_program *test, *scan, *split, *pixels;
     struct bd_view view;
     struct bd_tex *fine, *coarse, *slope_x, *slope_y; // RGBA32F, the multiresolution image
     struct bd_buf *split_masks, *sums, *counts;
@@ -76,11 +77,17 @@ static size_t scan_size(uint32_t blocks)
     return numbers;
 }
 
-// No list is longer than there are glossy pixels.
+// The first list goes from the coarsest level down: blocks, then pixels.
+static uint32_t block_count(const struct bd_fragments *start)
+{
+    return start->count - start->level_count[0];
+}
+
+// No list is longer than there are pixels in the blocks.
 static uint32_t capacity_of(const struct bd_subsplats_inputs *inputs)
 {
     uint64_t pixels = 0;
-    for (uint32_t k = 0; k < inputs->start->layout.size_px.z; k++)
+    for (uint32_t k = 1; k < inputs->start->layout.size_px.z; k++)
         pixels += (uint64_t)inputs->start->level_count[k] << 2 * k;
     uint64_t limit = inputs->block_limit > BLOCK_LIMIT_MIN ? inputs->block_limit : BLOCK_LIMIT_MIN;
     return (uint32_t)(pixels < BLOCK_LIMIT_MIN ? BLOCK_LIMIT_MIN : pixels < limit ? pixels : limit);
@@ -165,14 +172,20 @@ static struct bd_bindings bind(const struct work *w, const struct list *list)
     return bindings;
 }
 
-static void bind_test(const struct work *w, const struct bd_vpl_list *vpls, const struct list *list,
-                      struct bd_bindings *bindings)
+static void bind_receivers(const struct work *w, const struct bd_vpl_list *vpls,
+                           struct bd_bindings *bindings)
 {
     bd_gbuffer_bind(w->inputs->gbuffer, bindings);
     bind_images(w, bindings, true);
     bindings->textures[BD_UNIT_ALL_IRRADIANCE].tex = w->inputs->irradiance;
     bindings->arrays[BD_UNIT_VPLS] = vpls->vpls;
     bindings->arrays[BD_UNIT_VPL_QUADS] = vpls->quads;
+}
+
+static void bind_test(const struct work *w, const struct bd_vpl_list *vpls, const struct list *list,
+                      struct bd_bindings *bindings)
+{
+    bind_receivers(w, vpls, bindings);
     // The first list has no masks; what is bound in their place is not read.
     bind_storage(bindings, BD_STORAGE_SUBSPLAT_MASKS, list ? list->masks : w->lists[1].masks, true,
                  false);
@@ -180,18 +193,18 @@ static void bind_test(const struct work *w, const struct bd_vpl_list *vpls, cons
 
 // --- one list -----------------------------------------------------------------------------------
 
-// Of the list, with `units` for a block, in slices.
-static enum bd_err run_test(struct work *w, const struct bd_bindings *bindings, double units)
+// Over the list, with `units` for a block, in slices.
+static enum bd_err run_slices(struct work *w, const struct bd_program *program,
+                              const struct bd_bindings *bindings, double units)
 {
     const uint32_t end = w->args.blocks.y;
     for (uint32_t at = 0; at < end;) {
         double fit = bd_slicer_units(w->context->slicer) / (units * BD_SUBSPLAT_GROUP);
-        uint32_t groups = fit < 1 ? 1 : fit > 65535 ? 65535 : (uint32_t)fit;
-        uint32_t count =
-            end - at < groups * BD_SUBSPLAT_GROUP ? end - at : groups * BD_SUBSPLAT_GROUP;
+        uint32_t groups = fit < 1 ? 1 : fit > GROUPS_MAX ? GROUPS_MAX : (uint32_t)fit;
+        uint32_t most = groups * BD_SUBSPLAT_GROUP, count = end - at < most ? end - at : most;
         w->args.blocks.z = at;
         w->args.blocks.w = at + count;
-        bd_gpu_dispatch(w->context->gpu, w->test, bindings, divided_up(count, BD_SUBSPLAT_GROUP), 1,
+        bd_gpu_dispatch(w->context->gpu, program, bindings, divided_up(count, BD_SUBSPLAT_GROUP), 1,
                         1);
         enum bd_err err = bd_slicer_checkpoint(w->context->slicer, units * count);
         if (err) return err;
@@ -227,7 +240,7 @@ static enum bd_err draw_left_over(struct work *w, const struct bd_bindings *bind
     const uint32_t masks = w->args.vpls.z;
     w->args.limits.x = NEVER_SPLIT;
     w->args.vpls.z = BD_SUBSPLAT_LEFT_OVER;
-    enum bd_err err = run_test(w, bindings, units);
+    enum bd_err err = run_slices(w, w->test, bindings, units);
     w->args.limits.x = limit;
     w->args.vpls.z = masks;
     w->sum->is_limited = true;
@@ -241,7 +254,7 @@ static enum bd_err run_list(struct work *w, const struct bd_vpl_list *vpls, cons
     struct bd_bindings bindings = bind(w, list), test = bindings;
     bind_test(w, vpls, list, &test);
     w->args.vpls.z = list ? BD_SUBSPLAT_MASKED : BD_SUBSPLAT_ALL;
-    enum bd_err err = run_test(w, &test, units);
+    enum bd_err err = run_slices(w, w->test, &test, units);
     if (err) return err;
     run_scan(w, &bindings);
     run_split(w, bindings, next);
@@ -284,7 +297,7 @@ static uint32_t part_of_start(const struct work *w, uint32_t first)
     const struct bd_fragments *start = w->inputs->start;
     uint64_t room = w->capacity;
     uint32_t end = first;
-    for (uint32_t k = start->layout.size_px.z; k-- > 0;) {
+    for (uint32_t k = start->layout.size_px.z; k-- > 1;) {
         const uint32_t level_end = start->level_first[k] + start->level_count[k];
         if (level_end <= end) continue;
         uint64_t fit = room >> 2 * k;
@@ -293,14 +306,14 @@ static uint32_t part_of_start(const struct work *w, uint32_t first)
         room -= (uint64_t)count << 2 * k;
         if (end < level_end) break;
     }
-    const uint32_t least = first + BLOCK_LIMIT_MIN;
-    if (end < least) end = least < start->count ? least : start->count;
+    const uint32_t least = first + BLOCK_LIMIT_MIN, all = block_count(start);
+    if (end < least) end = least < all ? least : all;
     return end - first;
 }
 
 static enum bd_err run_batch(struct work *w, const struct bd_vpl_list *vpls, uint32_t first_vpl)
 {
-    const uint32_t left = vpls->count - first_vpl, count = w->inputs->start->count;
+    const uint32_t left = vpls->count - first_vpl, count = block_count(w->inputs->start);
     enum bd_err err = BD_ERR_OK;
     for (uint32_t at = 0; !err && at < count;) {
         uint32_t part = part_of_start(w, at);
@@ -313,14 +326,38 @@ static enum bd_err run_batch(struct work *w, const struct bd_vpl_list *vpls, uin
     return err;
 }
 
+static enum bd_err run_blocks(struct work *w, const struct bd_vpl_list *vpls)
+{
+    enum bd_err err = BD_ERR_OK;
+    for (uint32_t at = 0; !err && at < vpls->count; at += BD_SUBSPLAT_VPLS)
+        err = run_batch(w, vpls, at);
+    return err;
+}
+
+static enum bd_err run_pixels(struct work *w, const struct bd_vpl_list *vpls)
+{
+    const uint32_t first = block_count(w->inputs->start), count = w->inputs->start->level_count[0];
+    enum bd_err err = BD_ERR_OK;
+    for (uint32_t at = 0; !err && at < vpls->count; at += VPLS_PER_GATHER) {
+        const uint32_t left = vpls->count - at;
+        w->args.blocks = (struct bd_uvec4){first, count, 0, 0};
+        w->args.vpls.x = at;
+        w->args.vpls.y = left < VPLS_PER_GATHER ? left : VPLS_PER_GATHER;
+        struct bd_bindings bindings = bind(w, NULL);
+        bind_receivers(w, vpls, &bindings);
+        err = run_slices(w, w->pixels, &bindings, UNITS_PER_POINT * w->args.vpls.y);
+    }
+    w->sum->tested += (uint64_t)count * vpls->count;
+    w->sum->drawn += (uint64_t)count * vpls->count;
+    return err;
+}
+
 static enum bd_err run_all(struct work *w)
 {
     for (uint32_t l = 0; l < w->inputs->list_count; l++) {
-        const struct bd_vpl_list *vpls = w->inputs->lists[l];
-        for (uint32_t at = 0; at < vpls->count; at += BD_SUBSPLAT_VPLS) {
-            enum bd_err err = run_batch(w, vpls, at);
-            if (err) return err;
-        }
+        enum bd_err err = run_pixels(w, w->inputs->lists[l]);
+        if (!err && block_count(w->inputs->start) > 0) err = run_blocks(w, w->inputs->lists[l]);
+        if (err) return err;
     }
     return BD_ERR_OK;
 }
@@ -342,7 +379,9 @@ static enum bd_err get_programs(struct work *w, struct bd_fault *fault)
     struct bd_defines defines = {0};
     bd_define(&defines, "BD_GLOSSY", 1);
     if (w->inputs->near_patches) bd_define(&defines, "BD_VPL_PATCH", 1);
-    enum bd_err err = get_program(w, "pass/subsplats/test.comp", &defines, &w->test, fault);
+    enum bd_err err = get_program(w, "pass/subsplats/pixels.comp", &defines, &w->pixels, fault);
+    if (err || block_count(w->inputs->start) == 0) return err;
+    err = get_program(w, "pass/subsplats/test.comp", &defines, &w->test, fault);
     if (!err) err = get_program(w, "pass/subsplats/scan.comp", NULL, &w->scan, fault);
     if (!err) err = get_program(w, "pass/subsplats/split.comp", NULL, &w->split, fault);
     return err;
@@ -410,7 +449,7 @@ enum bd_err bd_subsplats_run(const struct bd_pass_context *context,
     enum bd_err err = create_image(context->gpu, "indirect glossy", layout->size_px.x,
                                    layout->size_px.y, &made, fault);
     if (!err) err = create_images(&w, fault);
-    if (!err) err = create_buffers(&w, fault);
+    if (!err && block_count(inputs->start) > 0) err = create_buffers(&w, fault);
     if (!err) err = get_programs(&w, fault);
     if (!err) err = run_all(&w);
     if (!err) err = spread(&w, made, fault);

@@ -11,6 +11,8 @@
 // The lists of a batch of VPLs are kept together, as one list of blocks with a bit for each VPL
 // (shared/subsplats.h), made by prefix sums: sums have the same order on every run and device.
 //
+// Pixels that are in every list from the start are gathered at.
+//
 // Deviations: the paper adds a constant for each block and blends blocks with their neighbours on
 // the way to the pixels; where a VPL's blocks change level, light of one block is then mixed with
 // none. A plane needs no neighbour, and its four points have been paid for.

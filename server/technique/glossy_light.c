@@ -59,7 +59,10 @@ static enum bd_err add(const struct bd_pass_context *context,
         .threshold = params->radiance_threshold,
         .block_limit = params->subsplat_limit,
     };
-    err = bd_subsplats_run(context, &subsplats, &indirect->glossy, &indirect->subsplats, fault);
+    struct bd_subsplat_counts counts;
+    err = bd_subsplats_run(context, &subsplats, &indirect->glossy, &counts, fault);
+    // Of pixels there is nothing to tell.
+    if (!err && where == BD_GLOSSY_LIGHT_AT_BLOCKS) indirect->subsplats = counts;
     bd_fragments_destroy(context->gpu, &start);
     return err;
 }

@@ -6,19 +6,26 @@
 // Exact when: as `rsm` is, and `coarsest` reaches the picture's longer side: then every pixel is a
 //         fragment. Thresholds of 0 leave blocks only where depth and normals are the same
 // Known:  ignores occlusion of VPLs; light that changes quickly over a smooth surface is blurred
-//         over blocks; glossy receivers reflect indirect light by their diffuse lobe alone
+//         over blocks. Glossy pixels pay for every VPL
 
 #include "technique/fragment_light.h"
+#include "technique/glossy_light.h"
 #include "technique/technique.h"
 
 static enum bd_err gather_fragments(const struct bd_pass_context *context,
                                     const struct bd_technique_inputs *inputs,
                                     struct bd_indirect **out, struct bd_fault *fault)
 {
-    return bd_fragment_light(context, inputs, "gather", bd_gather_fragments_run, out, fault);
+    enum bd_err err =
+        bd_fragment_light(context, inputs, "gather", bd_gather_fragments_run, out, fault);
+    if (err || !inputs->glossy_receivers) return err;
+    err = bd_glossy_light(context, inputs, BD_GLOSSY_LIGHT_AT_PIXELS, *out, fault);
+    if (err) bd_indirect_destroy(context->gpu, out);
+    return err;
 }
 
-static const char *const passes[] = {"gather", "upsample", NULL};
+static const char *const passes[] = {"gather", "upsample", "glossy", NULL};
+static const char *const glossy_passes[] = {"glossy", NULL};
 static const char *const ladder[] = {
     "vpls=64 depth_threshold=0.2 normal_threshold=0.9",
     "vpls=256 depth_threshold=0.1 normal_threshold=0.5",
@@ -32,9 +39,10 @@ static const char *const ladder[] = {
 const struct bd_technique bd_technique_multires_gather = {
     .name = "multires_gather",
     .summary = "one bounce from a grid of virtual lights, gathered once for each smooth block",
-    .model = {.indirect_bounces = 1, .lights = BD_LIGHTS_PUNCTUAL},
+    .model = {.indirect_bounces = 1, .lights = BD_LIGHTS_PUNCTUAL, .glossy_receivers = true},
     .inputs = BD_INPUT_VPL_GRID | BD_INPUT_FRAGMENTS,
     .passes = passes,
+    .glossy_passes = glossy_passes,
     .params_read = BD_READS_VPL_GRID | BD_READS_FRAGMENTS | BD_READS(BD_PARAM_VISIT),
     .tolerance = {.direct = 1e-3, .indirect = 1e-2},
     .hazard_codes = "TN",

@@ -417,6 +417,9 @@ static void render(struct world *w, const char *technique, const char *const *se
 static void expect_planned_out(struct world *w, const char *const *settings)
 {
     struct bd_image *l[BD_LAYER_COUNT];
+    render(w, "multires_gather", settings, l);
+    assert_false(has_pass(&w->report, "glossy"));
+    world_free_layers(l);
     render(w, "multires_splat", settings, l);
     assert_false(has_pass(&w->report, "subsplats"));
     assert_int_equal(w->report.counts.subsplats_tested, 0);
@@ -432,25 +435,34 @@ static void no_lists_without_glossy_receivers(void **state)
     expect_planned_out(*state, lambert);
 }
 
+static void expect_same(const struct bd_image *picture, const struct bd_image *expected)
+{
+    float most = 0;
+    for (int i = 0; i < 3 * PIXELS; i++) most = fmaxf(most, expected->pixels[i]);
+    for (int i = 0; i < 3 * PIXELS; i++)
+        assert_true(fabsf(picture->pixels[i] - expected->pixels[i]) < 1e-5f * most);
+}
+
 static void glossy_receivers_are_those_of_the_gather(void **state)
 {
     static const char *const all[] = {"vpls=96", NULL};
-    static const char *const pixels[] = {"vpls=96", "coarsest=64", "radiance_threshold=0", NULL};
+    static const char *const pixels[] = {"vpls=96", "coarsest=64", NULL};
+    static const char *const split[] = {"vpls=96", "coarsest=64", "radiance_threshold=0", NULL};
     static const char *const limited[] = {"vpls=96", "coarsest=4", "radiance_threshold=0",
                                           "subsplat_limit=64", NULL};
     struct world *w = *state;
     struct bd_image *expected[BD_LAYER_COUNT], *l[BD_LAYER_COUNT];
     make_room(w, true);
     render(w, "rsm", all, expected);
-    render(w, "multires_splat", pixels, l);
+    render(w, "multires_gather", pixels, l);
+    assert_true(has_pass(&w->report, "glossy") && !has_flag(&w->report, "glossy_as_diffuse"));
+    expect_same(l[BD_LAYER_INDIRECT], expected[BD_LAYER_INDIRECT]);
+    world_free_layers(l);
+    render(w, "multires_splat", split, l);
     assert_true(has_pass(&w->report, "subsplats") && w->report.counts.subsplats > 0);
     assert_false(has_flag(&w->report, "glossy_as_diffuse"));
     assert_false(has_flag(&w->report, "subsplats_limited"));
-    float most = 0;
-    for (int i = 0; i < 3 * PIXELS; i++) most = fmaxf(most, expected[BD_LAYER_INDIRECT]->pixels[i]);
-    for (int i = 0; i < 3 * PIXELS; i++)
-        assert_true(fabsf(l[BD_LAYER_INDIRECT]->pixels[i] -
-                          expected[BD_LAYER_INDIRECT]->pixels[i]) < 1e-5f * most);
+    expect_same(l[BD_LAYER_INDIRECT], expected[BD_LAYER_INDIRECT]);
     world_free_layers(l);
     render(w, "multires_splat", limited, l);
     assert_true(has_flag(&w->report, "subsplats_limited"));

@@ -212,6 +212,46 @@ static void cube_room_direct(void **state)
     }
 }
 
+// What a technique leaves out by design at its defaults is asked for.
+static const char *const *settings_of(const char *technique)
+{
+    // Light beyond a splat's bound is lost: most of it, at the share that is the default.
+    static const char *const whole_splats[] = {"splat_share=1", NULL};
+    return strcmp(technique, "rsm_splat") == 0 ? whole_splats : NULL;
+}
+
+#define SIDE_PX   160 // more than the coarsest blocks by default: fragments of several sizes
+#define CENTRE_PX 80  // off the middle by half a pixel
+#define OFF_PX    131 // pixels of 1/103 m: .5 m from the middle
+
+// Whoever is in the registry, at what a user gets who sets nothing.
+static void cube_room_by_every_technique(void **state)
+{
+    const double points[][2] = {{0, 0}}, expected[] = {.590616, .579682, .552789};
+    const uint32_t pixels[][2] = {{CENTRE_PX, CENTRE_PX}, {OFF_PX, CENTRE_PX}, {OFF_PX, OFF_PX}};
+    struct world *world = *state;
+    struct bd_image *layers[BD_LAYER_COUNT];
+    uint32_t tried = 0;
+    make_cube_room(world, points, 0);
+    world_add_probe(world, (const double[3]){0, 0, -1}, floor_up, SIDE_PX / 103.0);
+    const struct bd_technique *technique;
+    for (uint32_t t = 0; (technique = bd_technique_at(t)); t++) {
+        if (!technique->indirect) continue;
+        world_render(world, technique->name, 0, SIDE_PX, SIDE_PX, 1u << BD_LAYER_INDIRECT,
+                     settings_of(technique->name), layers);
+        printf("%s\n", technique->name);
+        if (technique->inputs & BD_INPUT_FRAGMENTS)
+            assert_true(world->report.counts.fragments < SIDE_PX * SIDE_PX / 4);
+        for (uint32_t i = 0; i < 3; i++) {
+            float l = bd_image_at(layers[BD_LAYER_INDIRECT], pixels[i][0], pixels[i][1])[0];
+            ASSERT_REL(l * M_PI / (0.5 * 0.5), expected[i], .01);
+        }
+        world_free_layers(layers);
+        tried++;
+    }
+    assert_true(tried >= 6);
+}
+
 // --- D3: the integrating sphere ---------------------------------------------------------------
 
 #define SPHERE_RADIUS 2.0
@@ -337,6 +377,7 @@ int main(void)
         cmocka_unit_test(cube_room_direct),
         cmocka_unit_test(cube_room_first_bounce),
         cmocka_unit_test(cube_room_near_the_walls),
+        cmocka_unit_test(cube_room_by_every_technique),
         cmocka_unit_test(cube_room_with_a_vpl_a_wall),
         cmocka_unit_test(sphere_with_the_bare_kernel),
         cmocka_unit_test(sphere_with_the_disk_kernel),
