@@ -323,6 +323,9 @@ def main(words):
                                           command(technique.name, "closed_box", None, options)):
                     table.add(verdict)
             on_scenes = [relation for relation in wanted if relation in RELATIONS]
-            for name in scenes.names(options.scenes) if on_scenes else ():
+            names = scenes.names(options.scenes) if on_scenes else ()
+            if technique.for_comparison and not (options.technique or options.long):
+                names = names[:1]
+            for name in names:
                 run_scene(daemon, technique, registry, name, on_scenes, options, table)
     return table.finish()

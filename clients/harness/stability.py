@@ -65,10 +65,13 @@ def _rows(options):
 def outcomes(daemon, options, folder, progress=lambda row: None):
     """Runs all; a generator of (row, outcomes of all techniques)."""
     chosen = techniques.chosen(daemon, options.technique)
+    full = options.size == "full"
     for row in _rows(options):
         progress(row)
-        yield row, [run(row, Case(daemon, technique, row, folder, options.size == "full"),
-                        options.codes) for technique in chosen]
+        yield row, [run(row, Case(daemon, technique, row, folder, full), options.codes,
+                        own_stages_alone=technique.for_comparison and
+                        not (full or options.technique or options.row))
+                    for technique in chosen]
 
 
 # --- what is printed ---

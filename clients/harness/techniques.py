@@ -32,6 +32,7 @@ class Technique:
     tolerance_indirect: float
     hazard_codes: str
     is_reference: bool
+    for_comparison: bool = False  # judged on less, where all techniques are judged at once
     tolerance_settings: dict = dataclasses.field(default_factory=dict)  # what the tolerances ask for
 
     def has(self, key):
@@ -56,6 +57,7 @@ def _technique(item):
         tolerance_indirect=item.get("tolerance_indirect", 0.0),
         hazard_codes=item.get("hazard_codes", ""),
         is_reference=item.get("is_reference", False),
+        for_comparison=item.get("for_comparison", False),
         tolerance_settings=settings_of(item.get("tolerance_settings", "")))
 
 

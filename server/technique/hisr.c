@@ -72,7 +72,8 @@ const struct bd_technique bd_technique_hisr = {
                    BD_READS(BD_PARAM_TAU) | BD_READS(BD_PARAM_TREE_ROOTS),
     .defaults = defaults,
     .default_count = sizeof defaults / sizeof *defaults,
-    .tolerance = {.direct = 1e-3, .indirect = 1e-2, .settings = "tau=0.001"},
+    // More VPLs than that, and `rsm` is off in a sphere of facets too.
+    .tolerance = {.direct = 1e-3, .indirect = 1e-2, .settings = "vpls=4096 tau=0.001"},
     .hazard_codes = "TN",
     .ladder = ladder,
     .indirect = light_fragments,

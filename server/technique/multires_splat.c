@@ -50,5 +50,6 @@ const struct bd_technique bd_technique_multires_splat = {
     .tolerance = {.direct = 1e-3, .indirect = 3e-2, .settings = "vpls=256"},
     .hazard_codes = "TN",
     .ladder = ladder,
+    .for_comparison = true,
     .indirect = splat_fragments,
 };

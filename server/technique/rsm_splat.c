@@ -44,5 +44,6 @@ const struct bd_technique bd_technique_rsm_splat = {
     .tolerance = {.direct = 1e-3, .indirect = 1e-2, .settings = "splat_share=1"},
     .hazard_codes = "T",
     .ladder = ladder,
+    .for_comparison = true,
     .indirect = splat_indirect,
 };

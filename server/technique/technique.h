@@ -111,6 +111,8 @@ struct bd_technique {
     // Settings from the cheapest to the best, "KEY=VALUE KEY=VALUE" each, ended by NULL: the rungs
     // of error against run time, and what `--target-error` climbs.
     const char *const *ladder;
+    // There for others to be compared with: tests of all techniques at once judge it on less.
+    bool for_comparison;
     bool is_reference; // path-traced by reference/, not rendered on the device
     // Indirect light of one frame; NULL if the technique has none. Not called without lights.
     enum bd_err (*indirect)(const struct bd_pass_context *context,

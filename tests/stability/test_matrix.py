@@ -24,6 +24,7 @@ def test_every_technique_and_every_hazard(bounce):
     assert sorted((o["technique"], o["row"]) for o in results) == sorted(
         (technique, row) for technique in techniques for row in range(1, 63))
     assert all(o["note"] for o in results if o["status"] in ("-", "flag")), "a reason for each"
+    assert techniques == {o["technique"] for o in results if o["status"] == "pass"}
     flagged = {o["row"] for o in results if o["status"] == "flag"}
     assert {15, 18, 19, 20, 21, 26} <= flagged
 

@@ -96,8 +96,11 @@ def _answered(case):
     return Outcome(number, name, status, "; ".join([*case.flags, *case.notes]))
 
 
-def run(row_, case, extra_codes=""):
+def run(row_, case, extra_codes="", own_stages_alone=False):
     technique = case.technique
+    if own_stages_alone and not row_.codes:
+        return Outcome(row_.number, technique.name, "-", "of techniques for comparison only those "
+                       "of their own stages, unless named or with --size full")
     if not row_.concerns(technique, extra_codes):
         return _without_stage(row_, technique)
     if row_.check is None:
