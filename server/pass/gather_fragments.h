@@ -35,8 +35,8 @@ struct bd_multires_light {
     struct bd_multires_layout layout;
     // RGBA32F: irradiance in the frame's light unit; level 0, the rest.
     struct bd_tex *fine, *coarse;
-    // RGBA32F or NULL: the irradiance vector, of luminance: its dot product with the fragment's
-    // normal is the luminance of its irradiance.
+    // RGBA32F or NULL: the irradiance vector, of all channels together: its dot product with the
+    // fragment's normal is the sum of its irradiance.
     struct bd_tex *fine_vector, *coarse_vector;
 };
 

@@ -24,13 +24,13 @@ void gather_at(uint level, ivec2 block)
     if (level == 0u) {
         imageStore(fine, block, vec4(s.diffuse + EARLIER(fine, block), 1.0));
 #ifdef BD_VECTOR
-        imageStore(fine_vector, block, vec4(s.vector + EARLIER(fine_vector, block), 1.0));
+        imageStore(fine_vector, block, vec4(irradiance_vector(s, r.normal) + EARLIER(fine_vector, block), 1.0));
 #endif
         return;
     }
     ivec2 at = in_stack(level, block);
     imageStore(coarse, at, vec4(s.diffuse + EARLIER(coarse, at), 1.0));
 #ifdef BD_VECTOR
-    imageStore(coarse_vector, at, vec4(s.vector + EARLIER(coarse_vector, at), 1.0));
+    imageStore(coarse_vector, at, vec4(irradiance_vector(s, r.normal) + EARLIER(coarse_vector, at), 1.0));
 #endif
 }

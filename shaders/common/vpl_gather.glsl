@@ -6,13 +6,13 @@
 // BD_GLOSSY: also what the whole BRDF reflects towards the viewer beyond base colour / pi times
 // the irradiance, which cannot be demodulated. Negative where the diffuse lobe loses more than the
 // specular one gives.
-// BD_VECTOR: also the irradiance vector, of luminance: its dot product with the receiver's normal is
-// the luminance of the irradiance, and near it for normals near that one.
+// BD_VECTOR: also the irradiance vector, of all channels together: its dot product with the receiver's
+// normal is their irradiance, and near it for normals near that one.
+#include "common/all_channels.glsl"
 #include "common/array.glsl"
 #include "common/brdf.glsl"
 #include "common/form_factor.glsl"
 #include "common/gbuffer.glsl"
-#include "common/luminance.glsl"
 #include "shared/vpl.h"
 
 BD_ARRAY(vpls, BD_UNIT_VPLS);
@@ -56,17 +56,19 @@ vec3 beyond_diffuse(receiver r, vec3 viewer, vec3 to_vpl, float r2)
 // from its own that they are no longer the same surface.
 const float VECTOR_COSINE_MIN = 0.2;
 
-// Irradiance vector of a unit of irradiance: its part along the normal is 1.
-vec3 vector_of_unit(vec3 to_vpl, float r2, vec3 n)
+const float LENGTH_MIN = 1e-12; // for 0 / 0 where a VPL is at the receiver and gives nothing
+
+// Per unit of the VPL's irradiance, but for what it has along the normal (irradiance_vector).
+vec3 direction_of_unit(vec3 to_vpl, float r2, vec3 n)
 {
-    vec3 l = to_vpl * inversesqrt(r2);
-    float cosine = dot(l, n);
-    return n + (l - n * cosine) / max(cosine, VECTOR_COSINE_MIN);
+    float height = max(dot(to_vpl, n), VECTOR_COSINE_MIN * sqrt(r2));
+    return to_vpl / max(height, LENGTH_MIN);
 }
 #endif
 
 struct sums {
-    vec3 diffuse, glossy, vector;
+    vec3 diffuse, glossy;
+    vec3 directions; // see irradiance_vector
 };
 
 sums no_light() { return sums(vec3(0.0), vec3(0.0), vec3(0.0)); }
@@ -79,10 +81,18 @@ void add(inout sums s, receiver r, vec3 viewer, vec3 to_vpl, float r2, vec3 irra
         s.glossy += irradiance_of_vpl * beyond_diffuse(r, viewer, to_vpl, r2);
 #endif
 #ifdef BD_VECTOR
-    if (irradiance_of_vpl != vec3(0.0))
-        s.vector += luminance(irradiance_of_vpl) * vector_of_unit(to_vpl, r2, r.normal);
+    s.directions += all_channels(irradiance_of_vpl) * direction_of_unit(to_vpl, r2, r.normal);
 #endif
 }
+
+#ifdef BD_VECTOR
+// What all of them have along the normal is known from their irradiance: so it is left out of the
+// sum's terms, and of the sum.
+vec3 irradiance_vector(sums s, vec3 n)
+{
+    return s.directions + n * (all_channels(s.diffuse) - dot(s.directions, n));
+}
+#endif
 
 bool faces(vec3 normal, vec3 to_vpl, float r2)
 {

@@ -243,18 +243,18 @@ uint gather(inout sums s, receiver r, vec3 viewer, uint first_root, float estima
 
 #ifndef BD_ESTIMATE
 #ifdef BD_FRAGMENTS
-void keep(sums s, uint level, ivec2 block)
+void keep(sums s, receiver r, uint level, ivec2 block)
 {
     ivec2 at = level == 0u ? block : in_stack(level, block);
     if (level == 0u) ADD(light_0, at, s.diffuse);
     else ADD(light_1, at, s.diffuse);
 #ifdef BD_VECTOR
-    if (level == 0u) ADD(vector_0, at, s.vector);
-    else ADD(vector_1, at, s.vector);
+    if (level == 0u) ADD(vector_0, at, irradiance_vector(s, r.normal));
+    else ADD(vector_1, at, irradiance_vector(s, r.normal));
 #endif
 }
 #else
-void keep(sums s, uint level, ivec2 pixel)
+void keep(sums s, receiver r, uint level, ivec2 pixel)
 {
     ADD(light_0, pixel, s.diffuse);
 #ifdef BD_GLOSSY
@@ -279,7 +279,7 @@ void light_receiver(receiver r, uint index, uint level, ivec2 block)
     float estimate = args.tau.w > 0.0 ? float(estimates[index]) / args.tau.w : 0.0;
     uint first_root = args.rows.w == 0u ? args.tree.x : next_roots[index];
     uint next_root = gather(s, r, direction_to_viewer(r.relative_position), first_root, estimate);
-    keep(s, level, block);
+    keep(s, r, level, block);
     next_roots[index] = next_root;
     if (next_root < args.tree.x + args.tree.y) unfinished_round = args.cut.w;
 }

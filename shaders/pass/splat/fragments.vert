@@ -31,7 +31,7 @@ void main()
     float data = vpl == 0u && args.vpls.y != 0u ? 1.0 : 0.0;
     splat_light = vec4(s.diffuse, data);
 #ifdef BD_VECTOR
-    splat_vector = vec4(s.vector, data);
+    splat_vector = vec4(irradiance_vector(s, r.normal), data);
 #endif
     vec2 at = (vec2(texel) + 0.5) / vec2(args.size_px.xy);
     gl_Position = vec4(2.0 * at.x - 1.0, 1.0 - 2.0 * at.y, 0.5, 1.0);

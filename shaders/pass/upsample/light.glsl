@@ -2,7 +2,7 @@
 //
 // BD_FINE: of level 0, into `irradiance`. BD_DETAIL: BD_DETAIL_* of shared/upsample.h.
 #include "common/gbuffer.glsl"
-#include "common/luminance.glsl"
+#include "common/all_channels.glsl"
 #include "common/surfaces.glsl"
 #include "shared/upsample.h"
 
@@ -66,7 +66,7 @@ void bend(inout light l, light before, light home, light after)
 vec3 with_detail(light l, ivec2 pixel)
 {
 #if BD_DETAIL == BD_DETAIL_DIRECTION
-    float of_fragments = luminance(l.irradiance);
+    float of_fragments = all_channels(l.irradiance);
     float of_pixel = max(dot(l.vector, gbuffer_receiver(pixel).normal), 0.0);
     return of_fragments > 0.0 ? l.irradiance * min(of_pixel / of_fragments, 4.0) : vec3(0.0);
 #elif BD_DETAIL == BD_DETAIL_PAPER
