@@ -28,6 +28,9 @@ REFERENCE_RUNG = 3  # of its ladder: whatever it is, the variance layer says wha
 OUTWARD = np.array([0.6, -0.64, 0.48])  # a unit vector along no axis
 TURN = [0.1830127, 0.3061862, 0.2041241, 0.9083396]  # about no axis of the scenes
 FAR = 2  # rungs from one to the next: about 16 times the samples
+# Of techniques that light blocks of pixels: with as many blocks as they have by default, pictures as
+# small as these would have none but single pixels.
+COARSE = {"coarsest": "8"}
 PERMUTATIONS = ((1, 2, 0), (2, 1, 0))
 
 
@@ -91,7 +94,8 @@ def rungs(technique, registry):
             for key, value in settings.items():
                 if technique.has(key):
                     own[name] = {key: value, **own[name]}
-    return own
+    blocks = {key: value for key, value in COARSE.items() if technique.has(key)}
+    return {name: {**settings, **blocks} for name, settings in own.items()}
 
 
 def exact(case, a, b, note, factor=1.0, order=(0, 1, 2), mask=None, tolerance=EXACT):
