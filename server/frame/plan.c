@@ -7,6 +7,7 @@
 #include "base/hash.h"
 #include "pass/discontinuity.h"
 #include "pass/gather_tree.h"
+#include "pass/upsample.h"
 
 bool bd_plan_light_shines(const struct bd_scene *scene, uint32_t placed_light)
 {
@@ -134,6 +135,10 @@ static void list_omitted_of_fragments(const struct bd_plan *plan, const char *no
          "normal pyramid: normal_test=off");
     omit(report, p->normal_test != BD_NORMAL_TEST_OFF && isinf(p->normal_threshold),
          "discontinuity", "normal pyramid: normal_threshold=inf");
+    if (!(plan->technique->params_read & BD_READS(BD_PARAM_LIGHT_THRESHOLD))) return;
+    omit(report, isinf(p->light_threshold), "gather", "blocks split by light: light_threshold=inf");
+    omit(report, p->surface_detail != BD_SURFACE_DETAIL_DIRECTION, "gather",
+         "blocks split by light: surface_detail has no irradiance vector");
 }
 
 static void list_omitted(const struct bd_plan *plan, const struct bd_scene *scene,

@@ -253,6 +253,22 @@ static enum bd_err write_list(struct work *w, struct bd_fault *fault)
     return run_half_tiles(w, program, &bindings, 0, 2 * w->args.total.x);
 }
 
+// From masks to a list.
+static enum bd_err finish(struct work *w, enum bd_err err, struct bd_fragments **out,
+                          struct bd_fault *fault)
+{
+    if (!err) err = scan(w, fault);
+    if (!err) err = summarize(w, fault);
+    if (!err) err = write_list(w, fault);
+    destroy_work(w);
+    if (err) {
+        bd_fragments_destroy(w->context->gpu, &w->out);
+        return err;
+    }
+    *out = w->out;
+    return BD_ERR_OK;
+}
+
 // --- the pass -----------------------------------------------------------------------------
 
 enum bd_err bd_fragments_run(const struct bd_pass_context *context,
@@ -277,16 +293,47 @@ enum bd_err bd_fragments_run(const struct bd_pass_context *context,
     if (w.lone_pixels) w.view = bd_viewpoint_uniform(inputs->viewpoint, inputs->space);
     enum bd_err err = create_buffers(&w, refinement, fault);
     if (!err) err = classify(&w, refinement, fault);
-    if (!err) err = scan(&w, fault);
-    if (!err) err = summarize(&w, fault);
-    if (!err) err = write_list(&w, fault);
-    destroy_work(&w);
-    if (err) {
-        bd_fragments_destroy(context->gpu, &w.out);
-        return err;
-    }
-    *out = w.out;
-    return BD_ERR_OK;
+    return finish(&w, err, out, fault);
+}
+
+static enum bd_err classify_children(struct work *w, const struct bd_fragments *first,
+                                     const struct bd_fragments *parents,
+                                     const struct bd_light_of_blocks *light, struct bd_fault *fault)
+{
+    const struct bd_program *program;
+    enum bd_err err = get_program(w, "pass/fragments/refine.comp", NULL, &program, fault);
+    if (err) return err;
+    struct bd_bindings bindings = {0};
+    bind_classify(w, &bindings);
+    bindings.textures[BD_UNIT_FINE].tex = light->irradiance;
+    bindings.textures[BD_UNIT_FINE_VECTOR].tex = light->vector;
+    bind_storage(&bindings, BD_STORAGE_REACHED_MASKS, parents->masks, true, false);
+    bind_storage(&bindings, BD_STORAGE_FIRST_MASKS, first->masks, true, false);
+    return run_half_tiles(w, program, &bindings, 0, 2 * w->args.total.x);
+}
+
+enum bd_err bd_fragments_refine(const struct bd_pass_context *context,
+                                const struct bd_discontinuity_inputs *inputs,
+                                const struct bd_discontinuity *discontinuity,
+                                const struct bd_fragments *first,
+                                const struct bd_fragments *parents,
+                                const struct bd_light_of_blocks *light, double threshold,
+                                struct bd_fragments **out, struct bd_fault *fault)
+{
+    struct work w = {
+        .context = context,
+        .inputs = inputs,
+        .discontinuity = discontinuity,
+        .args.multires = discontinuity->layout,
+        .args.limits.x = (float)threshold,
+        .out = calloc(1, sizeof *w.out),
+    };
+    BD_ASSERT(w.out);
+    w.out->layout = discontinuity->layout;
+    lay_out_tiles(&w.args);
+    enum bd_err err = create_buffers(&w, BD_REFINEMENT_ONE_PASS, fault);
+    if (!err) err = classify_children(&w, first, parents, light, fault);
+    return finish(&w, err, out, fault);
 }
 
 void bd_fragments_destroy(struct bd_gpu *gpu, struct bd_fragments **fragments)

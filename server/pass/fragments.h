@@ -47,6 +47,24 @@ enum bd_err bd_fragments_run(const struct bd_pass_context *context,
                              const struct bd_discontinuity *discontinuity,
                              enum bd_refinement refinement, struct bd_fragments **out,
                              struct bd_fault *fault);
+
+// Light of the blocks of a list, as bd_multires_light has it.
+struct bd_light_of_blocks {
+    struct bd_tex *irradiance, *vector; // of the levels from 1 on; a of the latter = its spread
+};
+
+// The next list, by light: all children with pixels to be lit of those fragments in `parents` whose
+// spread of light is more than `threshold` of it, but for those that `first` has already. `parents`
+// is `first`, the list that bd_fragments_run made, or the one that this made from it. Pixels are not
+// split, so lists end after as many rounds as there are levels.
+BD_MUST_CHECK
+enum bd_err bd_fragments_refine(const struct bd_pass_context *context,
+                                const struct bd_discontinuity_inputs *inputs,
+                                const struct bd_discontinuity *discontinuity,
+                                const struct bd_fragments *first,
+                                const struct bd_fragments *parents,
+                                const struct bd_light_of_blocks *light, double threshold,
+                                struct bd_fragments **out, struct bd_fault *fault);
 void bd_fragments_destroy(struct bd_gpu *gpu, struct bd_fragments **fragments);
 uint64_t bd_fragments_bytes(const struct bd_fragments *fragments);
 

@@ -55,6 +55,7 @@ static struct bd_program_source with_defines(const struct gather *g,
 {
     if (g->inputs->near_patches) bd_define(&source.defines, "BD_VPL_PATCH", 1);
     if (g->inputs->vector) bd_define(&source.defines, "BD_VECTOR", 1);
+    if (g->inputs->spread) bd_define(&source.defines, "BD_SPREAD", 1);
     return source;
 }
 
@@ -99,7 +100,7 @@ static enum bd_err visit_list(struct gather *g, const struct bd_vpl_list *list, 
     for (uint32_t at = 0; at < fragments->count;) {
         uint32_t count = fragments_of_slice(g, units_per_fragment, fragments->count - at);
         const struct bd_gather_fragments_args args = {
-            .fragments = {at, count, g->ranges_done == 0, 0},
+            .fragments = {at, count, g->ranges_done == 0, g->inputs->finest_level},
             .vpls = {first_vpl, vpl_count, 0, 0},
         };
         struct bd_bindings bindings = bind_common(g, &args);
@@ -174,7 +175,7 @@ static enum bd_err visit_target(struct gather *g, bool fine, const struct bd_vpl
 {
     const struct bd_tex_desc *desc = bd_tex_desc(fine ? g->out->fine : g->out->coarse);
     const struct bd_gather_fragments_args args = {
-        .fragments = {0, 0, g->ranges_done == 0, 0},
+        .fragments = {0, 0, g->ranges_done == 0, g->inputs->finest_level},
         .vpls = {first_vpl, vpl_count, 0, 0},
         .depth = {DEPTH_OF_GATHER, 0, 0, 0},
     };
@@ -253,11 +254,15 @@ enum bd_err bd_gather_fragments_run(const struct bd_pass_context *context,
         .view = bd_viewpoint_uniform(inputs->viewpoint, &inputs->scene->space),
         .units_per_vpl = inputs->vector ? VECTOR_UNITS : 1,
     };
-    enum bd_err err = bd_multires_light_create(context->gpu, &inputs->fragments->layout,
-                                               inputs->vector, &g.out, fault);
+    enum bd_err err = BD_ERR_OK;
+    if (inputs->into)
+        g.out = inputs->into;
+    else
+        err = bd_multires_light_create(context->gpu, &inputs->fragments->layout, inputs->vector,
+                                       &g.out, fault);
     if (!err) err = gather_all(&g, fault);
     if (err) {
-        bd_multires_light_destroy(context->gpu, &g.out);
+        if (!inputs->into) bd_multires_light_destroy(context->gpu, &g.out);
         return err;
     }
     *out = g.out;

@@ -28,6 +28,10 @@ struct bd_gather_fragments_inputs {
     bool near_patches; // some VPL asks for the exact near field
     bool vector;       // the irradiance vector, too (surface detail)
     enum bd_fragment_visit visit;
+    // With vectors: how far off interpolated light may be (shaders/common/light_spread.glsl), too.
+    bool spread;
+    uint32_t finest_level;          // whose blocks, and those below, may hold several surfaces
+    struct bd_multires_light *into; // NULL, or earlier light that these fragments are added to
 };
 
 // Light at fragments, as a multiresolution image (shared/multires.h). a = 1 where a fragment is.
@@ -36,7 +40,8 @@ struct bd_multires_light {
     // RGBA32F: irradiance in the frame's light unit; level 0, the rest.
     struct bd_tex *fine, *coarse;
     // RGBA32F or NULL: the irradiance vector, of all channels together: its dot product with the
-    // fragment's normal is the sum of its irradiance.
+    // fragment's normal is the sum of its irradiance. a of the latter = the spread of light, if
+    // asked for.
     struct bd_tex *fine_vector, *coarse_vector;
 };
 

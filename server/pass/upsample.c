@@ -46,8 +46,6 @@ static struct bd_bindings bind(const struct upsample *u, uint32_t level,
     bind_image(&bindings, 1, light->coarse);
     bind_image(&bindings, 3, vector ? light->coarse_vector : NULL);
     if (level > 0) return bindings;
-    bindings.storage[BD_STORAGE_FRAGMENTS].buf = u->inputs->fragments->list;
-    bindings.storage[BD_STORAGE_FRAGMENTS].read = true;
     bindings.images[0].tex = u->out->irradiance;
     bindings.images[0].write = true;
     bindings.textures[BD_UNIT_FINE].tex = light->fine;
@@ -96,9 +94,10 @@ static enum bd_err run_inner(const struct upsample *u, uint32_t level, struct bd
     return BD_ERR_OK;
 }
 
-// The items [first, end) of a list.
+// The items [first, end) of a list; of fragments, or without any of the level's outer blocks.
 static enum bd_err run_list(const struct upsample *u, const char *compute, uint32_t level,
-                            uint32_t first, uint32_t end, struct bd_fault *fault)
+                            struct bd_buf *fragments, uint32_t first, uint32_t end,
+                            struct bd_fault *fault)
 {
     struct bd_program *program;
     enum bd_err err = get_program(u, compute, level, &program, fault);
@@ -108,11 +107,20 @@ static enum bd_err run_list(const struct upsample *u, const char *compute, uint3
         uint32_t count = bd_slicer_rows(u->context->slicer, UNITS_PER_OUTER, left);
         args.rows = (struct bd_uvec4){first, count, 0, 0};
         struct bd_bindings bindings = bind(u, level, &args);
+        bindings.storage[BD_STORAGE_FRAGMENTS].buf = fragments;
+        bindings.storage[BD_STORAGE_FRAGMENTS].read = fragments != NULL;
         bd_gpu_dispatch(u->context->gpu, program, &bindings, (count + GROUP - 1) / GROUP, 1, 1);
         err = bd_slicer_checkpoint(u->context->slicer, UNITS_PER_OUTER * count);
         first += count;
     }
     return err;
+}
+
+static enum bd_err run_own(const struct upsample *u, const struct bd_fragments *fragments,
+                           struct bd_fault *fault)
+{
+    uint32_t first = fragments->level_first[0], count = fragments->level_count[0];
+    return run_list(u, "pass/upsample/own.comp", 0, fragments->list, first, first + count, fault);
 }
 
 static enum bd_err run_level(const struct upsample *u, uint32_t level, struct bd_fault *fault)
@@ -121,11 +129,12 @@ static enum bd_err run_level(const struct upsample *u, uint32_t level, struct bd
     if (level + 1 < u->inputs->light->layout.size_px.z)
         outer = u->inputs->surfaces->outer_count[level + 1];
     enum bd_err err = run_inner(u, level, fault);
-    if (!err) err = run_list(u, "pass/upsample/outer.comp", level, 0, outer, fault);
+    if (!err) err = run_list(u, "pass/upsample/outer.comp", level, NULL, 0, outer, fault);
     if (err || level > 0) return err;
-    const struct bd_fragments *fragments = u->inputs->fragments;
-    uint32_t first = fragments->level_first[0], count = fragments->level_count[0];
-    return run_list(u, "pass/upsample/own.comp", 0, first, first + count, fault);
+    err = run_own(u, u->inputs->fragments, fault);
+    for (uint32_t i = 0; !err && i < u->inputs->part_count; i++)
+        err = run_own(u, u->inputs->parts[i], fault);
+    return err;
 }
 
 static enum bd_err create_target(const struct upsample *u, struct bd_fault *fault)

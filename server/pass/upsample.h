@@ -27,6 +27,8 @@ struct bd_upsample_inputs {
     const struct bd_viewpoint *viewpoint;
     const struct bd_gbuffer *gbuffer;
     const struct bd_fragments *fragments;
+    struct bd_fragments *const *parts; // lists that bd_fragments_refine made of them
+    uint32_t part_count;
     const struct bd_surfaces *surfaces;
     struct bd_multires_light *light; // its coarse textures are written over; with vectors for
                                      // BD_SURFACE_DETAIL_DIRECTION

@@ -1,14 +1,21 @@
 #include "technique/fragment_light.h"
 
+#include <math.h>
+
+#include "base/assert.h"
 #include "pass/upsample.h"
 
-static enum bd_err light(const struct bd_pass_context *context,
-                         const struct bd_technique_inputs *inputs, const char *pass,
-                         bd_light_fragments_fn *light_fragments, struct bd_multires_light **out,
-                         struct bd_fault *fault)
+// Fragments with their light, and the lists of those that they were split into.
+struct lit {
+    struct bd_multires_light *light;
+    struct bd_fragments *parts[BD_MULTIRES_LEVEL_MAX];
+    uint32_t part_count;
+};
+
+static struct bd_gather_fragments_inputs gather_inputs(const struct bd_technique_inputs *inputs)
 {
     const struct bd_params *params = inputs->params;
-    const struct bd_gather_fragments_inputs gather = {
+    return (struct bd_gather_fragments_inputs){
         .scene = inputs->scene,
         .viewpoint = inputs->viewpoint,
         .gbuffer = inputs->gbuffer,
@@ -19,30 +26,102 @@ static enum bd_err light(const struct bd_pass_context *context,
         .near_patches = params->vpl_kernel == BD_KERNEL_PATCH,
         .vector = params->surface_detail == BD_SURFACE_DETAIL_DIRECTION,
         .visit = (enum bd_fragment_visit)params->visit,
+        .finest_level = params->finest_level,
     };
+}
+
+static enum bd_err split(const struct bd_pass_context *context,
+                         const struct bd_technique_inputs *inputs,
+                         const struct bd_fragments *parents, const struct bd_multires_light *light,
+                         struct bd_fragments **out, struct bd_fault *fault)
+{
+    const struct bd_discontinuity_inputs seen = {
+        .gbuffer = inputs->gbuffer,
+        .viewpoint = inputs->viewpoint,
+        .space = &inputs->scene->space,
+    };
+    const struct bd_light_of_blocks blocks = {light->coarse, light->coarse_vector};
+    return bd_fragments_refine(context, &seen, inputs->discontinuity, inputs->fragments, parents,
+                               &blocks, inputs->params->light_threshold, out, fault);
+}
+
+// Splits what light changes too much over, and lights the parts, until nothing is left to be split.
+// Pixels are not split, so there are fewer lists than levels.
+static enum bd_err refine(const struct bd_pass_context *context,
+                          const struct bd_technique_inputs *inputs,
+                          struct bd_gather_fragments_inputs *gather, struct lit *lit,
+                          struct bd_fault *fault)
+{
+    const struct bd_fragments *last = inputs->fragments;
+    enum bd_err err = BD_ERR_OK;
+    while (!err && last->count > last->level_count[0]) {
+        BD_ASSERT(lit->part_count < BD_MULTIRES_LEVEL_MAX);
+        struct bd_fragments *parts;
+        err = split(context, inputs, last, lit->light, &parts, fault);
+        if (err) return err;
+        lit->parts[lit->part_count++] = parts;
+        last = gather->fragments = parts;
+        gather->into = lit->light;
+        struct bd_multires_light *same;
+        if (parts->count > 0) err = bd_gather_fragments_run(context, gather, &same, fault);
+    }
+    return err;
+}
+
+static uint64_t fragment_count(const struct bd_technique_inputs *inputs, const struct lit *lit)
+{
+    uint64_t count = inputs->fragments->count;
+    for (uint32_t i = 0; i < lit->part_count; i++) count += lit->parts[i]->count;
+    return count;
+}
+
+static void destroy_lit(struct bd_gpu *gpu, struct lit *lit)
+{
+    bd_multires_light_destroy(gpu, &lit->light);
+    for (uint32_t i = 0; i < lit->part_count; i++) bd_fragments_destroy(gpu, &lit->parts[i]);
+}
+
+// With light that is worth it: only gathering says how light changes, and keeps it beside vectors.
+static bool is_refined(const struct bd_gather_fragments_inputs *gather,
+                       bd_light_fragments_fn *light_fragments, const struct bd_params *params)
+{
+    return light_fragments == bd_gather_fragments_run && gather->vector &&
+           !isinf(params->light_threshold);
+}
+
+static enum bd_err light(const struct bd_pass_context *context,
+                         const struct bd_technique_inputs *inputs, const char *pass,
+                         bd_light_fragments_fn *light_fragments, struct lit *lit,
+                         struct bd_fault *fault)
+{
+    struct bd_gather_fragments_inputs gather = gather_inputs(inputs);
+    gather.spread = is_refined(&gather, light_fragments, inputs->params);
     bd_gpu_pass_begin(context->gpu, pass);
-    enum bd_err err = light_fragments(context, &gather, out, fault);
+    enum bd_err err = light_fragments(context, &gather, &lit->light, fault);
+    if (!err && gather.spread) err = refine(context, inputs, &gather, lit, fault);
     bd_gpu_pass_end(context->gpu);
     return err;
 }
 
 static enum bd_err upsample(const struct bd_pass_context *context,
-                            const struct bd_technique_inputs *inputs,
-                            struct bd_multires_light *light, struct bd_indirect **out,
-                            struct bd_fault *fault)
+                            const struct bd_technique_inputs *inputs, const struct lit *lit,
+                            struct bd_indirect **out, struct bd_fault *fault)
 {
     const struct bd_upsample_inputs upsample = {
         .scene = inputs->scene,
         .viewpoint = inputs->viewpoint,
         .gbuffer = inputs->gbuffer,
         .fragments = inputs->fragments,
+        .parts = lit->parts,
+        .part_count = lit->part_count,
         .surfaces = inputs->surfaces,
-        .light = light,
+        .light = lit->light,
         .detail = (enum bd_surface_detail)inputs->params->surface_detail,
     };
     bd_gpu_pass_begin(context->gpu, "upsample");
     enum bd_err err = bd_upsample_run(context, &upsample, out, fault);
     bd_gpu_pass_end(context->gpu);
+    if (!err) (*out)->fragment_count = fragment_count(inputs, lit);
     return err;
 }
 
@@ -51,18 +130,21 @@ enum bd_err bd_fragment_light(const struct bd_pass_context *context,
                               bd_light_fragments_fn *light_fragments, struct bd_indirect **out,
                               struct bd_fault *fault)
 {
-    struct bd_multires_light *lit;
+    struct lit lit = {0};
     enum bd_err err = light(context, inputs, pass, light_fragments, &lit, fault);
-    return err ? err : bd_fragment_light_spread(context, inputs, &lit, out, fault);
+    if (!err) err = upsample(context, inputs, &lit, out, fault);
+    destroy_lit(context->gpu, &lit);
+    return err;
 }
 
 enum bd_err bd_fragment_light_spread(const struct bd_pass_context *context,
                                      const struct bd_technique_inputs *inputs,
-                                     struct bd_multires_light **lit, struct bd_indirect **out,
+                                     struct bd_multires_light **light, struct bd_indirect **out,
                                      struct bd_fault *fault)
 {
-    enum bd_err err = upsample(context, inputs, *lit, out, fault);
-    bd_multires_light_destroy(context->gpu, lit);
-    if (!err) (*out)->fragment_count = inputs->fragments->count;
+    struct lit lit = {.light = *light};
+    *light = NULL;
+    enum bd_err err = upsample(context, inputs, &lit, out, fault);
+    destroy_lit(context->gpu, &lit);
     return err;
 }

@@ -11,7 +11,9 @@ typedef enum bd_err bd_light_fragments_fn(const struct bd_pass_context *context,
                                           const struct bd_gather_fragments_inputs *inputs,
                                           struct bd_multires_light **out, struct bd_fault *fault);
 
-// Lights them in a pass of that name, then upsamples. Wants BD_INPUT_FRAGMENTS.
+// Lights them in a pass of that name, then upsamples. Wants BD_INPUT_FRAGMENTS. Where they are lit by
+// bd_gather_fragments_run, those that light changes too much over are split and lit in their parts
+// (light_threshold).
 BD_MUST_CHECK
 enum bd_err bd_fragment_light(const struct bd_pass_context *context,
                               const struct bd_technique_inputs *inputs, const char *pass,

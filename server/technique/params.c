@@ -59,6 +59,8 @@ static const struct param_row table[BD_PARAM_COUNT] = {
     [BD_PARAM_COARSEST] = {"coarsest", PARAM_COUNT, FIELD(coarsest), 1, 16384, 64, {0}},
     [BD_PARAM_FINEST] = {"finest", PARAM_CHOICE, FIELD(finest_level), 0, 0, 0,
                          {"1", "2", "4", "8"}},
+    [BD_PARAM_LIGHT_THRESHOLD] = {"light_threshold", PARAM_REAL, FIELD(light_threshold), 0, 1e6,
+                                  INFINITY, {0}},
     [BD_PARAM_SURFACE_DETAIL] = {"surface_detail", PARAM_CHOICE, FIELD(surface_detail), 0, 0, 1,
                                  {"off", "direction", "paper"}},
     [BD_PARAM_VISIT] = {"visit", PARAM_CHOICE, FIELD(visit), 0, 0, 0, {"list", "mask"}},
@@ -106,6 +108,7 @@ static bool is_unlimited(const struct param_row *row)
                                BD_READS(BD_PARAM_DEPTH_THRESHOLD) |
                                BD_READS(BD_PARAM_NORMAL_THRESHOLD) |
                                BD_READS(BD_PARAM_MATERIAL_THRESHOLD) |
+                               BD_READS(BD_PARAM_LIGHT_THRESHOLD) |
                                BD_READS(BD_PARAM_CLUSTER_DEPTH_THRESHOLD) |
                                BD_READS(BD_PARAM_CLUSTER_NORMAL_THRESHOLD);
     return unlimited >> (row - table) & 1;

@@ -48,6 +48,8 @@ enum bd_param {
     BD_PARAM_NEIGHBOURHOOD,    // plain | diagonal | adjacent
     BD_PARAM_COARSEST,         // blocks along the longer side of the coarsest level, at most
     BD_PARAM_FINEST,           // pixels along a side of the blocks that are not split, 1, 2, 4 or 8
+    BD_PARAM_LIGHT_THRESHOLD,  // spread of light over a block, as a part of it, above which it is split
+                               // (with surface_detail=direction), or inf
     BD_PARAM_SURFACE_DETAIL,   // off | direction | paper (pass/upsample.h)
     BD_PARAM_VISIT,            // list | mask (pass/gather_fragments.h)
     // Of glossy receivers: how far blocks are split for each VPL (pass/subsplats.h, glossy_blocks.h).
@@ -95,6 +97,7 @@ struct bd_params {
     double depth_threshold, normal_threshold;        // INFINITY = off
     uint32_t coarsest;
     uint32_t finest_level;   // finest: 2^level pixels
+    double light_threshold;  // INFINITY = off
     uint32_t surface_detail; // enum bd_surface_detail
     uint32_t visit;          // enum bd_fragment_visit
     uint32_t radiance_test; // enum bd_radiance_test

@@ -8,11 +8,13 @@
 // specular one gives.
 // BD_VECTOR: also the irradiance vector, of all channels together: its dot product with the receiver's
 // normal is their irradiance, and near it for normals near that one.
+// BD_SPREAD: also how far off light that is interpolated over the receiver's block may be.
 #include "common/all_channels.glsl"
 #include "common/array.glsl"
 #include "common/brdf.glsl"
 #include "common/form_factor.glsl"
 #include "common/gbuffer.glsl"
+#include "common/light_spread.glsl"
 #include "shared/vpl.h"
 
 BD_ARRAY(vpls, BD_UNIT_VPLS);
@@ -69,9 +71,10 @@ vec3 direction_of_unit(vec3 to_vpl, float r2, vec3 n)
 struct sums {
     vec3 diffuse, glossy;
     vec3 directions; // see irradiance_vector
+    light_spread spread; // with BD_SPREAD
 };
 
-sums no_light() { return sums(vec3(0.0), vec3(0.0), vec3(0.0)); }
+sums no_light() { return sums(vec3(0.0), vec3(0.0), vec3(0.0), light_spread(0.0, 0.0, 0.0)); }
 
 void add(inout sums s, receiver r, vec3 viewer, vec3 to_vpl, float r2, vec3 irradiance_of_vpl)
 {
@@ -147,6 +150,10 @@ bool add_far(inout sums s, receiver r, vec3 viewer, virtual_light vpl)
     if (!far) kernel = 0.0;
 #endif
     add(s, r, viewer, to_vpl, r2, vpl.flux * kernel);
+#ifdef BD_SPREAD
+    add_spread(s.spread, r.normal_geometric, to_vpl, r2, vec4(normal, vpl.position_area.w),
+               all_channels(vpl.flux));
+#endif
     return far;
 }
 

@@ -100,6 +100,7 @@
 #define BD_STORAGE_FRAGMENT_SUMMARY  3
 #define BD_STORAGE_FRAGMENT_DISPATCH 4
 #define BD_STORAGE_FRAGMENT_LIST     5
+#define BD_STORAGE_FIRST_MASKS       6
 
 // Storage blocks of subsplats.
 #define BD_STORAGE_SUBSPLATS       0

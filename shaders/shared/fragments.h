@@ -19,6 +19,7 @@ struct bd_fragments_args {
                     // z = level of the scan; w = face of the light's map
     BD_UVEC4 tiles[BD_MULTIRES_LEVEL_MAX]; // of a level: x = the first, y = tiles in a row
     BD_UVEC4 total;                        // x = tiles of all levels, y = level whose blocks are not split
+    BD_VEC4 limits;                        // x = spread of light that is too much, as a part of it
 };
 
 // What the host reads back.
@@ -28,7 +29,7 @@ struct bd_fragments_summary {
 };
 
 #ifndef BD_GLSL
-_Static_assert(sizeof(struct bd_fragments_args) == 528, "std140 size");
+_Static_assert(sizeof(struct bd_fragments_args) == 544, "std140 size");
 _Static_assert(sizeof(struct bd_fragments_summary) == 256, "std430 size");
 #endif
 

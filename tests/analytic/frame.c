@@ -280,6 +280,44 @@ static void without_blocks_it_is_the_full_gather(void **state)
     world_free_layers(seen);
 }
 
+static double rms_difference(const struct bd_image *a, const struct bd_image *b)
+{
+    double sum = 0;
+    size_t count = (size_t)a->width_px * a->height_px * a->channel_count;
+    for (size_t i = 0; i < count; i++)
+        sum += pow((double)a->pixels[i] - (double)b->pixels[i], 2) / (double)count;
+    return sqrt(sum);
+}
+
+// Blocks of 8 pixels that are split only where light changes too much over them.
+static void blocks_split_by_light_are_near_the_full_gather(void **state)
+{
+    struct world *w = *state;
+    struct bd_image *full[BD_LAYER_COUNT], *whole[BD_LAYER_COUNT], *parts[BD_LAYER_COUNT];
+    const char *const settings[] = {"vpls=96",     "rsm_size=64", "shadow_size=128",
+                                    "coarsest=16", "finest=8",    NULL,
+                                    NULL};
+    const char *split[7];
+    memcpy(split, settings, sizeof split);
+    split[5] = "light_threshold=0.05";
+    make_room(w, 1, origin, 1);
+    world_render(w, "rsm", 0, WIDTH, HEIGHT, 1, few_vpls, full);
+    world_render(w, "multires_gather", 0, WIDTH, HEIGHT, 1, settings, whole);
+    const uint64_t few = w->report.counts.fragments;
+    assert_true(is_omitted(&w->report, "gather", "blocks split by light: light_threshold=inf"));
+    world_render(w, "multires_gather", 0, WIDTH, HEIGHT, 1, split, parts);
+    const uint64_t more = w->report.counts.fragments;
+    double of_whole = rms_difference(full[0], whole[0]), of_parts = rms_difference(full[0], parts[0]);
+    print_message("    fragments %u, RMS %.3g; %u, %.3g\n", (unsigned)few, of_whole, (unsigned)more,
+                  of_parts);
+    assert_true(more > few && more < WIDTH * HEIGHT);
+    assert_true(of_parts < of_whole / 3);
+    assert_false(is_omitted(&w->report, "gather", "blocks split by light: light_threshold=inf"));
+    world_free_layers(full);
+    world_free_layers(whole);
+    world_free_layers(parts);
+}
+
 // Largest difference of two pictures over the mean of the first, after a factor.
 static double difference(struct world *w, const struct bd_image *expected, double factor,
                          const char *const *settings)
@@ -462,6 +500,7 @@ int main(void)
         cmocka_unit_test(another_camera_keeps_clusters_and_trees),
         cmocka_unit_test(pyramids_that_nobody_asks_are_left_out),
         cmocka_unit_test(without_blocks_it_is_the_full_gather),
+        cmocka_unit_test(blocks_split_by_light_are_near_the_full_gather),
         cmocka_unit_test(scale_and_power_change_no_digit),
         cmocka_unit_test(offset_changes_next_to_nothing),
         cmocka_unit_test(a_flat_floor_lights_itself_by_nothing),

@@ -23,15 +23,21 @@ light inner_child(light home, light x, light y, light xy, light x_before, light 
     return l;
 }
 
+// A part of a block that light changes too much over (pass/fragments.h) keeps its own.
+void store_unlit(ivec2 child, light l)
+{
+    if (!is_fragment(child)) store(child, l);
+}
+
 void make_children(ivec2 parent)
 {
     light home = around(parent, 0, 0);
     light n = around(parent, 0, -1), e = around(parent, 1, 0), s = around(parent, 0, 1), w = around(parent, -1, 0);
     ivec2 child = 2 * parent;
-    store(child, inner_child(home, w, n, around(parent, -1, -1), e, s));
-    store(child + ivec2(1, 0), inner_child(home, e, n, around(parent, 1, -1), w, s));
-    store(child + ivec2(0, 1), inner_child(home, w, s, around(parent, -1, 1), e, n));
-    store(child + ivec2(1, 1), inner_child(home, e, s, around(parent, 1, 1), w, n));
+    store_unlit(child, inner_child(home, w, n, around(parent, -1, -1), e, s));
+    store_unlit(child + ivec2(1, 0), inner_child(home, e, n, around(parent, 1, -1), w, s));
+    store_unlit(child + ivec2(0, 1), inner_child(home, w, s, around(parent, -1, 1), e, n));
+    store_unlit(child + ivec2(1, 1), inner_child(home, e, s, around(parent, 1, 1), w, n));
 }
 
 void clear_children(ivec2 parent)

@@ -53,6 +53,16 @@ light light_of_child(ivec2 block)
 #endif
 }
 
+// Those of level 0 are put in by own.comp.
+bool is_fragment(ivec2 child)
+{
+#ifdef BD_FINE
+    return false;
+#else
+    return light_of_child(child).state == GATHERED;
+#endif
+}
+
 // Between a block's centre and a quarter of its side from there, a straight line through it and its
 // neighbour is off by this part of the second difference.
 const float CURVATURE = 3.0 / 32.0;

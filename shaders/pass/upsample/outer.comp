@@ -142,16 +142,6 @@ light outer_child(ivec2 child, uint bits, uint cells)
     return l;
 }
 
-// Those of level 0 are put in by own.comp.
-bool is_fragment(ivec2 child)
-{
-#ifdef BD_FINE
-    return false;
-#else
-    return light_of_child(child).state == GATHERED;
-#endif
-}
-
 void main()
 {
     if (gl_GlobalInvocationID.x >= args.rows.y) return;
