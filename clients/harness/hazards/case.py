@@ -10,6 +10,10 @@ from .row import Failure, NotApplicable
 
 LIGHT = ("beauty", "direct", "indirect", "emission")
 PROBE_PX = 4  # a probe's side: its pixels see one point and so tell the noise, where there is any
+# Blocks along the longer side, of techniques that light blocks: as many as they have by default, in
+# pictures as small as these, are single pixels.
+COARSEST = 8
+SINGLE_PIXELS = {"coarsest": None}  # settings of a row that knows the light of each of them
 SAMPLES_FEW, SAMPLES_USUAL, SAMPLES_MANY = 4, 16, 512  # a pixel
 
 
@@ -80,6 +84,8 @@ class Case:
         out = dict(self.technique.tolerance_settings)
         if self.technique.has("brdf"):
             out["brdf"] = "lambert"
+        if self.technique.has("coarsest"):
+            out["coarsest"] = COARSEST
         if best and self.technique.ladder and not self.technique.is_reference:
             out.update(self.technique.ladder[-1])
         for key in ("spp", "samples"):

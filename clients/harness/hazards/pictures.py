@@ -2,7 +2,7 @@
 import numpy as np
 
 from ..daemon import RenderError
-from .case import SAMPLES_FEW
+from .case import SAMPLES_FEW, SINGLE_PIXELS
 from .ranges import steps_room
 from .row import row
 from .scene import DOWN, UP, Scene
@@ -73,17 +73,18 @@ def emptiness(case):
 def smallest(case):
     """They are the middle of a larger one."""
     path = case.save(steps_room())
-    large = case.render(path, (33, 33))
+    large = case.render(path, (33, 33), settings=SINGLE_PIXELS)
     for size, part in (((1, 33), np.s_[:, 16:17]), ((33, 33), np.s_[:, :]),
                        ((3, 33), np.s_[:, 15:18]), ((2, 33), None), ((33, 1), None)):
-        view = case.render(path, size)
+        view = case.render(path, size, settings=SINGLE_PIXELS)
         case.expect(view.covered().any(), view, "surfaces in the picture", "none")
         if part is None:
             continue
         case.same(view, _Part(large, part), 1e-5, outliers=0.05)
     # One pixel does not tell its noise: many samples instead.
     sampled = case.technique.is_reference
-    one, nine = (case.render(path, size, samples=1024) for size in ((1, 1), (3, 3)))
+    one, nine = (case.render(path, size, settings=SINGLE_PIXELS, samples=1024)
+                 for size in ((1, 1), (3, 3)))
     case.same(one, _Part(nine, np.s_[1:2, 1:2]), 0.02 if sampled else 1e-5)
     if not sampled:
         case.same(one, _Part(large, np.s_[16:17, 16:17]), 1e-5)

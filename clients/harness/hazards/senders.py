@@ -3,6 +3,7 @@ walls in between."""
 import numpy as np
 
 from . import answers
+from .case import SINGLE_PIXELS
 from .row import row
 from .scene import DOWN, UP, Scene
 
@@ -24,7 +25,7 @@ def bare_kernel(case):
     triangles, tolerance = (327680, 1e-4) if case.full else (81920, 4e-4)
     path = case.save(sphere_room(triangles=triangles))
     for count in (294, 24576):
-        view = case.render(path, settings={"vpl_kernel": "point", "vpls": count})
+        view = case.render(path, settings={"vpl_kernel": "point", "vpls": count, **SINGLE_PIXELS})
         error = np.abs(view.irradiance("indirect", 0.5) / 0.5 - 1)
         share = (error <= tolerance).mean()
         case.expect(share > 0.9, view, f"E = 0.5 within {tolerance:g} in 90 % of the pixels",
@@ -39,7 +40,8 @@ def _disk_kernel(case, path):
         return
     every_light = {"tau": 0} if case.technique.has("tau") else {}
     for count in (294, 4056):
-        view = case.render(path, settings={"vpl_kernel": "disk", "vpls": count, **every_light})
+        view = case.render(path, settings={"vpl_kernel": "disk", "vpls": count, **every_light,
+                                            **SINGLE_PIXELS})
         mean = view.irradiance("indirect", 0.5).mean() / 0.5
         lack = 1 - answers.disk_kernel_factor(view.report["counts"]["vpls"])
         case.expect(abs((1 - mean) / lack - 1) < 0.2, view, f"mean E low by {100 * lack:.3g} %",
