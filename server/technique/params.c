@@ -72,7 +72,7 @@ static const struct param_row table[BD_PARAM_COUNT] = {
                                      0, 1, 0.1, {0}},
     [BD_PARAM_SUBSPLAT_LIMIT] = {"subsplat_limit", PARAM_COUNT, FIELD(subsplat_limit), 64, 1u << 22,
                                  1u << 18, {0}},
-    [BD_PARAM_CLUSTER_LEVELS] = {"cluster_levels", PARAM_COUNT, FIELD(cluster_levels), 0, 12, 2,
+    [BD_PARAM_CLUSTER_LEVELS] = {"cluster_levels", PARAM_COUNT, FIELD(cluster_levels), 0, 12, 3,
                                  {0}},
     [BD_PARAM_CLUSTER_DEPTH_THRESHOLD] = {"cluster_depth_threshold", PARAM_REAL,
                                           FIELD(cluster_depth_threshold), 0, 1e6, 0.3, {0}},
