@@ -58,7 +58,8 @@ struct bd_discontinuity_settings {
     // is finer, but for lone pixels. Held to the coarsest.
     uint32_t finest_level;
     // The camera's alone: what lies in a discontinuous block of the finest level, and is of one
-    // surface with none of the blocks whose light it would get, is a fragment of its own.
+    // surface neither with that nor with most of the blocks around it whose light it would get, or
+    // whose normal is far from those, is a fragment of its own.
     bool lone_pixels;
 };
 

@@ -6,8 +6,9 @@
 // These cover every pixel once.
 //
 // Lone pixels (bd_discontinuity_settings) are on top of that. In a discontinuous block of the
-// finest level, a pixel that is of one surface (shaders/common/one_surface.glsl) with none of the
-// blocks of the level above it that it would be interpolated from gets a fragment of its own, which
+// finest level, a pixel that is of one surface (shaders/common/one_surface.glsl) neither with
+// its block of the level above nor with three of the five around that, of which it would be
+// interpolated, gets a fragment of its own, which
 // takes the place of the block's there ("failed: recompute at full resolution", algorithms.md
 // A0.8). So does a block of a level between. The finest fragment that a pixel lies in is the one
 // that lights it.

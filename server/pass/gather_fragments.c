@@ -16,7 +16,8 @@ struct gather {
     struct bd_view view;
     struct bd_multires_light *out;
     double units_per_vpl;
-    uint32_t ranges_done; // of VPLs, over all lists
+    uint32_t first_fragment, fragment_count; // of the visit by list
+    uint32_t ranges_done;                    // of VPLs, over all lists
 };
 
 // --- what both visits share -------------------------------------------------------------------
@@ -50,12 +51,13 @@ static void bind_vpls(const struct bd_vpl_list *list, struct bd_bindings *bindin
     bindings->arrays[BD_UNIT_VPL_QUADS] = list->quads;
 }
 
-static struct bd_program_source with_defines(const struct gather *g,
+// Pixels are not split: nobody asks for their spread.
+static struct bd_program_source with_defines(const struct gather *g, bool fine,
                                              struct bd_program_source source)
 {
     if (g->inputs->near_patches) bd_define(&source.defines, "BD_VPL_PATCH", 1);
     if (g->inputs->vector) bd_define(&source.defines, "BD_VECTOR", 1);
-    if (g->inputs->spread) bd_define(&source.defines, "BD_SPREAD", 1);
+    if (g->inputs->spread && !fine) bd_define(&source.defines, "BD_SPREAD", 1);
     return source;
 }
 
@@ -79,6 +81,12 @@ static enum bd_err for_each_range(struct gather *g,
     return BD_ERR_OK;
 }
 
+// Fragments of the level 0 texture, or of the stack.
+static uint32_t fragments_of(const struct bd_fragments *fragments, bool fine)
+{
+    return fine ? fragments->level_count[0] : fragments->count - fragments->level_count[0];
+}
+
 // --- the list -----------------------------------------------------------------------------------
 
 static uint32_t fragments_of_slice(const struct gather *g, double units_per_fragment, uint32_t left)
@@ -94,11 +102,12 @@ static enum bd_err visit_list(struct gather *g, const struct bd_vpl_list *list, 
                               uint32_t vpl_count)
 {
     const struct bd_fragments *fragments = g->inputs->fragments;
+    const uint32_t end = g->first_fragment + g->fragment_count;
     double units_per_fragment = vpl_count * g->units_per_vpl;
     uint32_t group[3];
     bd_program_group_size(g->program, group);
-    for (uint32_t at = 0; at < fragments->count;) {
-        uint32_t count = fragments_of_slice(g, units_per_fragment, fragments->count - at);
+    for (uint32_t at = g->first_fragment; at < end;) {
+        uint32_t count = fragments_of_slice(g, units_per_fragment, end - at);
         const struct bd_gather_fragments_args args = {
             .fragments = {at, count, g->ranges_done == 0, g->inputs->finest_level},
             .vpls = {first_vpl, vpl_count, 0, 0},
@@ -116,10 +125,16 @@ static enum bd_err visit_list(struct gather *g, const struct bd_vpl_list *list, 
     return BD_ERR_OK;
 }
 
-static enum bd_err gather_list(struct gather *g, struct bd_fault *fault)
+// Fragments of level 0, or the others, which come first.
+static enum bd_err gather_list(struct gather *g, bool fine, struct bd_fault *fault)
 {
+    const struct bd_fragments *fragments = g->inputs->fragments;
+    g->first_fragment = fine ? fragments->level_first[0] : 0;
+    g->fragment_count = fragments_of(fragments, fine);
+    if (g->fragment_count == 0) return BD_ERR_OK;
     const struct bd_program_source source = with_defines(
-        g, (struct bd_program_source){.compute = "pass/gather_fragments/gather_fragments.comp"});
+        g, fine,
+        (struct bd_program_source){.compute = "pass/gather_fragments/gather_fragments.comp"});
     struct bd_program *program;
     enum bd_err err = bd_program_get(g->context->gpu, &source, &program, fault);
     if (err) return err;
@@ -164,12 +179,6 @@ static enum bd_err draw_mask(const struct gather *g, bool fine, struct bd_fault 
     return BD_ERR_OK;
 }
 
-// Fragments of the level 0 texture, or of the stack.
-static uint32_t fragments_of(const struct bd_fragments *fragments, bool fine)
-{
-    return fine ? fragments->level_count[0] : fragments->count - fragments->level_count[0];
-}
-
 static enum bd_err visit_target(struct gather *g, bool fine, const struct bd_vpl_list *list,
                                 uint32_t first_vpl, uint32_t vpl_count)
 {
@@ -211,8 +220,9 @@ static enum bd_err gather_behind_mask(struct gather *g, bool fine, struct bd_fau
 {
     if (fragments_of(g->inputs->fragments, fine) == 0) return BD_ERR_OK;
     struct bd_program_source source = with_defines(
-        g, (struct bd_program_source){.vertex = "pass/gather_fragments/level.vert",
-                                      .fragment = "pass/gather_fragments/gather_fragments.frag"});
+        g, fine,
+        (struct bd_program_source){.vertex = "pass/gather_fragments/level.vert",
+                                   .fragment = "pass/gather_fragments/gather_fragments.frag"});
     if (fine) bd_define(&source.defines, "BD_FINE", 1);
     const struct bd_tex_desc *size = bd_tex_desc(fine ? g->out->fine : g->out->coarse);
     const struct bd_tex_desc desc = {
@@ -239,9 +249,11 @@ static enum bd_err gather_behind_mask(struct gather *g, bool fine, struct bd_fau
 
 static enum bd_err gather_all(struct gather *g, struct bd_fault *fault)
 {
-    if (g->inputs->visit == BD_FRAGMENT_VISIT_LIST) return gather_list(g, fault);
-    enum bd_err err = gather_behind_mask(g, true, fault);
-    return err ? err : gather_behind_mask(g, false, fault);
+    bool by_list = g->inputs->visit == BD_FRAGMENT_VISIT_LIST;
+    enum bd_err (*gather)(struct gather * g, bool fine, struct bd_fault *fault) =
+        by_list ? gather_list : gather_behind_mask;
+    enum bd_err err = gather(g, true, fault);
+    return err ? err : gather(g, false, fault);
 }
 
 enum bd_err bd_gather_fragments_run(const struct bd_pass_context *context,

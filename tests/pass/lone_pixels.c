@@ -78,36 +78,46 @@ static struct point point_of(const struct picture *p, uint32_t pixel)
 
 // --- the definition -----------------------------------------------------------------------
 
-// Above 0: one surface (shaders/common/one_surface.glsl), by so much.
-static double agreement(struct point a, struct point b)
+// Above 0: light there serves here, by so much: one surface (shaders/common/one_surface.glsl), and
+// a normal near that for which blocks are lit.
+static double agreement(struct point here, struct point there)
 {
-    struct vec across = minus(b.position, a.position);
-    double chord = fmin(length(minus(a.normal, b.normal)),
-                        length(minus(a.normal_geometric, b.normal_geometric)));
+    struct vec across = minus(there.position, here.position);
+    double chord = fmin(length(minus(here.normal, there.normal)),
+                        length(minus(here.normal_geometric, there.normal_geometric)));
     double height =
-        fmin(fabs(dot(across, a.normal_geometric)), fabs(dot(across, b.normal_geometric)));
+        fmin(fabs(dot(across, here.normal_geometric)), fabs(dot(across, there.normal_geometric)));
     double slope = length(across) > 0 ? height / length(across) : 0;
-    return fmin(.4 - chord, .25 - slope);
+    double turn = length(minus(here.normal, there.normal_geometric));
+    return fmin(fmin(.4 - chord, .25 - slope), .4 - turn);
 }
 
-// The best of what lights a block from the level above.
+static int descending(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x < y) - (x > y);
+}
+
+// What lights a block from the level above: its parent, or three of the five around that.
 static double best_agreement(const struct picture *p, const struct blocks *b, uint32_t level,
                              uint32_t x, uint32_t y)
 {
     static const int steps[6][2] = {{0, 0}, {1, 0}, {0, 1}, {1, 1}, {-1, 0}, {0, -1}};
     int side_x = x % 2 ? 1 : -1, side_y = y % 2 ? 1 : -1;
     struct point here = point_of(p, b->representatives[block_index(b, level, x, y)]);
-    double best = -INFINITY;
+    double seen[6];
     for (int i = 0; i < 6; i++) {
+        seen[i] = -INFINITY;
         int64_t px = (int64_t)(x / 2) + side_x * steps[i][0];
         int64_t py = (int64_t)(y / 2) + side_y * steps[i][1];
         const struct bd_uvec4 *size = &b->layout.levels[level + 1];
         if (px < 0 || py < 0 || px >= size->x || py >= size->y) continue;
         uint32_t parent = block_index(b, level + 1, (uint32_t)px, (uint32_t)py);
         if (b->flags[parent] == BD_BLOCK_EMPTY) continue;
-        best = fmax(best, agreement(here, point_of(p, b->representatives[parent])));
+        seen[i] = agreement(here, point_of(p, b->representatives[parent]));
     }
-    return best;
+    qsort(seen + 1, 5, sizeof *seen, descending);
+    return fmax(seen[0], seen[3]);
 }
 
 // --- what must hold -----------------------------------------------------------------------

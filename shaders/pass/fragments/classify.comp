@@ -66,22 +66,32 @@ receiver receiver_of(uint level, uvec2 block)
     return gbuffer_receiver(ivec2(BD_PIXEL_X(pixel), BD_PIXEL_Y(pixel)));
 }
 
-// Whether light of the level above can be interpolated here: from the parent, from the three beside
-// it on this side, from the two opposite (pass/upsample). All of them hold light that have pixels to
-// be lit.
+// What a block is lit for is its geometric normal; the irradiance vector tells of normals near that one.
+const float NEAR_NORMALS_CHORD = 0.4;
+const int ENOUGH_BESIDE = 3;
+
+bool is_lit_by(receiver here, receiver there)
+{
+    return is_one_surface(here, there) && distance(here.normal, there.normal_geometric) <= NEAR_NORMALS_CHORD;
+}
+
+// Whether light of the level above cannot be interpolated here: neither from the parent, nor from most
+// of those around it that pass/upsample asks, the three beside it on this side and the two opposite. One of
+// those alone may be another surface that happens to lie in the plane of this one, leaves above all.
+// All of them hold light that have pixels to be lit.
 bool is_lone(uint level, uvec2 block)
 {
     const ivec2 steps[6] = ivec2[6](ivec2(0, 0), ivec2(1, 0), ivec2(0, 1), ivec2(-1, 0), ivec2(0, -1),
                                     ivec2(1, 1));
     ivec2 parent = ivec2(block >> 1u), side = ivec2(block & 1u) * 2 - 1;
     receiver here = receiver_of(level, block);
-    bool lone = true;
-    for (int i = 0; i < 6 && lone; i++) {
+    int found = 0;
+    for (int i = 0; i < 6 && found < ENOUGH_BESIDE; i++) {
         uvec2 at = uvec2(parent + side * steps[i]); // below 0 it wraps, and no level has such a block
         if (block_flag(level + 1u, at) == BD_BLOCK_EMPTY) continue;
-        lone = !is_one_surface(here, receiver_of(level + 1u, at));
+        if (is_lit_by(here, receiver_of(level + 1u, at))) found += i == 0 ? ENOUGH_BESIDE : 1;
     }
-    return lone;
+    return found < ENOUGH_BESIDE;
 }
 
 // Of a level below the finest.
