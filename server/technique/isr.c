@@ -17,12 +17,12 @@ static enum bd_err light_fragments(const struct bd_pass_context *context,
 
 static const char *const passes[] = {"gather", "upsample", NULL};
 static const char *const ladder[] = {
-    "vpls=64 depth_threshold=0.2 normal_threshold=1",
-    "vpls=256 depth_threshold=0.1 normal_threshold=0.5",
-    "vpls=1024 depth_threshold=0.05 normal_threshold=0.25",
-    "vpls=4096 depth_threshold=0.02 normal_threshold=0.1",
-    "vpls=16384 depth_threshold=0.01 normal_threshold=0.05",
-    "vpls=65536 depth_threshold=0 normal_threshold=0",
+    "vpls=64 cluster_levels=1 depth_threshold=0.2 normal_threshold=1",
+    "vpls=256 cluster_levels=2 depth_threshold=0.1 normal_threshold=0.5",
+    "vpls=1024 cluster_levels=2 depth_threshold=0.05 normal_threshold=0.25",
+    "vpls=1024 cluster_levels=3 depth_threshold=0.02 normal_threshold=0.1",
+    "vpls=4096 cluster_levels=3 rsm_size=512 depth_threshold=0.01 normal_threshold=0.05",
+    "vpls=65536 cluster_levels=3 rsm_size=512 depth_threshold=0 normal_threshold=0",
     NULL,
 };
 
@@ -35,8 +35,8 @@ const struct bd_technique bd_technique_isr = {
     .inputs = BD_INPUT_VPL_CLUSTERS | BD_INPUT_FRAGMENTS,
     .passes = passes,
     .params_read = BD_READS_VPL_GRID | BD_READS_FRAGMENTS | BD_READS(BD_PARAM_LIGHT_THRESHOLD) |
-                   BD_READS(BD_PARAM_VISIT) |
-                   BD_READS(BD_PARAM_CLUSTER_LEVELS) | BD_READS(BD_PARAM_CLUSTER_DEPTH_THRESHOLD) |
+                   BD_READS(BD_PARAM_VISIT) | BD_READS(BD_PARAM_CLUSTER_LEVELS) |
+                   BD_READS(BD_PARAM_CLUSTER_DEPTH_THRESHOLD) |
                    BD_READS(BD_PARAM_CLUSTER_NORMAL_THRESHOLD),
     .tolerance = {.direct = 1e-3, .indirect = 1e-2},
     .hazard_codes = "TN",
