@@ -21,8 +21,8 @@
 static const uint32_t all_layers = (1u << BD_LAYER_RENDERED_COUNT) - 1;
 static const double origin[3] = {0, 0, 0};
 static const char *const few_vpls[] = {"vpls=96", "rsm_size=64", "shadow_size=128", NULL};
-static const char *const few_blocks[] = {"vpls=96", "rsm_size=64", "shadow_size=128", "coarsest=16",
-                                         NULL};
+static const char *const few_blocks[] = {"vpls=96",     "rsm_size=64",         "shadow_size=128",
+                                         "coarsest=16", "light_threshold=inf", NULL};
 
 static int open_world(void **state)
 {
@@ -79,8 +79,7 @@ static void same_bytes_on_a_fresh_device(void **state)
     world_reopen_device(*state);
     make_room(*state, 1, origin, 1);
     world_render(*state, "rsm", 0, WIDTH, HEIGHT, all_layers, few_vpls, second);
-    for (int l = 0; l < BD_LAYER_RENDERED_COUNT; l++)
-        assert_true(same_pixels(first[l], second[l]));
+    for (int l = 0; l < BD_LAYER_RENDERED_COUNT; l++) assert_true(same_pixels(first[l], second[l]));
     world_free_layers(first);
     world_free_layers(second);
 }
@@ -169,7 +168,8 @@ static void a_brighter_light_keeps_its_maps(void **state)
     world_render(w, "rsm", 0, WIDTH, HEIGHT, 1, few_vpls, l);
     float before = bd_image_at(l[0], WIDTH / 4, HEIGHT / 3)[0];
     world_free_layers(l);
-    // A factor that leaves the frame's light unit, a power of two, as it is: the power alone counts.
+    // A factor that leaves the frame's light unit, a power of two, as it is: the power alone
+    // counts.
     for (uint32_t i = 0; i < w->scene->light_count; i++) w->scene->lights[i].intensity *= 1.25f;
     world_render(w, "rsm", 0, WIDTH, HEIGHT, 1, few_vpls, l);
     float after = bd_image_at(l[0], WIDTH / 4, HEIGHT / 3)[0];
@@ -186,8 +186,9 @@ static void a_moved_light_keeps_the_fragments(void **state)
 {
     static const char *const kept[] = {"gbuffer", "discontinuity", "fragments"};
     static const char *const made[] = {"direct", "gather", "upsample"};
-    static const char *const other[] = {"vpls=96",        "rsm_size=64",      "shadow_size=128",
-                                        "coarsest=16",    "depth_test=off",   NULL};
+    static const char *const other[] = {"vpls=96",     "rsm_size=64",    "shadow_size=128",
+                                        "coarsest=16", "depth_test=off", "light_threshold=inf",
+                                        NULL};
     const char *const *settings = few_blocks;
     struct world *w = *state;
     struct bd_image *l[BD_LAYER_COUNT];
@@ -212,7 +213,8 @@ static void a_moved_light_keeps_the_fragments(void **state)
     assert_true(w->report.counts.fragments < fragments);
 }
 
-// Clusters and trees are the light's affair: another camera takes them over, another power does not.
+// Clusters and trees are the light's affair: another camera takes them over, another power does
+// not.
 static void another_camera_keeps_clusters_and_trees(void **state)
 {
     static const char *const techniques[] = {"isr", "hisr"};
@@ -270,7 +272,8 @@ static void without_blocks_it_is_the_full_gather(void **state)
 {
     struct world *w = *state;
     struct bd_image *full[BD_LAYER_COUNT], *seen[BD_LAYER_COUNT];
-    const char *const settings[] = {"vpls=96", "rsm_size=64", "shadow_size=128", "coarsest=61", NULL};
+    const char *const settings[] = {"vpls=96", "rsm_size=64", "shadow_size=128", "coarsest=61",
+                                    NULL};
     make_room(w, 1, origin, 1);
     world_render(w, "rsm", 0, WIDTH, HEIGHT, all_layers, few_vpls, full);
     world_render(w, "multires_gather", 0, WIDTH, HEIGHT, all_layers, settings, seen);
@@ -295,7 +298,7 @@ static void blocks_split_by_light_are_near_the_full_gather(void **state)
     struct world *w = *state;
     struct bd_image *full[BD_LAYER_COUNT], *whole[BD_LAYER_COUNT], *parts[BD_LAYER_COUNT];
     const char *const settings[] = {"vpls=96",     "rsm_size=64", "shadow_size=128",
-                                    "coarsest=16", "finest=8",    NULL,
+                                    "coarsest=16", "finest=8",    "light_threshold=inf",
                                     NULL};
     const char *split[7];
     memcpy(split, settings, sizeof split);
@@ -307,7 +310,8 @@ static void blocks_split_by_light_are_near_the_full_gather(void **state)
     assert_true(is_omitted(&w->report, "gather", "blocks split by light: light_threshold=inf"));
     world_render(w, "multires_gather", 0, WIDTH, HEIGHT, 1, split, parts);
     const uint64_t more = w->report.counts.fragments;
-    double of_whole = rms_difference(full[0], whole[0]), of_parts = rms_difference(full[0], parts[0]);
+    double of_whole = rms_difference(full[0], whole[0]),
+           of_parts = rms_difference(full[0], parts[0]);
     print_message("    fragments %u, RMS %.3g; %u, %.3g\n", (unsigned)few, of_whole, (unsigned)more,
                   of_parts);
     assert_true(more > few && more < WIDTH * HEIGHT);
@@ -377,14 +381,13 @@ static void a_flat_floor_lights_itself_by_nothing(void **state)
     double flat[4][3];
     memcpy(flat, floor, sizeof flat);
     for (int a = 0; a < 3; a++) flat[3][a] = flat[0][a] + flat[2][a] - flat[1][a]; // one plane
-    world_add_quad(w, grey, (const double (*)[3])flat, 1);
+    world_add_quad(w, grey, (const double(*)[3])flat, 1);
     world_add_light(w, BD_LIGHT_SPOT, lamp, aim, 2);
     world_add_camera(w, eye, origin, 1.0);
     const char *settings[] = {"vpls=4096", NULL};
     struct bd_image *l[BD_LAYER_COUNT];
     world_render(w, "rsm", 0, 256, 256, 1u << BD_LAYER_INDIRECT, settings, l);
-    for (int i = 0; i < 3 * 256 * 256; i++)
-        assert_true(l[BD_LAYER_INDIRECT]->pixels[i] == 0);
+    for (int i = 0; i < 3 * 256 * 256; i++) assert_true(l[BD_LAYER_INDIRECT]->pixels[i] == 0);
     world_free_layers(l);
 }
 
@@ -451,8 +454,9 @@ static void a_plan_renders_nothing(void **state)
     request.plan_only = true;
     struct bd_image *layers[BD_LAYER_COUNT] = {0};
     struct bd_fault fault = {0};
-    assert_int_equal(bd_frame_render(&w->renderer, w->scene, &request, NULL, NULL, layers,
-                                     &w->report, &fault), BD_ERR_OK);
+    assert_int_equal(
+        bd_frame_render(&w->renderer, w->scene, &request, NULL, NULL, layers, &w->report, &fault),
+        BD_ERR_OK);
     assert_null(layers[0]);
     assert_int_equal(state_of(&w->report, "gather"), BD_PASS_PLANNED);
     bool no_textures = false;
@@ -470,11 +474,16 @@ static void bad_requests_name_the_field(void **state)
     world_free_layers(layers);
     const struct {
         const char *technique, *setting, *camera, *field;
-    } cases[] = {{"radiosity", NULL, "", "technique"},   {"rsm", "vpls=0", "", "vpls"},
-                 {"rsm", "vpls=1.5", "", "vpls"},        {"rsm", "vpls=nan", "", "vpls"},
-                 {"rsm", "brdf=phong", "", "brdf"},      {"rsm", "colour=red", "", "colour"},
-                 {"direct", "vpls=256", "", "vpls"},     {"rsm", NULL, "nowhere", "camera"},
-                 {"rsm", "near_field=-1", "", "near_field"}, {"rsm", NULL, "2", "camera"}};
+    } cases[] = {{"radiosity", NULL, "", "technique"},
+                 {"rsm", "vpls=0", "", "vpls"},
+                 {"rsm", "vpls=1.5", "", "vpls"},
+                 {"rsm", "vpls=nan", "", "vpls"},
+                 {"rsm", "brdf=phong", "", "brdf"},
+                 {"rsm", "colour=red", "", "colour"},
+                 {"direct", "vpls=256", "", "vpls"},
+                 {"rsm", NULL, "nowhere", "camera"},
+                 {"rsm", "near_field=-1", "", "near_field"},
+                 {"rsm", NULL, "2", "camera"}};
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         struct bd_frame_request request = bd_frame_request_default;
         struct bd_fault fault = {0};
@@ -483,7 +492,8 @@ static void bad_requests_name_the_field(void **state)
         if (cases[i].setting)
             assert_int_equal(bd_param_list_add(&request.params, cases[i].setting, &fault), 0);
         assert_int_equal(bd_frame_render(&w->renderer, w->scene, &request, NULL, NULL, layers,
-                                         &w->report, &fault), BD_ERR_USAGE);
+                                         &w->report, &fault),
+                         BD_ERR_USAGE);
         assert_string_equal(fault.field, cases[i].field);
     }
 }

@@ -2,6 +2,10 @@
 import dataclasses
 
 COMMON = {"brdf": "lambert"}  # both papers are about diffuse light
+# The papers' blocks, down to the pixel and by what the camera sees alone, which all techniques that
+# light blocks have by default but one: what is compared has the same fragments.
+PAPERS_BLOCKS = {"multires_gather": {"depth_test": "minmax", "depth_threshold": .05, "finest": 1,
+                                     "light_threshold": "inf"}}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -19,7 +23,8 @@ class Run:
 
     @property
     def all_settings(self):
-        return {**COMMON, **{key: str(value) for key, value in self.settings.items()}}
+        own = {**PAPERS_BLOCKS.get(self.technique, {}), **self.settings}
+        return {**COMMON, **{key: str(value) for key, value in own.items()}}
 
 
 @dataclasses.dataclass(frozen=True)
