@@ -18,12 +18,14 @@ bool is_lit(uint level, uvec2 block)
     return seen_lit(ivec2(block), args.range.w);
 }
 
-bool is_parent(uint level, uvec2 block)
+// Of the 4 x 2 blocks that half a tile's are children of, those whose bit is set; they lie in one word.
+uint parents_of(uint level, uvec2 first)
 {
-    uvec4 tiles = args.tiles[level];
-    uvec2 tile = block / BD_FRAGMENT_TILE_SIDE, inside = block % BD_FRAGMENT_TILE_SIDE;
-    uint half_tile = 2u * (tiles.x + tile.y * tiles.y + tile.x) + inside.y / 4u;
-    return (parent_masks[half_tile] >> (8u * (inside.y % 4u) + inside.x) & 1u) != 0u;
+    uvec4 tiles = args.tiles[level + 1u];
+    uvec2 parent = first / 2u, tile = parent / BD_FRAGMENT_TILE_SIDE, inside = parent % BD_FRAGMENT_TILE_SIDE;
+    uint word = parent_masks[2u * (tiles.x + tile.y * tiles.y + tile.x) + inside.y / 4u];
+    uint rows = word >> (8u * (inside.y % 4u) + inside.x);
+    return (rows & 0xfu) | (rows >> 4u & 0xf0u);
 }
 
 bool varies(uint level, uvec2 block)
@@ -38,14 +40,16 @@ void main()
     if (half_tile >= args.range.y) return;
     uint level = level_of_tile(half_tile >> 1u);
     uvec2 first = first_block(level, half_tile);
-    uint mask = 0u;
-    uint parents = level + 1u < args.multires.size_px.z ? 8u : 0u;
-    for (uint i = 0u; i < parents; i++) {
-        uvec2 in_half = 2u * uvec2(i % 4u, i / 4u), parent = (first + in_half) / 2u;
-        if (!multires_has(args.multires.levels[level + 1u], parent)) continue;
-        if (!is_parent(level + 1u, parent) || !varies(level + 1u, parent)) continue;
+    uint mask = 0u, parents = 0u;
+    if (level + 1u < args.multires.size_px.z) parents = parents_of(level, first);
+    // In most there are none: a software device skips a loop, and no branch.
+    while (parents != 0u) {
+        uint bit = uint(findLSB(parents));
+        parents &= parents - 1u;
+        uvec2 parent = uvec2(bit % 4u, bit / 4u);
+        if (!varies(level + 1u, first / 2u + parent)) continue;
         for (uint c = 0u; c < 4u; c++) {
-            uvec2 at = in_half + uvec2(c & 1u, c >> 1u);
+            uvec2 at = 2u * parent + uvec2(c & 1u, c >> 1u);
             if (is_lit(level, first + at)) mask |= 1u << (8u * at.y + at.x);
         }
     }
