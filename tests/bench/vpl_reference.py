@@ -41,11 +41,16 @@ RESAMPLES = 2000
 RECORD = numpy.dtype([("x", "u4"), ("y", "u4"), ("probability", "f8"), ("irradiance_lx", "f8", 3),
                       ("radiance_cd_m2", "f8", 3)])
 
+# What trees' cuts are taken at, and `multires_gather` by default is not.
+BLOCKS_OF_TREES = {"depth_test": "minmax", "depth_threshold": "0.05", "finest": "1",
+                   "light_threshold": "inf"}
+ALL_LEAVES = ("multires_gather", {"vpls": "65536", **BLOCKS_OF_TREES})
 # What is compared with R4: technique and what is set beside brdf=lambert.
 PICTURES = (
     ("rsm", {}),
     ("multires_gather", {}),
     ("multires_gather", {"vpls": "65536"}),
+    ALL_LEAVES,
     ("isr", {}),
     ("isr", {"rsm_size": "1024", "cluster_levels": "4"}),
     ("hisr", {"vpls": "1024"}),
@@ -55,8 +60,7 @@ PICTURES = (
     ("hisr", {"vpls": "1048576"}),
 )
 # Cuts of trees, and all leaves at the same blocks.
-LIGHT_SIDES = tuple((tree, ("multires_gather", {"vpls": "65536"}))
-                    for tree in (("hisr", {}), ("hisr", {"tau": "0.01"})))
+LIGHT_SIDES = tuple((tree, ALL_LEAVES) for tree in (("hisr", {}), ("hisr", {"tau": "0.01"})))
 
 
 # --- the reference ------------------------------------------------------------------------------
