@@ -52,8 +52,8 @@ static const char *const ladder[] = {
     "vpls=4096 tau=0.05 depth_threshold=0.1 normal_threshold=0.5",
     "vpls=16384 tau=0.02 depth_threshold=0.05 normal_threshold=0.25",
     "vpls=65536 tau=0.01 depth_threshold=0.02 normal_threshold=0.1",
-    "vpls=262144 rsm_size=512 tau=0.005 depth_threshold=0.01 normal_threshold=0.05",
-    "vpls=262144 rsm_size=512 tau=0.002 depth_threshold=0 normal_threshold=0",
+    "vpls=65536 tau=0.005 depth_threshold=0.01 normal_threshold=0.05",
+    "vpls=65536 tau=0.002 depth_threshold=0 normal_threshold=0",
     NULL,
 };
 
