@@ -47,16 +47,16 @@ static int suffix_shift(const char *suffix)
     }
 }
 
-static int parse_value(const char *text, uint64_t *out)
+bool bd_limits_parse(const char *text, uint64_t *out)
 {
-    if (*text < '0' || *text > '9') return 0;
+    if (*text < '0' || *text > '9') return false;
     char *end;
     errno = 0;
     uint64_t value = strtoull(text, &end, 10);
     int shift = suffix_shift(end);
-    if (errno || shift < 0 || value > UINT64_MAX >> shift) return 0;
+    if (errno || shift < 0 || value > UINT64_MAX >> shift) return false;
     *out = value << shift;
-    return 1;
+    return true;
 }
 
 enum bd_err bd_limits_set(struct bd_limits *limits, const char *name_equals_value,
@@ -71,7 +71,7 @@ enum bd_err bd_limits_set(struct bd_limits *limits, const char *name_equals_valu
         return bd_fault_set(fault, BD_ERR_USAGE, "limit", "there is no limit \"%.*s\"",
                             (int)(equals - name_equals_value), name_equals_value);
     uint64_t value;
-    if (!parse_value(equals + 1, &value) || value < table[index].least || value > table[index].most)
+    if (!bd_limits_parse(equals + 1, &value) || value < table[index].least || value > table[index].most)
         return bd_fault_set(fault, BD_ERR_USAGE, table[index].name,
                             "limit %s goes from %llu to %llu, \"%s\" is not in it",
                             table[index].name, (unsigned long long)table[index].least,

@@ -6,6 +6,7 @@
 #ifndef BD_PROTOCOL_LIMITS_H
 #define BD_PROTOCOL_LIMITS_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "base/err.h"
@@ -50,12 +51,28 @@ extern "C" {
     X(jobs_per_client, 64, 1, 65536)                                                               \
     /* A client is an address, or a user on a Unix socket. Twice this is the burst. */             \
     X(requests_per_second, 500, 1, 1000000)                                                        \
+    /* Views open on one connection, and of one client. */                                         \
+    X(views_per_connection, 16, 1, 4096)                                                           \
+    X(views_per_client, 64, 1, 65536)                                                              \
+    /* Frames of one view that may be under way to its client. */                                  \
+    X(view_credits, 16, 1, 1024)                                                                   \
+    /* What a view's still picture is improved by takes no longer, a frame, than about this. */    \
+    X(view_refine_seconds, 20, 1, 86400)                                                           \
     /* Open connections, all faces together. */                                                    \
     X(connections, 256, 1, 65536)                                                                  \
     /* To send the HTTP headers, or the hello of a framed connection. */                           \
     X(header_seconds, 10, 1, 3600)                                                                 \
     /* Without a byte either way while nothing is being computed for the peer. */                  \
     X(idle_seconds, 120, 1, 86400)                                                                 \
+    /* A session whose connection broke waits so long for another; and what all that may be */      \
+    /* resumed keep of their answers. */                                                           \
+    X(resume_seconds, 30, 0, 3600)                                                                 \
+    X(resume_bytes, 64 * BD_MIB, 0, 64 * BD_GIB)                                                   \
+    /* Without an event, until an event stream says that it is still there. */                     \
+    X(keep_alive_seconds, 15, 1, 3600)                                                             \
+    /* Browser sessions (POST /v1/session): how many, and how long each lasts. */                  \
+    X(cookies, 256, 1, 65536)                                                                      \
+    X(cookie_seconds, 86400, 1, 31536000)                                                          \
     /* From SIGTERM to the last frame. */                                                          \
     X(drain_seconds, 10, 0, 3600)                                                                  \
     /* For tests: the device is lost once, after this many slices. 0 = never. */                   \
@@ -74,6 +91,10 @@ extern const struct bd_limits bd_limits_default;
 BD_MUST_CHECK
 enum bd_err bd_limits_set(struct bd_limits *limits, const char *name_equals_value,
                           struct bd_fault *fault);
+
+// Reads a whole number with an optional K, M or G, as limits take them. False if `text` is none, or
+// does not fit.
+bool bd_limits_parse(const char *text, uint64_t *out);
 
 // Walks the table: the name and value of limit `index`, NULL past the end.
 const char *bd_limits_get(const struct bd_limits *limits, uint32_t index, uint64_t *value);

@@ -1,4 +1,4 @@
-// Hashes: a fast one for keys that never leave the process, and SHA-256 for names of content.
+// Hashes: a fast one for keys and for sums that find damage, and SHA-256 for names of content.
 
 #ifndef BD_BASE_HASH_H
 #define BD_BASE_HASH_H
@@ -6,7 +6,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-// XXH3, 64 bits. Chain by passing the previous result as `seed`.
+// XXH3, 64 bits, a fixed function: files may keep it. Chained by the previous result as `seed`.
 uint64_t bd_hash64(const void *bytes, size_t size, uint64_t seed);
 
 #define BD_SHA256_BYTES 32
