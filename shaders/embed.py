@@ -59,4 +59,5 @@ def main():
         out.write(f'{out_c}: {paths}\n')
 
 
-main()
+if __name__ == '__main__':
+    main()

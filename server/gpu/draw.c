@@ -73,8 +73,8 @@ void bd_gpu_target_begin(struct bd_gpu *gpu, const struct bd_target *target)
 void bd_gpu_target_rows(struct bd_gpu *gpu, uint32_t first_row, uint32_t row_count)
 {
     BD_ASSERT(gpu->in_target);
-    const struct bd_tex *tex = gpu->target.color[0].tex ? gpu->target.color[0].tex
-                                                        : gpu->target.depth.tex;
+    const struct bd_tex *tex =
+        gpu->target.color[0].tex ? gpu->target.color[0].tex : gpu->target.depth.tex;
     gpu->first_row = first_row;
     gpu->row_count = row_count;
     glScissor(0, (GLint)first_row, (GLsizei)bd_tex_desc(tex)->width_px, (GLsizei)row_count);

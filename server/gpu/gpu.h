@@ -44,7 +44,7 @@ struct bd_gpu_caps {
     uint32_t texture_side_max_px;
     uint64_t storage_block_max_bytes;
     uint64_t array_max_bytes; // of a buffer bound as BD_ARRAY
-    uint64_t memory_bytes; // 0 = the driver does not say
+    uint64_t memory_bytes;    // 0 = the driver does not say
 };
 
 BD_MUST_CHECK

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "base/assert.h"
+#include "pass/kernels.h"
 #include "shared/bindings.h"
 #include "shared/discontinuity.h"
 
@@ -34,7 +35,9 @@ struct work {
     struct bd_view view;
     struct bd_discontinuity_args args;
     struct pyramid pyramids[2];
-    struct bd_tex *own; // R32UI stack: BD_OWN_*
+    // R32UI stack, what blocks are by themselves: where no neighbours are asked that is what they
+    // are, and there is none beside the flags.
+    struct bd_tex *own;
     double recorded_units;
     struct bd_discontinuity *out;
 };
@@ -61,7 +64,8 @@ static enum bd_err create_stacks(struct work *w, struct bd_fault *fault)
     if (!err)
         err = create_texture(gpu, "block representatives", format, width, height,
                              &w->out->representative, fault);
-    if (!err) err = create_texture(gpu, "block own tests", format, width, height, &w->own, fault);
+    if (!err && w->args.tests.x > 0)
+        err = create_texture(gpu, "block own tests", format, width, height, &w->own, fault);
     return err;
 }
 
@@ -121,19 +125,13 @@ static void bind_seen(const struct work *w, struct bd_bindings *bindings)
     }
 }
 
-static void bind_image(struct bd_bindings *bindings, uint32_t unit, struct bd_tex *tex, bool read)
+static void bind_measured(const struct work *w, const struct pyramid *to,
+                          struct bd_bindings *bindings)
 {
-    if (!tex) return;
-    bindings->images[unit].tex = tex;
-    bindings->images[unit].read = read;
-    bindings->images[unit].write = true;
-}
-
-static void bind_measured(const struct pyramid *to, struct bd_bindings *bindings)
-{
-    bind_image(bindings, BD_IMAGE_DEPTH_MEASURES, to->depth, false);
-    bind_image(bindings, BD_IMAGE_NORMAL_MEASURES, to->normal, false);
-    bind_image(bindings, BD_IMAGE_NORMAL_LEAST_MEASURES, to->normal_least, false);
+    bd_bind_image(bindings, BD_IMAGE_WORDS, w->own ? w->own : w->out->flags, true, true);
+    bd_bind_image(bindings, BD_IMAGE_DEPTH_MEASURES, to->depth, false, true);
+    bd_bind_image(bindings, BD_IMAGE_NORMAL_MEASURES, to->normal, false, true);
+    bd_bind_image(bindings, BD_IMAGE_NORMAL_LEAST_MEASURES, to->normal_least, false, true);
 }
 
 static void bind_finer(const struct pyramid *from, struct bd_bindings *bindings)
@@ -199,9 +197,8 @@ static enum bd_err measure(struct work *w, struct bd_fault *fault)
     if (err) return err;
     struct bd_bindings bindings = {0};
     bind_seen(w, &bindings);
-    bind_measured(&w->pyramids[0], &bindings);
-    bind_image(&bindings, BD_IMAGE_OWN_TESTS, w->own, false);
-    bind_image(&bindings, BD_IMAGE_BLOCKS, w->out->representative, false);
+    bind_measured(w, &w->pyramids[0], &bindings);
+    bd_bind_image(&bindings, BD_IMAGE_REPRESENTATIVES, w->out->representative, false, true);
     return run_level(w, program, &bindings, 1);
 }
 
@@ -213,8 +210,7 @@ static enum bd_err reduce(struct work *w, struct bd_fault *fault)
     for (uint32_t level = 2; !err && level < w->args.multires.size_px.z; level++) {
         struct bd_bindings bindings = {0};
         bind_finer(&w->pyramids[level % 2], &bindings);
-        bind_measured(&w->pyramids[(level + 1) % 2], &bindings);
-        bind_image(&bindings, BD_IMAGE_OWN_TESTS, w->own, true);
+        bind_measured(w, &w->pyramids[(level + 1) % 2], &bindings);
         err = run_level(w, program, &bindings, level);
     }
     return err;
@@ -228,7 +224,7 @@ static enum bd_err settle(struct work *w, struct bd_fault *fault)
     for (uint32_t level = 1; !err && level < w->args.multires.size_px.z; level++) {
         struct bd_bindings bindings = {0};
         bindings.textures[BD_UNIT_OWN_TESTS].tex = w->own;
-        bind_image(&bindings, BD_IMAGE_BLOCKS, w->out->flags, true);
+        bd_bind_image(&bindings, BD_IMAGE_WORDS, w->out->flags, true, true);
         err = run_level(w, program, &bindings, level);
     }
     return err;
@@ -243,8 +239,8 @@ static enum bd_err find_representatives(struct work *w, struct bd_fault *fault)
     if (err) return err;
     struct bd_bindings bindings = {0};
     bind_seen(w, &bindings);
-    bindings.textures[BD_UNIT_OWN_TESTS].tex = w->own;
-    bind_image(&bindings, BD_IMAGE_BLOCKS, w->out->representative, false);
+    bindings.textures[BD_UNIT_BLOCK_FLAGS].tex = w->out->flags;
+    bd_bind_image(&bindings, BD_IMAGE_REPRESENTATIVES, w->out->representative, false, true);
     for (uint32_t level = 2; !err && level < w->args.multires.size_px.z; level++)
         err = run_level(w, program, &bindings, level);
     return err;
@@ -257,7 +253,7 @@ static enum bd_err run(struct work *w, struct bd_fault *fault)
     err = create_pyramids(w, fault);
     if (!err) err = measure(w, fault);
     if (!err) err = reduce(w, fault);
-    if (!err) err = settle(w, fault);
+    if (!err && w->own) err = settle(w, fault);
     if (!err) err = find_representatives(w, fault);
     return err;
 }

@@ -77,7 +77,7 @@ struct bd_discontinuity_inputs {
 struct bd_discontinuity {
     struct bd_multires_layout layout;
     // R32UI, levels from 1 on, stacked (shared/multires.h).
-    struct bd_tex *flags;          // BD_BLOCK_*
+    struct bd_tex *flags; // BD_BLOCK_*: kind, and children that are not empty
     // BD_PIXEL_PACK; undefined where the block is empty. NULL of glossy receivers.
     struct bd_tex *representative;
     bool glossy; // of glossy receivers alone (pass/glossy_blocks.h)

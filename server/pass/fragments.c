@@ -4,29 +4,30 @@
 #include <stdlib.h>
 
 #include "base/assert.h"
+#include "pass/kernels.h"
 #include "shared/bindings.h"
 #include "shared/fragments.h"
 
-// Of a half tile, in the slicer's unit, an evaluation of a VPL.
+// In the slicer's unit, an evaluation of a VPL.
 #define UNITS_PER_HALF_TILE 60.0
-#define ITEMS_MAX           (BD_FRAGMENT_GROUPS_MAX * BD_FRAGMENT_GROUP) // of one dispatch
+#define UNITS_PER_PARENT    10.0
+
+_Static_assert(BD_FRAGMENT_GROUP == BD_LIST_GROUP, "slices of lists are of whole groups");
 
 struct work {
     const struct bd_pass_context *context;
     const struct bd_discontinuity_inputs *inputs;
     const struct bd_discontinuity *discontinuity;
+    const struct bd_fragments *parents; // whose children are listed
     struct bd_fragments_args args;
     bool lone_pixels;
     struct bd_view view;
+    struct bd_buf *masks;   // of what is to be listed; borrowed
     struct bd_buf *reached; // a word for each half tile, of the iterative way
+    struct bd_buf *split;   // a word for each fragment that may be split
     struct bd_buf *scan, *summary;
     struct bd_fragments *out;
 };
-
-static uint32_t divided_up(uint32_t n, uint32_t by)
-{
-    return (n + by - 1) / by;
-}
 
 // --- tiles and buffers --------------------------------------------------------------------
 
@@ -35,17 +36,12 @@ static void lay_out_tiles(struct bd_fragments_args *args)
 {
     uint32_t tiles = 0;
     for (uint32_t k = args->multires.size_px.z; k-- > 0;) {
-        uint32_t columns = divided_up(args->multires.levels[k].x, BD_FRAGMENT_TILE_SIDE);
-        uint32_t rows = divided_up(args->multires.levels[k].y, BD_FRAGMENT_TILE_SIDE);
-        args->tiles[k] = (struct bd_uvec4){tiles, columns, 0, 0};
+        uint32_t columns = bd_divided_up(args->multires.levels[k].x, BD_FRAGMENT_TILE_SIDE);
+        uint32_t rows = bd_divided_up(args->multires.levels[k].y, BD_FRAGMENT_TILE_SIDE);
+        args->tiles[k] = (struct bd_uvec4){tiles, columns, 2 * tiles, 0};
         tiles += columns * rows;
     }
     args->total.x = tiles;
-}
-
-static uint32_t first_half_tile(const struct bd_fragments_args *args, uint32_t level)
-{
-    return 2 * args->tiles[level].x;
 }
 
 static uint32_t end_half_tile(const struct bd_fragments_args *args, uint32_t level)
@@ -54,33 +50,39 @@ static uint32_t end_half_tile(const struct bd_fragments_args *args, uint32_t lev
 }
 
 // Numbers in all levels of the prefix sum.
-static size_t scan_size(uint32_t tiles)
+static size_t scan_size(uint32_t numbers)
 {
-    size_t numbers = tiles;
+    size_t all = numbers;
     do {
-        tiles = divided_up(tiles, BD_FRAGMENT_SCAN_RUN);
-        numbers += tiles;
-    } while (tiles > 1);
-    return numbers;
+        numbers = bd_divided_up(numbers, BD_FRAGMENT_SCAN_RUN);
+        all += numbers;
+    } while (numbers > 1);
+    return all;
 }
 
-static enum bd_err create_buffers(struct work *w, enum bd_refinement refinement,
-                                  struct bd_fault *fault)
+// With a mask of all blocks.
+static enum bd_err create_out(struct work *w, struct bd_fault *fault)
 {
     struct bd_gpu *gpu = w->context->gpu;
+    w->out = calloc(1, sizeof *w->out);
+    BD_ASSERT(w->out);
+    w->out->layout = w->args.multires;
     const size_t mask_bytes = 2 * sizeof(uint32_t) * w->args.total.x;
     enum bd_err err = bd_buf_create(gpu, "fragment masks", mask_bytes, NULL, &w->out->masks, fault);
-    if (!err && refinement == BD_REFINEMENT_ITERATIVE)
-        err = bd_buf_create(gpu, "reached blocks", mask_bytes, NULL, &w->reached, fault);
-    if (!err)
-        err = bd_buf_create(gpu, "fragment scan", sizeof(uint32_t) * scan_size(w->args.total.x),
-                            NULL, &w->scan, fault);
-    if (!err)
-        err = bd_buf_create(gpu, "fragment summary", sizeof(struct bd_fragments_summary), NULL,
-                            &w->summary, fault);
     if (!err)
         err = bd_buf_create(gpu, "fragment dispatch", 4 * sizeof(uint32_t), NULL, &w->out->dispatch,
                             fault);
+    return err;
+}
+
+static enum bd_err create_scan(struct work *w, struct bd_fault *fault)
+{
+    struct bd_gpu *gpu = w->context->gpu;
+    enum bd_err err = bd_buf_create(
+        gpu, "fragment scan", sizeof(uint32_t) * scan_size(w->args.total.x), NULL, &w->scan, fault);
+    if (!err)
+        err = bd_buf_create(gpu, "fragment summary", sizeof(struct bd_fragments_summary), NULL,
+                            &w->summary, fault);
     return err;
 }
 
@@ -88,31 +90,12 @@ static void destroy_work(struct work *w)
 {
     struct bd_gpu *gpu = w->context->gpu;
     bd_buf_destroy(gpu, &w->reached);
+    bd_buf_destroy(gpu, &w->split);
     bd_buf_destroy(gpu, &w->scan);
     bd_buf_destroy(gpu, &w->summary);
 }
 
 // --- kernels ------------------------------------------------------------------------------
-
-static void bind_storage(struct bd_bindings *bindings, uint32_t unit, struct bd_buf *buf, bool read,
-                         bool write)
-{
-    bindings->storage[unit].buf = buf;
-    bindings->storage[unit].read = read;
-    bindings->storage[unit].write = write;
-}
-
-static enum bd_err get_program(const struct work *w, const char *compute,
-                               const struct bd_defines *defines, const struct bd_program **out,
-                               struct bd_fault *fault)
-{
-    struct bd_program_source source = {.compute = compute};
-    if (defines) source.defines = *defines;
-    struct bd_program *program = NULL;
-    enum bd_err err = bd_program_get(w->context->gpu, &source, &program, fault);
-    *out = program;
-    return err;
-}
 
 // One invocation for each item of [first, end).
 static void dispatch(struct work *w, const struct bd_program *program, struct bd_bindings *bindings,
@@ -123,18 +106,18 @@ static void dispatch(struct work *w, const struct bd_program *program, struct bd
     w->args.range.w = w->inputs->face;
     bindings->uniforms[BD_UNIFORM_ARGS].bytes = &w->args;
     bindings->uniforms[BD_UNIFORM_ARGS].size_bytes = sizeof w->args;
-    bd_gpu_dispatch(w->context->gpu, program, bindings, divided_up(end - first, BD_FRAGMENT_GROUP),
-                    1, 1);
+    bd_gpu_dispatch(w->context->gpu, program, bindings,
+                    bd_divided_up(end - first, BD_FRAGMENT_GROUP), 1, 1);
 }
 
-// Half tiles [first, end), in slices. The last slice is left to the next checkpoint.
-static enum bd_err run_half_tiles(struct work *w, const struct bd_program *program,
-                                  struct bd_bindings *bindings, uint32_t first, uint32_t end)
+// Words [first, end) of the mask, in slices. The last slice is left to the next checkpoint.
+static enum bd_err run_words(struct work *w, const struct bd_program *program,
+                             struct bd_bindings *bindings, double units, uint32_t first,
+                             uint32_t end)
 {
     enum bd_err err = BD_ERR_OK;
     while (!err && first < end) {
-        uint32_t count = end - first < ITEMS_MAX ? end - first : ITEMS_MAX;
-        count = bd_slicer_rows(w->context->slicer, UNITS_PER_HALF_TILE, count);
+        uint32_t count = bd_list_slice(w->context->slicer, units, end - first);
         dispatch(w, program, bindings, first, first + count);
         first += count;
         if (first < end) err = bd_slicer_checkpoint(w->context->slicer, 0);
@@ -161,11 +144,12 @@ static void bind_classify(const struct work *w, struct bd_bindings *bindings)
     if (w->discontinuity->glossy)
         bindings->textures[BD_UNIT_GBUFFER_ALBEDO].tex = w->inputs->gbuffer->albedo;
     bindings->textures[BD_UNIT_BLOCK_FLAGS].tex = w->discontinuity->flags;
-    bind_storage(bindings, BD_STORAGE_FRAGMENT_MASKS, w->out->masks, false, true);
-    if (w->reached) bind_storage(bindings, BD_STORAGE_REACHED_MASKS, w->reached, true, true);
+    bd_bind_storage(bindings, BD_STORAGE_FRAGMENT_MASKS, w->masks, false, true);
+    if (w->reached) bd_bind_storage(bindings, BD_STORAGE_REACHED_MASKS, w->reached, true, true);
 }
 
-static enum bd_err classify(struct work *w, enum bd_refinement refinement, struct bd_fault *fault)
+static enum bd_err classify(struct work *w, enum bd_fragment_refinement refinement,
+                            struct bd_fault *fault)
 {
     const struct bd_program *program;
     struct bd_bindings bindings = {0};
@@ -174,29 +158,33 @@ static enum bd_err classify(struct work *w, enum bd_refinement refinement, struc
     if (w->lone_pixels) bd_define(&defines, "BD_LONE_PIXELS", 1);
     if (iterative) bd_define(&defines, "BD_ITERATIVE", 1);
     if (w->inputs->rsm) bd_define(&defines, "BD_RSM", 1);
+    if (w->args.multires.size_px.z == 1) bd_define(&defines, "BD_ONE_LEVEL", 1);
     if (w->discontinuity->glossy) bd_define(&defines, "BD_GLOSSY", 1);
-    enum bd_err err = get_program(w, "pass/fragments/classify.comp", &defines, &program, fault);
+    enum bd_err err =
+        bd_compute_get(w->context->gpu, "pass/fragments/classify.comp", &defines, &program, fault);
     if (err) return err;
     bind_classify(w, &bindings);
-    if (!iterative) return run_half_tiles(w, program, &bindings, 0, 2 * w->args.total.x);
+    if (!iterative)
+        return run_words(w, program, &bindings, UNITS_PER_HALF_TILE, 0, 2 * w->args.total.x);
     for (uint32_t k = w->args.multires.size_px.z; !err && k-- > 0;)
-        err = run_half_tiles(w, program, &bindings, first_half_tile(&w->args, k),
-                             end_half_tile(&w->args, k));
+        err = run_words(w, program, &bindings, UNITS_PER_HALF_TILE, w->args.tiles[k].z,
+                        end_half_tile(&w->args, k));
     return err;
 }
 
 static enum bd_err scan(struct work *w, struct bd_fault *fault)
 {
     const struct bd_program *program;
-    enum bd_err err = get_program(w, "pass/fragments/scan.comp", NULL, &program, fault);
+    enum bd_err err =
+        bd_compute_get(w->context->gpu, "pass/fragments/scan.comp", NULL, &program, fault);
     if (err) return err;
     struct bd_bindings bindings = {0};
-    bind_storage(&bindings, BD_STORAGE_FRAGMENT_MASKS, w->out->masks, true, false);
-    bind_storage(&bindings, BD_STORAGE_FRAGMENT_SCAN, w->scan, true, true);
+    bd_bind_storage(&bindings, BD_STORAGE_FRAGMENT_MASKS, w->masks, true, false);
+    bd_bind_storage(&bindings, BD_STORAGE_FRAGMENT_SCAN, w->scan, true, true);
     uint32_t numbers = w->args.total.x;
     w->args.range.z = 0;
     do {
-        numbers = divided_up(numbers, BD_FRAGMENT_SCAN_RUN);
+        numbers = bd_divided_up(numbers, BD_FRAGMENT_SCAN_RUN);
         dispatch(w, program, &bindings, 0, numbers);
         w->args.range.z++;
     } while (numbers > 1);
@@ -216,12 +204,14 @@ static void read_counts(const struct bd_fragments_summary *summary, struct bd_fr
 static enum bd_err summarize(struct work *w, struct bd_fault *fault)
 {
     const struct bd_program *program;
-    enum bd_err err = get_program(w, "pass/fragments/summary.comp", NULL, &program, fault);
+    enum bd_err err =
+        bd_compute_get(w->context->gpu, "pass/fragments/summary.comp", NULL, &program, fault);
     if (err) return err;
     struct bd_bindings bindings = {0};
-    bind_storage(&bindings, BD_STORAGE_FRAGMENT_SCAN, w->scan, true, false);
-    bind_storage(&bindings, BD_STORAGE_FRAGMENT_SUMMARY, w->summary, false, true);
-    bind_storage(&bindings, BD_STORAGE_FRAGMENT_DISPATCH, w->out->dispatch, false, true);
+    bd_bind_storage(&bindings, BD_STORAGE_FRAGMENT_MASKS, w->masks, true, false);
+    bd_bind_storage(&bindings, BD_STORAGE_FRAGMENT_SCAN, w->scan, true, false);
+    bd_bind_storage(&bindings, BD_STORAGE_FRAGMENT_SUMMARY, w->summary, false, true);
+    bd_bind_storage(&bindings, BD_STORAGE_FRAGMENT_DISPATCH, w->out->dispatch, false, true);
     dispatch(w, program, &bindings, 0, 1);
     struct bd_fragments_summary summary;
     err = bd_buf_read(w->context->gpu, w->summary, 0, &summary, sizeof summary);
@@ -240,26 +230,26 @@ static enum bd_err create_list(struct work *w, struct bd_fault *fault)
     return bd_buf_create(w->context->gpu, "fragments", bytes, NULL, &w->out->list, fault);
 }
 
-static enum bd_err write_list(struct work *w, struct bd_fault *fault)
+static struct bd_bindings bind_places(const struct work *w)
 {
-    const struct bd_program *program;
-    enum bd_err err = get_program(w, "pass/fragments/list.comp", NULL, &program, fault);
-    if (!err) err = create_list(w, fault);
-    if (err) return err;
     struct bd_bindings bindings = {0};
-    bind_storage(&bindings, BD_STORAGE_FRAGMENT_MASKS, w->out->masks, true, false);
-    bind_storage(&bindings, BD_STORAGE_FRAGMENT_SCAN, w->scan, true, false);
-    bind_storage(&bindings, BD_STORAGE_FRAGMENT_LIST, w->out->list, false, true);
-    return run_half_tiles(w, program, &bindings, 0, 2 * w->args.total.x);
+    bd_bind_storage(&bindings, BD_STORAGE_FRAGMENT_MASKS, w->masks, true, false);
+    bd_bind_storage(&bindings, BD_STORAGE_FRAGMENT_SCAN, w->scan, true, false);
+    bd_bind_storage(&bindings, BD_STORAGE_FRAGMENT_LIST, w->out->list, false, true);
+    return bindings;
 }
 
-// From masks to a list.
-static enum bd_err finish(struct work *w, enum bd_err err, struct bd_fragments **out,
-                          struct bd_fault *fault)
+// Counts what the mask has, and makes room for it.
+static enum bd_err find_places(struct work *w, struct bd_fault *fault)
 {
+    enum bd_err err = create_scan(w, fault);
     if (!err) err = scan(w, fault);
     if (!err) err = summarize(w, fault);
-    if (!err) err = write_list(w, fault);
+    return err ? err : create_list(w, fault);
+}
+
+static enum bd_err finish(struct work *w, enum bd_err err, struct bd_fragments **out)
+{
     destroy_work(w);
     if (err) {
         bd_fragments_destroy(w->context->gpu, &w->out);
@@ -269,12 +259,36 @@ static enum bd_err finish(struct work *w, enum bd_err err, struct bd_fragments *
     return BD_ERR_OK;
 }
 
-// --- the pass -----------------------------------------------------------------------------
+// --- by what is seen ----------------------------------------------------------------------
+
+static enum bd_err write_blocks(struct work *w, struct bd_fault *fault)
+{
+    const struct bd_program *program;
+    enum bd_err err =
+        bd_compute_get(w->context->gpu, "pass/fragments/list.comp", NULL, &program, fault);
+    if (err) return err;
+    struct bd_bindings bindings = bind_places(w);
+    return run_words(w, program, &bindings, UNITS_PER_HALF_TILE, 0, 2 * w->args.total.x);
+}
+
+static enum bd_err list_blocks(struct work *w, enum bd_fragment_refinement refinement,
+                               struct bd_fault *fault)
+{
+    enum bd_err err = create_out(w, fault);
+    if (err) return err;
+    w->masks = w->out->masks;
+    if (refinement == BD_REFINEMENT_ITERATIVE)
+        err = bd_buf_create(w->context->gpu, "reached blocks", bd_buf_size_bytes(w->masks), NULL,
+                            &w->reached, fault);
+    if (!err) err = classify(w, refinement, fault);
+    if (!err) err = find_places(w, fault);
+    return err ? err : write_blocks(w, fault);
+}
 
 enum bd_err bd_fragments_run(const struct bd_pass_context *context,
                              const struct bd_discontinuity_inputs *inputs,
                              const struct bd_discontinuity *discontinuity,
-                             enum bd_refinement refinement, struct bd_fragments **out,
+                             enum bd_fragment_refinement refinement, struct bd_fragments **out,
                              struct bd_fault *fault)
 {
     struct work w = {
@@ -282,34 +296,69 @@ enum bd_err bd_fragments_run(const struct bd_pass_context *context,
         .inputs = inputs,
         .discontinuity = discontinuity,
         .args.multires = discontinuity->layout,
-        .out = calloc(1, sizeof *w.out),
     };
-    BD_ASSERT(w.out);
-    w.out->layout = discontinuity->layout;
     lay_out_tiles(&w.args);
     const uint32_t finest = inputs->settings.finest_level, levels = w.args.multires.size_px.z;
     w.args.total.y = finest < levels ? finest : levels - 1;
     w.lone_pixels = inputs->settings.lone_pixels && w.args.total.y > 0;
     if (w.lone_pixels) w.view = bd_viewpoint_uniform(inputs->viewpoint, inputs->space);
-    enum bd_err err = create_buffers(&w, refinement, fault);
-    if (!err) err = classify(&w, refinement, fault);
-    return finish(&w, err, out, fault);
+    return finish(&w, list_blocks(&w, refinement, fault), out);
 }
 
-static enum bd_err classify_children(struct work *w, const struct bd_fragments *first,
-                                     const struct bd_fragments *parents,
-                                     const struct bd_light_of_blocks *light, struct bd_fault *fault)
+// --- by light -----------------------------------------------------------------------------
+
+static enum bd_err mark_children(struct work *w, const struct bd_fragments *first,
+                                 const struct bd_light_of_blocks *light, struct bd_fault *fault)
 {
     const struct bd_program *program;
-    enum bd_err err = get_program(w, "pass/fragments/refine.comp", NULL, &program, fault);
+    enum bd_err err =
+        bd_compute_get(w->context->gpu, "pass/fragments/refine.comp", NULL, &program, fault);
     if (err) return err;
-    struct bd_bindings bindings = {0};
-    bind_classify(w, &bindings);
-    bindings.textures[BD_UNIT_FINE].tex = light->irradiance;
-    bindings.textures[BD_UNIT_FINE_VECTOR].tex = light->vector;
-    bind_storage(&bindings, BD_STORAGE_REACHED_MASKS, parents->masks, true, false);
-    bind_storage(&bindings, BD_STORAGE_FIRST_MASKS, first->masks, true, false);
-    return run_half_tiles(w, program, &bindings, 0, 2 * w->args.total.x);
+    struct bd_bindings bindings = {
+        .textures[BD_UNIT_BLOCK_FLAGS] = {.tex = w->discontinuity->flags},
+        .textures[BD_UNIT_FINE] = {.tex = light->irradiance},
+        .textures[BD_UNIT_FINE_VECTOR] = {.tex = light->vector},
+    };
+    bd_bind_storage(&bindings, BD_STORAGE_FRAGMENT_PARENTS, w->parents->list, true, false);
+    bd_bind_storage(&bindings, BD_STORAGE_FIRST_MASKS, first->masks, true, false);
+    bd_bind_storage(&bindings, BD_STORAGE_FRAGMENT_MASKS, w->masks, false, true);
+    return run_words(w, program, &bindings, UNITS_PER_PARENT, 0, w->parents->level_first[0]);
+}
+
+static enum bd_err write_children(struct work *w, struct bd_fault *fault)
+{
+    const struct bd_program *program;
+    enum bd_err err =
+        bd_compute_get(w->context->gpu, "pass/fragments/children.comp", NULL, &program, fault);
+    if (err) return err;
+    struct bd_bindings bindings = bind_places(w);
+    bd_bind_storage(&bindings, BD_STORAGE_FRAGMENT_PARENTS, w->parents->list, true, false);
+    bd_bind_storage(&bindings, BD_STORAGE_BLOCK_MASKS, w->out->masks, true, true);
+    return run_words(w, program, &bindings, UNITS_PER_PARENT, 0, w->parents->level_first[0]);
+}
+
+// From now on a word is one of the parents, which pixels are not: those come last in their list.
+static void lay_out_parents(struct work *w)
+{
+    const uint32_t coarsest = w->args.multires.size_px.z - 1;
+    for (uint32_t k = 0; k < coarsest; k++) w->args.tiles[k].z = w->parents->level_first[k + 1];
+    w->args.tiles[coarsest].z = 0;
+    w->args.total.x = bd_divided_up(w->parents->level_first[0], 2);
+}
+
+static enum bd_err list_children(struct work *w, const struct bd_fragments *first,
+                                 const struct bd_light_of_blocks *light, struct bd_fault *fault)
+{
+    enum bd_err err = create_out(w, fault);
+    if (err) return err;
+    lay_out_parents(w);
+    err = bd_buf_create(w->context->gpu, "children of fragments",
+                        2 * sizeof(uint32_t) * w->args.total.x, NULL, &w->split, fault);
+    if (err) return err;
+    w->masks = w->split;
+    err = mark_children(w, first, light, fault);
+    if (!err) err = find_places(w, fault);
+    return err || w->out->count == 0 ? err : write_children(w, fault);
 }
 
 enum bd_err bd_fragments_refine(const struct bd_pass_context *context,
@@ -320,20 +369,17 @@ enum bd_err bd_fragments_refine(const struct bd_pass_context *context,
                                 const struct bd_light_of_blocks *light, double threshold,
                                 struct bd_fragments **out, struct bd_fault *fault)
 {
+    BD_ASSERT_CMP(parents->count, >, parents->level_count[0]);
     struct work w = {
         .context = context,
         .inputs = inputs,
         .discontinuity = discontinuity,
+        .parents = parents,
         .args.multires = discontinuity->layout,
         .args.limits.x = (float)threshold,
-        .out = calloc(1, sizeof *w.out),
     };
-    BD_ASSERT(w.out);
-    w.out->layout = discontinuity->layout;
     lay_out_tiles(&w.args);
-    enum bd_err err = create_buffers(&w, BD_REFINEMENT_ONE_PASS, fault);
-    if (!err) err = classify_children(&w, first, parents, light, fault);
-    return finish(&w, err, out, fault);
+    return finish(&w, list_children(&w, first, light, fault), out);
 }
 
 void bd_fragments_destroy(struct bd_gpu *gpu, struct bd_fragments **fragments)

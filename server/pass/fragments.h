@@ -22,7 +22,7 @@
 
 #include "pass/discontinuity.h"
 
-enum bd_refinement {
+enum bd_fragment_refinement {
     BD_REFINEMENT_ONE_PASS,  // every block decides for itself
     BD_REFINEMENT_ITERATIVE, // from the coarsest level, each pass splits what is discontinuous
 };
@@ -46,7 +46,7 @@ BD_MUST_CHECK
 enum bd_err bd_fragments_run(const struct bd_pass_context *context,
                              const struct bd_discontinuity_inputs *inputs,
                              const struct bd_discontinuity *discontinuity,
-                             enum bd_refinement refinement, struct bd_fragments **out,
+                             enum bd_fragment_refinement refinement, struct bd_fragments **out,
                              struct bd_fault *fault);
 
 // Light of the blocks of a list, as bd_multires_light has it.
@@ -56,8 +56,8 @@ struct bd_light_of_blocks {
 
 // The next list, by light: all children with pixels to be lit of those fragments in `parents` whose
 // spread of light is more than `threshold` of it, but for those that `first` has already. `parents`
-// is `first`, the list that bd_fragments_run made, or the one that this made from it. Pixels are not
-// split, so lists end after as many rounds as there are levels.
+// is `first`, the list that bd_fragments_run made, or the one that this made from it, and has more
+// than pixels. Those are not split, so lists end after as many rounds as there are levels.
 BD_MUST_CHECK
 enum bd_err bd_fragments_refine(const struct bd_pass_context *context,
                                 const struct bd_discontinuity_inputs *inputs,

@@ -64,8 +64,8 @@ static enum bd_err gather_list(const struct gather *g, const struct bd_vpl_list 
 {
     for (uint32_t at = 0; at < list->count; at += VPLS_PER_DISPATCH) {
         uint32_t left = list->count - at;
-        enum bd_err err = gather_range(g, list, at,
-                                       left < VPLS_PER_DISPATCH ? left : VPLS_PER_DISPATCH, *first);
+        enum bd_err err =
+            gather_range(g, list, at, left < VPLS_PER_DISPATCH ? left : VPLS_PER_DISPATCH, *first);
         if (err) return err;
         *first = false;
     }
@@ -107,8 +107,8 @@ enum bd_err bd_gather_run(const struct bd_pass_context *context,
     return BD_ERR_OK;
 }
 
-enum bd_err bd_indirect_create(struct bd_gpu *gpu, const struct bd_viewpoint *viewpoint, bool glossy,
-                               struct bd_indirect **out, struct bd_fault *fault)
+enum bd_err bd_indirect_create(struct bd_gpu *gpu, const struct bd_viewpoint *viewpoint,
+                               bool glossy, struct bd_indirect **out, struct bd_fault *fault)
 {
     struct bd_indirect *indirect = *out = calloc(1, sizeof **out);
     BD_ASSERT(indirect);

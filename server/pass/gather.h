@@ -22,8 +22,8 @@ struct bd_gather_inputs {
     bool glossy;       // receivers have a specular lobe worth its price
 };
 
-// Of blocks that a VPL's glossy lobe is splatted to (pass/subsplats.h), summed over VPLs; 0 where there
-// are none.
+// Of blocks that a VPL's glossy lobe is splatted to (pass/subsplats.h), summed over VPLs; 0 where
+// there are none.
 struct bd_subsplat_counts {
     uint64_t tested, split, drawn;
     bool is_limited; // a list was full: some blocks are coarser than the threshold asks for
@@ -45,8 +45,8 @@ enum bd_err bd_gather_run(const struct bd_pass_context *context,
                           struct bd_fault *fault);
 // Its textures, for whoever fills them; a fragment a pixel.
 BD_MUST_CHECK
-enum bd_err bd_indirect_create(struct bd_gpu *gpu, const struct bd_viewpoint *viewpoint, bool glossy,
-                               struct bd_indirect **out, struct bd_fault *fault);
+enum bd_err bd_indirect_create(struct bd_gpu *gpu, const struct bd_viewpoint *viewpoint,
+                               bool glossy, struct bd_indirect **out, struct bd_fault *fault);
 void bd_indirect_destroy(struct bd_gpu *gpu, struct bd_indirect **indirect);
 uint64_t bd_indirect_bytes(const struct bd_indirect *indirect);
 

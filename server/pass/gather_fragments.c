@@ -1,5 +1,6 @@
 #include "pass/gather_fragments.h"
 
+#include "pass/kernels.h"
 #include "shared/bindings.h"
 #include "shared/gather_fragments.h"
 
@@ -15,18 +16,12 @@ struct gather {
     const struct bd_program *program;
     struct bd_view view;
     struct bd_multires_light *out;
-    double units_per_vpl;
+    bool fine;                               // the texture of level 0, or the stack
     uint32_t first_fragment, fragment_count; // of the visit by list
     uint32_t ranges_done;                    // of VPLs, over all lists
 };
 
 // --- what both visits share -------------------------------------------------------------------
-
-static void bind_image(struct bd_bindings *bindings, uint32_t unit, struct bd_tex *tex)
-{
-    bindings->images[unit].tex = tex;
-    bindings->images[unit].read = bindings->images[unit].write = tex != NULL;
-}
 
 static struct bd_bindings bind_common(const struct gather *g,
                                       const struct bd_gather_fragments_args *args)
@@ -38,10 +33,8 @@ static struct bd_bindings bind_common(const struct gather *g,
         .uniforms[BD_UNIFORM_ARGS] = {args, sizeof *args},
     };
     bd_gbuffer_bind(g->inputs->gbuffer, &bindings);
-    bind_image(&bindings, 0, g->out->fine);
-    bind_image(&bindings, 1, g->out->coarse);
-    bind_image(&bindings, 2, g->out->fine_vector);
-    bind_image(&bindings, 3, g->out->coarse_vector);
+    bd_bind_image(&bindings, 0, g->fine ? g->out->fine : g->out->coarse, true, true);
+    bd_bind_image(&bindings, 1, g->fine ? g->out->fine_vector : g->out->coarse_vector, true, true);
     return bindings;
 }
 
@@ -51,13 +44,25 @@ static void bind_vpls(const struct bd_vpl_list *list, struct bd_bindings *bindin
     bindings->arrays[BD_UNIT_VPL_QUADS] = list->quads;
 }
 
+// Where no block is split into pixels, nothing is interpolated from theirs, and nobody asks for it.
+static bool has_vector(const struct gather *g)
+{
+    return (g->fine ? g->out->fine_vector : g->out->coarse_vector) != NULL;
+}
+
+static double units_per_vpl(const struct gather *g)
+{
+    return has_vector(g) ? VECTOR_UNITS : 1;
+}
+
 // Pixels are not split: nobody asks for their spread.
-static struct bd_program_source with_defines(const struct gather *g, bool fine,
+static struct bd_program_source with_defines(const struct gather *g,
                                              struct bd_program_source source)
 {
     if (g->inputs->near_patches) bd_define(&source.defines, "BD_VPL_PATCH", 1);
-    if (g->inputs->vector) bd_define(&source.defines, "BD_VECTOR", 1);
-    if (g->inputs->spread && !fine) bd_define(&source.defines, "BD_SPREAD", 1);
+    if (has_vector(g)) bd_define(&source.defines, "BD_VECTOR", 1);
+    if (g->inputs->spread && !g->fine) bd_define(&source.defines, "BD_SPREAD", 1);
+    if (g->fine) bd_define(&source.defines, "BD_FINE", 1);
     return source;
 }
 
@@ -103,7 +108,7 @@ static enum bd_err visit_list(struct gather *g, const struct bd_vpl_list *list, 
 {
     const struct bd_fragments *fragments = g->inputs->fragments;
     const uint32_t end = g->first_fragment + g->fragment_count;
-    double units_per_fragment = vpl_count * g->units_per_vpl;
+    double units_per_fragment = vpl_count * units_per_vpl(g);
     uint32_t group[3];
     bd_program_group_size(g->program, group);
     for (uint32_t at = g->first_fragment; at < end;) {
@@ -114,8 +119,7 @@ static enum bd_err visit_list(struct gather *g, const struct bd_vpl_list *list, 
         };
         struct bd_bindings bindings = bind_common(g, &args);
         bind_vpls(list, &bindings);
-        bindings.storage[BD_STORAGE_FRAGMENTS].buf = fragments->list;
-        bindings.storage[BD_STORAGE_FRAGMENTS].read = true;
+        bd_bind_storage(&bindings, BD_STORAGE_FRAGMENTS, fragments->list, true, false);
         bd_gpu_dispatch(g->context->gpu, g->program, &bindings, (count + group[0] - 1) / group[0],
                         1, 1);
         enum bd_err err = bd_slicer_checkpoint(g->context->slicer, units_per_fragment * count);
@@ -129,12 +133,12 @@ static enum bd_err visit_list(struct gather *g, const struct bd_vpl_list *list, 
 static enum bd_err gather_list(struct gather *g, bool fine, struct bd_fault *fault)
 {
     const struct bd_fragments *fragments = g->inputs->fragments;
+    g->fine = fine;
     g->first_fragment = fine ? fragments->level_first[0] : 0;
     g->fragment_count = fragments_of(fragments, fine);
     if (g->fragment_count == 0) return BD_ERR_OK;
     const struct bd_program_source source = with_defines(
-        g, fine,
-        (struct bd_program_source){.compute = "pass/gather_fragments/gather_fragments.comp"});
+        g, (struct bd_program_source){.compute = "pass/gather_fragments/gather_fragments.comp"});
     struct bd_program *program;
     enum bd_err err = bd_program_get(g->context->gpu, &source, &program, fault);
     if (err) return err;
@@ -192,7 +196,7 @@ static enum bd_err visit_target(struct gather *g, bool fine, const struct bd_vpl
     bind_vpls(list, &bindings);
     // What is behind the mask costs nothing; on the average over rows that is known.
     double units_per_row = (double)fragments_of(g->inputs->fragments, fine) * vpl_count *
-                           g->units_per_vpl / desc->height_px;
+                           units_per_vpl(g) / desc->height_px;
     for (uint32_t row = 0; row < desc->height_px;) {
         uint32_t rows = bd_slicer_rows(g->context->slicer, units_per_row, desc->height_px - row);
         bd_gpu_target_rows(g->context->gpu, row, rows);
@@ -218,12 +222,11 @@ static enum bd_err visit_coarse(struct gather *g, const struct bd_vpl_list *list
 
 static enum bd_err gather_behind_mask(struct gather *g, bool fine, struct bd_fault *fault)
 {
+    g->fine = fine;
     if (fragments_of(g->inputs->fragments, fine) == 0) return BD_ERR_OK;
     struct bd_program_source source = with_defines(
-        g, fine,
-        (struct bd_program_source){.vertex = "pass/gather_fragments/level.vert",
-                                   .fragment = "pass/gather_fragments/gather_fragments.frag"});
-    if (fine) bd_define(&source.defines, "BD_FINE", 1);
+        g, (struct bd_program_source){.vertex = "pass/gather_fragments/level.vert",
+                                      .fragment = "pass/gather_fragments/gather_fragments.frag"});
     const struct bd_tex_desc *size = bd_tex_desc(fine ? g->out->fine : g->out->coarse);
     const struct bd_tex_desc desc = {
         .name = "mask of fragments",
@@ -256,6 +259,12 @@ static enum bd_err gather_all(struct gather *g, struct bd_fault *fault)
     return err ? err : gather(g, false, fault);
 }
 
+static enum bd_light_vectors vectors_of(const struct bd_gather_fragments_inputs *inputs)
+{
+    if (!inputs->vector) return BD_LIGHT_VECTORS_NONE;
+    return inputs->finest_level > 0 ? BD_LIGHT_VECTORS_OF_BLOCKS : BD_LIGHT_VECTORS_ALL;
+}
+
 enum bd_err bd_gather_fragments_run(const struct bd_pass_context *context,
                                     const struct bd_gather_fragments_inputs *inputs,
                                     struct bd_multires_light **out, struct bd_fault *fault)
@@ -264,13 +273,12 @@ enum bd_err bd_gather_fragments_run(const struct bd_pass_context *context,
         .context = context,
         .inputs = inputs,
         .view = bd_viewpoint_uniform(inputs->viewpoint, &inputs->scene->space),
-        .units_per_vpl = inputs->vector ? VECTOR_UNITS : 1,
     };
     enum bd_err err = BD_ERR_OK;
     if (inputs->into)
         g.out = inputs->into;
     else
-        err = bd_multires_light_create(context->gpu, &inputs->fragments->layout, inputs->vector,
+        err = bd_multires_light_create(context->gpu, &inputs->fragments->layout, vectors_of(inputs),
                                        &g.out, fault);
     if (!err) err = gather_all(&g, fault);
     if (err) {

@@ -1,9 +1,9 @@
 // Gather at fragments: each sums every VPL at the point that stands for its block (Nichols, Shopf
 // and Wyman 2009, 3.2; algorithms.md A2.2). Demodulated irradiance, without visibility.
 //
-// That point is the block's centre, between the pixels around it, or where those are not one surface
-// the pixel that stands for the block. With the irradiance vector, blocks are lit for their geometric
-// normal.
+// That point is the block's centre, between the pixels around it, or where those are not one
+// surface the pixel that stands for the block. With the irradiance vector, blocks are lit for their
+// geometric normal.
 //
 // Two ways to visit the same fragments, with the same sums to rounding: the compacted list, in
 // compute; and the paper's, a triangle over all blocks behind a mask that rejects what is no
@@ -34,6 +34,14 @@ struct bd_gather_fragments_inputs {
     struct bd_multires_light *into; // NULL, or earlier light that these fragments are added to
 };
 
+// Whose vectors a multiresolution light has: pixels' are asked for where blocks are split into
+// them, and light is interpolated from theirs.
+enum bd_light_vectors {
+    BD_LIGHT_VECTORS_NONE,
+    BD_LIGHT_VECTORS_OF_BLOCKS,
+    BD_LIGHT_VECTORS_ALL,
+};
+
 // Light at fragments, as a multiresolution image (shared/multires.h). a = 1 where a fragment is.
 struct bd_multires_light {
     struct bd_multires_layout layout;
@@ -52,7 +60,7 @@ enum bd_err bd_gather_fragments_run(const struct bd_pass_context *context,
 // All textures of a multiresolution light, cleared to no data: for whoever fills it.
 BD_MUST_CHECK
 enum bd_err bd_multires_light_create(struct bd_gpu *gpu, const struct bd_multires_layout *layout,
-                                     bool vector, struct bd_multires_light **out,
+                                     enum bd_light_vectors vectors, struct bd_multires_light **out,
                                      struct bd_fault *fault);
 void bd_multires_light_destroy(struct bd_gpu *gpu, struct bd_multires_light **light);
 

@@ -5,6 +5,7 @@
 
 #include "base/assert.h"
 #include "base/clock.h"
+#include "pass/kernels.h"
 #include "shared/bindings.h"
 #include "shared/gather_tree.h"
 
@@ -42,23 +43,17 @@ struct gather_tree {
     struct bd_multires_light *blocks;
 };
 
-static void bind_image(struct bd_bindings *bindings, uint32_t unit, struct bd_tex *tex)
-{
-    bindings->images[unit].tex = tex;
-    bindings->images[unit].read = bindings->images[unit].write = tex != NULL;
-}
-
 static void bind_outputs(const struct gather_tree *g, struct bd_bindings *bindings)
 {
     if (g->pixels) {
-        bind_image(bindings, 0, g->pixels->irradiance);
-        bind_image(bindings, 1, g->pixels->glossy);
+        bd_bind_image(bindings, 0, g->pixels->irradiance, true, true);
+        bd_bind_image(bindings, 1, g->pixels->glossy, true, true);
         return;
     }
-    bind_image(bindings, 0, g->blocks->fine);
-    bind_image(bindings, 1, g->blocks->coarse);
-    bind_image(bindings, 2, g->blocks->fine_vector);
-    bind_image(bindings, 3, g->blocks->coarse_vector);
+    bd_bind_image(bindings, 0, g->blocks->fine, true, true);
+    bd_bind_image(bindings, 1, g->blocks->coarse, true, true);
+    bd_bind_image(bindings, 2, g->blocks->fine_vector, true, true);
+    bd_bind_image(bindings, 3, g->blocks->coarse_vector, true, true);
 }
 
 static void bind_blocks(const struct gather_tree *g, struct bd_bindings *bindings)
@@ -133,6 +128,7 @@ static struct bd_gather_tree_args args_of(const struct gather_tree *g, const str
                 (float)(ESTIMATE_STEPS / g->mean_irradiance)},
         .light = {(float)(tree->intensity * tree->face_extent), (float)tree->face_extent,
                   (float)per_m2, 0},
+        .blocks = {g->inputs->finest_level, 0, 0, 0},
     };
 }
 
@@ -222,6 +218,7 @@ static enum bd_err get_programs(struct gather_tree *g, struct bd_fault *fault)
     if (g->inputs->near_patches && !printed) bd_define(&source.defines, "BD_VPL_PATCH", 1);
     if (g->pixels && g->inputs->glossy) bd_define(&source.defines, "BD_GLOSSY", 1);
     if (g->blocks && g->inputs->vector) bd_define(&source.defines, "BD_VECTOR", 1);
+    if (g->blocks && g->inputs->spread) bd_define(&source.defines, "BD_SPREAD", 1);
     bd_define(&estimate.defines, "BD_ESTIMATE", 1);
     struct bd_program *program = NULL, *estimate_program = NULL;
     enum bd_err err = bd_program_get(g->context->gpu, &source, &program, fault);
@@ -289,11 +286,17 @@ enum bd_err bd_gather_tree_fragments_run(const struct bd_pass_context *context,
     struct gather_tree g = gather_tree_of(context, inputs);
     g.row_count = (inputs->fragments->count + FRAGMENTS_PER_ROW - 1) / FRAGMENTS_PER_ROW;
     g.row_width = FRAGMENTS_PER_ROW;
-    enum bd_err err = bd_multires_light_create(context->gpu, &inputs->fragments->layout,
-                                               inputs->vector, &g.blocks, fault);
+    enum bd_err err = BD_ERR_OK;
+    if (inputs->into)
+        g.blocks = inputs->into;
+    else
+        err = bd_multires_light_create(context->gpu, &inputs->fragments->layout,
+                                       inputs->vector ? BD_LIGHT_VECTORS_ALL
+                                                      : BD_LIGHT_VECTORS_NONE,
+                                       &g.blocks, fault);
     if (!err) err = run(&g, fault);
     if (err) {
-        bd_multires_light_destroy(context->gpu, &g.blocks);
+        if (!inputs->into) bd_multires_light_destroy(context->gpu, &g.blocks);
         return err;
     }
     *out = g.blocks;

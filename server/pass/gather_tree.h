@@ -19,13 +19,11 @@ enum bd_tree_criterion {
     // what the roots of all trees by themselves send it. Less than BD_TREE_ESTIMATE_MIN of the
     // frame's mean irradiance counts as that much.
     BD_TREE_LIGHTCUTS,
-    // The most that they can send is above tau times the frame's mean irradiance, flux of all
-    // lights
-    // / (4 pi R^2), R the radius of the sphere that holds the scene.
+    // The most that they can send is above tau times the frame's mean irradiance: the flux of all
+    // lights over 4 pi R^2, R the radius of the sphere that holds the scene.
     BD_TREE_BOUND,
     // Eqs. 7 and 8 corrected (errata N3, N4): what a block of the map at the node's level could
-    // send
-    // from the node's place, if it lay square to the light and was white, is above the same.
+    // send from the node's place, if it lay square to the light and was white, is above the same.
     BD_TREE_LEVEL,
     // Eqs. 4 to 8 as printed, sums as well as criterion; tau in units of the light's intensity.
     BD_TREE_PRINTED,
@@ -51,6 +49,10 @@ struct bd_gather_tree_inputs {
     const struct bd_discontinuity *discontinuity;
     const struct bd_fragments *fragments;
     bool vector; // the irradiance vector, too (surface detail)
+    // With vectors: how far off interpolated light may be (shaders/common/light_spread.glsl), too.
+    bool spread;
+    uint32_t finest_level;          // whose blocks, and those below, may hold several surfaces
+    struct bd_multires_light *into; // NULL, or earlier light that these fragments are added to
 };
 
 // At every pixel.

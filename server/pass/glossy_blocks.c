@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "base/assert.h"
+#include "pass/kernels.h"
 #include "shared/bindings.h"
 #include "shared/glossy_blocks.h"
 
@@ -42,12 +43,6 @@ static enum bd_err create_out(struct bd_gpu *gpu, const struct bd_multires_layou
     return err;
 }
 
-static void bind_image(struct bd_bindings *bindings, uint32_t unit, struct bd_tex *tex)
-{
-    bindings->images[unit].tex = tex;
-    bindings->images[unit].read = bindings->images[unit].write = true;
-}
-
 static struct bd_bindings bind(const struct work *w, const struct bd_glossy_blocks_args *args)
 {
     struct bd_bindings bindings = {
@@ -57,9 +52,9 @@ static struct bd_bindings bind(const struct work *w, const struct bd_glossy_bloc
         .uniforms[BD_UNIFORM_ARGS] = {args, sizeof *args},
     };
     bd_gbuffer_bind(w->inputs->gbuffer, &bindings);
-    bind_image(&bindings, BD_IMAGE_GLOSSY_FLAGS, w->out->flags);
-    bind_image(&bindings, BD_IMAGE_SURFACE_LEAST, w->least);
-    bind_image(&bindings, BD_IMAGE_SURFACE_MOST, w->most);
+    bd_bind_image(&bindings, BD_IMAGE_GLOSSY_FLAGS, w->out->flags, true, true);
+    bd_bind_image(&bindings, BD_IMAGE_SURFACE_LEAST, w->least, true, true);
+    bd_bind_image(&bindings, BD_IMAGE_SURFACE_MOST, w->most, true, true);
     return bindings;
 }
 

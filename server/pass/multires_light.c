@@ -18,28 +18,28 @@ static enum bd_err create_cleared(struct bd_gpu *gpu, const char *name, uint32_t
     return err;
 }
 
-static enum bd_err create_all(struct bd_gpu *gpu, bool vector, struct bd_multires_light *light,
-                              struct bd_fault *fault)
+static enum bd_err create_all(struct bd_gpu *gpu, enum bd_light_vectors vectors,
+                              struct bd_multires_light *light, struct bd_fault *fault)
 {
     uint32_t width = light->layout.size_px.x, height = light->layout.size_px.y, wide, high;
     bd_multires_stack_size(&light->layout, &wide, &high);
     enum bd_err err = create_cleared(gpu, "light of pixels", width, height, &light->fine, fault);
     if (!err) err = create_cleared(gpu, "light of blocks", wide, high, &light->coarse, fault);
-    if (err || !vector) return err;
-    err = create_cleared(gpu, "vector of pixels", width, height, &light->fine_vector, fault);
-    if (!err)
+    if (!err && vectors != BD_LIGHT_VECTORS_NONE)
         err = create_cleared(gpu, "vector of blocks", wide, high, &light->coarse_vector, fault);
+    if (!err && vectors == BD_LIGHT_VECTORS_ALL)
+        err = create_cleared(gpu, "vector of pixels", width, height, &light->fine_vector, fault);
     return err;
 }
 
 enum bd_err bd_multires_light_create(struct bd_gpu *gpu, const struct bd_multires_layout *layout,
-                                     bool vector, struct bd_multires_light **out,
+                                     enum bd_light_vectors vectors, struct bd_multires_light **out,
                                      struct bd_fault *fault)
 {
     struct bd_multires_light *light = calloc(1, sizeof *light);
     BD_ASSERT(light);
     light->layout = *layout;
-    enum bd_err err = create_all(gpu, vector, light, fault);
+    enum bd_err err = create_all(gpu, vectors, light, fault);
     if (err) {
         bd_multires_light_destroy(gpu, &light);
         return err;

@@ -132,8 +132,9 @@ enum bd_err bd_splat_fragments_run(const struct bd_pass_context *context,
         .inputs = inputs,
         .view = bd_viewpoint_uniform(inputs->viewpoint, &inputs->scene->space),
     };
-    enum bd_err err = bd_multires_light_create(context->gpu, &inputs->fragments->layout,
-                                               inputs->vector, &s.out, fault);
+    enum bd_err err = bd_multires_light_create(
+        context->gpu, &inputs->fragments->layout,
+        inputs->vector ? BD_LIGHT_VECTORS_ALL : BD_LIGHT_VECTORS_NONE, &s.out, fault);
     if (!err) err = splat_target(&s, true, fault);
     if (!err) err = splat_target(&s, false, fault);
     if (err) {

@@ -3,6 +3,7 @@
 #include <math.h>
 
 #include "base/assert.h"
+#include "pass/kernels.h"
 #include "shared/bindings.h"
 #include "shared/subsplats.h"
 
@@ -33,11 +34,6 @@ struct work {
     struct bd_subsplats_args args;
     struct bd_subsplat_counts *sum;
 };
-
-static uint32_t divided_up(uint32_t n, uint32_t by)
-{
-    return (n + by - 1) / by;
-}
 
 // --- textures and buffers -----------------------------------------------------------------------
 
@@ -71,7 +67,7 @@ static size_t scan_size(uint32_t blocks)
 {
     size_t numbers = blocks;
     do {
-        blocks = divided_up(blocks, BD_SUBSPLAT_RUN);
+        blocks = bd_divided_up(blocks, BD_SUBSPLAT_RUN);
         numbers += blocks;
     } while (blocks > 1);
     return numbers;
@@ -132,27 +128,12 @@ static void destroy_work(struct work *w)
 
 // --- bindings -----------------------------------------------------------------------------------
 
-static void bind_storage(struct bd_bindings *bindings, uint32_t unit, struct bd_buf *buf, bool read,
-                         bool write)
-{
-    bindings->storage[unit].buf = buf;
-    bindings->storage[unit].read = read;
-    bindings->storage[unit].write = write;
-}
-
-static void bind_image(struct bd_bindings *bindings, uint32_t unit, struct bd_tex *tex, bool write)
-{
-    bindings->images[unit].tex = tex;
-    bindings->images[unit].read = true;
-    bindings->images[unit].write = write;
-}
-
 static void bind_images(const struct work *w, struct bd_bindings *bindings, bool write)
 {
-    bind_image(bindings, BD_IMAGE_GLOSSY_FINE, w->fine, write);
-    bind_image(bindings, BD_IMAGE_GLOSSY_COARSE, w->coarse, write);
-    bind_image(bindings, BD_IMAGE_GLOSSY_SLOPE_X, w->slope_x, write);
-    bind_image(bindings, BD_IMAGE_GLOSSY_SLOPE_Y, w->slope_y, write);
+    bd_bind_image(bindings, BD_IMAGE_GLOSSY_FINE, w->fine, true, write);
+    bd_bind_image(bindings, BD_IMAGE_GLOSSY_COARSE, w->coarse, true, write);
+    bd_bind_image(bindings, BD_IMAGE_GLOSSY_SLOPE_X, w->slope_x, true, write);
+    bd_bind_image(bindings, BD_IMAGE_GLOSSY_SLOPE_Y, w->slope_y, true, write);
 }
 
 // `list`: NULL for the first one.
@@ -164,11 +145,11 @@ static struct bd_bindings bind(const struct work *w, const struct list *list)
         .uniforms[BD_UNIFORM_MULTIRES] = {layout, sizeof *layout},
         .uniforms[BD_UNIFORM_ARGS] = {&w->args, sizeof w->args},
     };
-    bind_storage(&bindings, BD_STORAGE_SUBSPLATS, list ? list->blocks : w->inputs->start->list,
-                 true, false);
-    bind_storage(&bindings, BD_STORAGE_SPLIT_MASKS, w->split_masks, true, true);
-    bind_storage(&bindings, BD_STORAGE_SUBSPLAT_SCAN, w->sums, true, true);
-    bind_storage(&bindings, BD_STORAGE_SUBSPLAT_COUNTS, w->counts, true, true);
+    bd_bind_storage(&bindings, BD_STORAGE_SUBSPLATS, list ? list->blocks : w->inputs->start->list,
+                    true, false);
+    bd_bind_storage(&bindings, BD_STORAGE_SPLIT_MASKS, w->split_masks, true, true);
+    bd_bind_storage(&bindings, BD_STORAGE_SUBSPLAT_SCAN, w->sums, true, true);
+    bd_bind_storage(&bindings, BD_STORAGE_SUBSPLAT_COUNTS, w->counts, true, true);
     return bindings;
 }
 
@@ -187,8 +168,8 @@ static void bind_test(const struct work *w, const struct bd_vpl_list *vpls, cons
 {
     bind_receivers(w, vpls, bindings);
     // The first list has no masks; what is bound in their place is not read.
-    bind_storage(bindings, BD_STORAGE_SUBSPLAT_MASKS, list ? list->masks : w->lists[1].masks, true,
-                 false);
+    bd_bind_storage(bindings, BD_STORAGE_SUBSPLAT_MASKS, list ? list->masks : w->lists[1].masks,
+                    true, false);
 }
 
 // --- one list -----------------------------------------------------------------------------------
@@ -204,8 +185,8 @@ static enum bd_err run_slices(struct work *w, const struct bd_program *program,
         uint32_t most = groups * BD_SUBSPLAT_GROUP, count = end - at < most ? end - at : most;
         w->args.blocks.z = at;
         w->args.blocks.w = at + count;
-        bd_gpu_dispatch(w->context->gpu, program, bindings, divided_up(count, BD_SUBSPLAT_GROUP), 1,
-                        1);
+        bd_gpu_dispatch(w->context->gpu, program, bindings, bd_divided_up(count, BD_SUBSPLAT_GROUP),
+                        1, 1);
         enum bd_err err = bd_slicer_checkpoint(w->context->slicer, units * count);
         if (err) return err;
         at += count;
@@ -218,19 +199,19 @@ static void run_scan(struct work *w, const struct bd_bindings *bindings)
     uint32_t numbers = w->args.blocks.y;
     w->args.next.y = 0;
     do {
-        numbers = divided_up(numbers, BD_SUBSPLAT_RUN);
-        bd_gpu_dispatch(w->context->gpu, w->scan, bindings, divided_up(numbers, BD_SUBSPLAT_GROUP),
-                        1, 1);
+        numbers = bd_divided_up(numbers, BD_SUBSPLAT_RUN);
+        bd_gpu_dispatch(w->context->gpu, w->scan, bindings,
+                        bd_divided_up(numbers, BD_SUBSPLAT_GROUP), 1, 1);
         w->args.next.y++;
     } while (numbers > 1);
 }
 
 static void run_split(struct work *w, struct bd_bindings bindings, const struct list *next)
 {
-    bind_storage(&bindings, BD_STORAGE_NEXT_SUBSPLATS, next->blocks, false, true);
-    bind_storage(&bindings, BD_STORAGE_NEXT_MASKS, next->masks, false, true);
+    bd_bind_storage(&bindings, BD_STORAGE_NEXT_SUBSPLATS, next->blocks, false, true);
+    bd_bind_storage(&bindings, BD_STORAGE_NEXT_MASKS, next->masks, false, true);
     bd_gpu_dispatch(w->context->gpu, w->split, &bindings,
-                    divided_up(w->args.blocks.y, BD_SUBSPLAT_GROUP), 1, 1);
+                    bd_divided_up(w->args.blocks.y, BD_SUBSPLAT_GROUP), 1, 1);
 }
 
 // What has found no room is drawn as it is.
@@ -362,28 +343,19 @@ static enum bd_err run_all(struct work *w)
     return BD_ERR_OK;
 }
 
-static enum bd_err get_program(const struct work *w, const char *compute,
-                               const struct bd_defines *defines, const struct bd_program **out,
-                               struct bd_fault *fault)
-{
-    struct bd_program_source source = {.compute = compute};
-    if (defines) source.defines = *defines;
-    struct bd_program *program = NULL;
-    enum bd_err err = bd_program_get(w->context->gpu, &source, &program, fault);
-    *out = program;
-    return err;
-}
-
 static enum bd_err get_programs(struct work *w, struct bd_fault *fault)
 {
     struct bd_defines defines = {0};
     bd_define(&defines, "BD_GLOSSY", 1);
     if (w->inputs->near_patches) bd_define(&defines, "BD_VPL_PATCH", 1);
-    enum bd_err err = get_program(w, "pass/subsplats/pixels.comp", &defines, &w->pixels, fault);
+    enum bd_err err =
+        bd_compute_get(w->context->gpu, "pass/subsplats/pixels.comp", &defines, &w->pixels, fault);
     if (err || block_count(w->inputs->start) == 0) return err;
-    err = get_program(w, "pass/subsplats/test.comp", &defines, &w->test, fault);
-    if (!err) err = get_program(w, "pass/subsplats/scan.comp", NULL, &w->scan, fault);
-    if (!err) err = get_program(w, "pass/subsplats/split.comp", NULL, &w->split, fault);
+    err = bd_compute_get(w->context->gpu, "pass/subsplats/test.comp", &defines, &w->test, fault);
+    if (!err)
+        err = bd_compute_get(w->context->gpu, "pass/subsplats/scan.comp", NULL, &w->scan, fault);
+    if (!err)
+        err = bd_compute_get(w->context->gpu, "pass/subsplats/split.comp", NULL, &w->split, fault);
     return err;
 }
 
@@ -393,7 +365,8 @@ static enum bd_err spread(struct work *w, struct bd_tex *glossy, struct bd_fault
     const uint32_t width = layout->size_px.x, height = layout->size_px.y;
     const double units_per_row = UNITS_PER_PIXEL * width;
     const struct bd_program *program;
-    enum bd_err err = get_program(w, "pass/subsplats/spread.comp", NULL, &program, fault);
+    enum bd_err err =
+        bd_compute_get(w->context->gpu, "pass/subsplats/spread.comp", NULL, &program, fault);
     for (uint32_t row = 0; !err && row < height;) {
         uint32_t rows = bd_slicer_rows(w->context->slicer, units_per_row, height - row);
         struct bd_bindings bindings = {
@@ -406,8 +379,8 @@ static enum bd_err spread(struct work *w, struct bd_tex *glossy, struct bd_fault
         bind_images(w, &bindings, false);
         bindings.images[BD_IMAGE_GLOSSY].tex = glossy;
         bindings.images[BD_IMAGE_GLOSSY].write = true;
-        bd_gpu_dispatch(w->context->gpu, program, &bindings, divided_up(width, 8),
-                        divided_up(rows, 8), 1);
+        bd_gpu_dispatch(w->context->gpu, program, &bindings, bd_divided_up(width, 8),
+                        bd_divided_up(rows, 8), 1);
         err = bd_slicer_checkpoint(w->context->slicer, units_per_row * rows);
         row += rows;
     }

@@ -7,12 +7,12 @@
 #include "pass/discontinuity.h"
 
 struct bd_surfaces {
-    struct bd_tex
-        *words; // R32UI (shared/surfaces.h), levels from 1 on, stacked (shared/multires.h)
-    // R32UI, the same levels: the first `outer_count` of a level, by rows, are BD_PIXEL_PACK of its
-    // blocks next to whatever is not of their surface. In no order.
-    struct bd_tex *outer;
-    struct bd_tex *children; // RG32UI, beside each of those: of its children (shared/surfaces.h)
+    // R32UI (shared/surfaces.h), levels from 1 on, stacked (shared/multires.h).
+    struct bd_tex *words;
+    // uint32 BD_PIXEL_PACK of the blocks that hold light and lie next to whatever is not of their
+    // surface, and two uint32 of the children of each (shared/surfaces.h). In a level in no order.
+    struct bd_buf *outer, *children;
+    uint32_t outer_first[BD_MULTIRES_LEVEL_MAX], children_first[BD_MULTIRES_LEVEL_MAX];
     uint32_t outer_count[BD_MULTIRES_LEVEL_MAX];
 };
 

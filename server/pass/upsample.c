@@ -3,6 +3,7 @@
 #include <stdlib.h>
 
 #include "base/assert.h"
+#include "pass/kernels.h"
 #include "shared/bindings.h"
 #include "shared/upsample.h"
 
@@ -13,8 +14,6 @@ _Static_assert(BD_SURFACE_DETAIL_PAPER == BD_DETAIL_PAPER, "the shader's numbers
 // Of the slicer, one for each evaluation of a VPL: what a parent and its children cost about.
 #define UNITS_PER_INNER 64.0
 #define UNITS_PER_OUTER 512.0
-#define GROUP           64u // invocations of the kernels that walk a list
-#define ITEMS_MAX       (65535u * GROUP)
 
 struct upsample {
     const struct bd_pass_context *context;
@@ -23,10 +22,9 @@ struct upsample {
     struct bd_indirect *out;
 };
 
-static void bind_image(struct bd_bindings *bindings, uint32_t unit, struct bd_tex *tex)
+static bool has_fine_vector(const struct upsample *u)
 {
-    bindings->images[unit].tex = tex;
-    bindings->images[unit].read = bindings->images[unit].write = tex != NULL;
+    return u->inputs->detail == BD_SURFACE_DETAIL_DIRECTION && u->inputs->light->fine_vector;
 }
 
 static struct bd_bindings bind(const struct upsample *u, uint32_t level,
@@ -36,20 +34,18 @@ static struct bd_bindings bind(const struct upsample *u, uint32_t level,
     bool vector = u->inputs->detail == BD_SURFACE_DETAIL_DIRECTION;
     struct bd_bindings bindings = {
         .textures[BD_UNIT_BLOCK_SURFACES] = {.tex = u->inputs->surfaces->words},
-        .textures[BD_UNIT_OUTER_CHILDREN] = {.tex = u->inputs->surfaces->children},
-        .textures[BD_UNIT_OUTER_BLOCKS] = {.tex = u->inputs->surfaces->outer},
         .uniforms[BD_UNIFORM_VIEW] = {&u->view, sizeof u->view},
         .uniforms[BD_UNIFORM_MULTIRES] = {&light->layout, sizeof light->layout},
         .uniforms[BD_UNIFORM_ARGS] = {args, sizeof *args},
     };
     bd_gbuffer_bind(u->inputs->gbuffer, &bindings);
-    bind_image(&bindings, 1, light->coarse);
-    bind_image(&bindings, 3, vector ? light->coarse_vector : NULL);
+    bd_bind_image(&bindings, 1, light->coarse, true, true);
+    bd_bind_image(&bindings, 3, vector ? light->coarse_vector : NULL, true, true);
     if (level > 0) return bindings;
     bindings.images[0].tex = u->out->irradiance;
     bindings.images[0].write = true;
     bindings.textures[BD_UNIT_FINE].tex = light->fine;
-    bindings.textures[BD_UNIT_FINE_VECTOR].tex = vector ? light->fine_vector : NULL;
+    bindings.textures[BD_UNIT_FINE_VECTOR].tex = has_fine_vector(u) ? light->fine_vector : NULL;
     return bindings;
 }
 
@@ -59,6 +55,7 @@ static enum bd_err get_program(const struct upsample *u, const char *compute, ui
     struct bd_program_source source = {.compute = compute};
     bd_define(&source.defines, "BD_DETAIL", (int32_t)u->inputs->detail);
     if (level == 0) bd_define(&source.defines, "BD_FINE", 1);
+    if (level == 0 && has_fine_vector(u)) bd_define(&source.defines, "BD_FINE_VECTOR", 1);
     return bd_program_get(u->context->gpu, &source, out, fault);
 }
 
@@ -99,17 +96,22 @@ static enum bd_err run_list(const struct upsample *u, const char *compute, uint3
                             struct bd_buf *fragments, uint32_t first, uint32_t end,
                             struct bd_fault *fault)
 {
+    const struct bd_surfaces *surfaces = u->inputs->surfaces;
     struct bd_program *program;
     enum bd_err err = get_program(u, compute, level, &program, fault);
     struct bd_upsample_args args = args_of(u, level);
+    args.rows.z = surfaces->outer_first[level + 1];
+    args.rows.w = surfaces->children_first[level + 1];
     while (!err && first < end) {
-        uint32_t left = end - first < ITEMS_MAX ? end - first : ITEMS_MAX;
-        uint32_t count = bd_slicer_rows(u->context->slicer, UNITS_PER_OUTER, left);
-        args.rows = (struct bd_uvec4){first, count, 0, 0};
+        uint32_t count = bd_list_slice(u->context->slicer, UNITS_PER_OUTER, end - first);
+        args.rows.x = first;
+        args.rows.y = count;
         struct bd_bindings bindings = bind(u, level, &args);
-        bindings.storage[BD_STORAGE_FRAGMENTS].buf = fragments;
-        bindings.storage[BD_STORAGE_FRAGMENTS].read = fragments != NULL;
-        bd_gpu_dispatch(u->context->gpu, program, &bindings, (count + GROUP - 1) / GROUP, 1, 1);
+        bd_bind_storage(&bindings, BD_STORAGE_OUTER_BLOCKS, surfaces->outer, true, false);
+        bd_bind_storage(&bindings, BD_STORAGE_OUTER_CHILDREN, surfaces->children, true, false);
+        bd_bind_storage(&bindings, BD_STORAGE_FRAGMENTS, fragments, fragments != NULL, false);
+        bd_gpu_dispatch(u->context->gpu, program, &bindings, bd_divided_up(count, BD_LIST_GROUP), 1,
+                        1);
         err = bd_slicer_checkpoint(u->context->slicer, UNITS_PER_OUTER * count);
         first += count;
     }

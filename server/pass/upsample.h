@@ -17,7 +17,8 @@
 // What a pixel's own normal adds to light of a block.
 enum bd_surface_detail {
     BD_SURFACE_DETAIL_OFF,
-    // E x (V . n) / luminance of E, in [0, 4]: V the irradiance vector, n the pixel's normal
+    // E times (V . n) / the sum of E's channels, which is held to [0, 4]: V the irradiance vector
+    // of that sum, n the pixel's normal
     BD_SURFACE_DETAIL_DIRECTION,
     BD_SURFACE_DETAIL_PAPER, // Eq. 3 with alpha = .5: darkens
 };

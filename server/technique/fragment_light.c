@@ -3,6 +3,7 @@
 #include <math.h>
 
 #include "base/assert.h"
+#include "pass/splat_fragments.h"
 #include "pass/upsample.h"
 
 // Fragments with their light, and the lists of those that they were split into.
@@ -12,7 +13,8 @@ struct lit {
     uint32_t part_count;
 };
 
-static struct bd_gather_fragments_inputs gather_inputs(const struct bd_technique_inputs *inputs)
+static struct bd_gather_fragments_inputs gather_inputs(const struct bd_technique_inputs *inputs,
+                                                       const struct bd_unlit *unlit)
 {
     const struct bd_params *params = inputs->params;
     return (struct bd_gather_fragments_inputs){
@@ -20,14 +22,34 @@ static struct bd_gather_fragments_inputs gather_inputs(const struct bd_technique
         .viewpoint = inputs->viewpoint,
         .gbuffer = inputs->gbuffer,
         .discontinuity = inputs->discontinuity,
-        .fragments = inputs->fragments,
+        .fragments = unlit->fragments,
         .lists = inputs->vpl_lists,
         .list_count = inputs->light_count,
         .near_patches = params->vpl_kernel == BD_KERNEL_PATCH,
         .vector = params->surface_detail == BD_SURFACE_DETAIL_DIRECTION,
         .visit = (enum bd_fragment_visit)params->visit,
+        .spread = unlit->spread,
         .finest_level = params->finest_level,
+        .into = unlit->into,
     };
+}
+
+enum bd_err bd_fragments_gather(const struct bd_pass_context *context,
+                                const struct bd_technique_inputs *inputs,
+                                const struct bd_unlit *unlit, struct bd_multires_light **out,
+                                struct bd_fault *fault)
+{
+    const struct bd_gather_fragments_inputs gather = gather_inputs(inputs, unlit);
+    return bd_gather_fragments_run(context, &gather, out, fault);
+}
+
+enum bd_err bd_fragments_splat(const struct bd_pass_context *context,
+                               const struct bd_technique_inputs *inputs,
+                               const struct bd_unlit *unlit, struct bd_multires_light **out,
+                               struct bd_fault *fault)
+{
+    const struct bd_gather_fragments_inputs splat = gather_inputs(inputs, unlit);
+    return bd_splat_fragments_run(context, &splat, out, fault);
 }
 
 static enum bd_err split(const struct bd_pass_context *context,
@@ -49,7 +71,7 @@ static enum bd_err split(const struct bd_pass_context *context,
 // Pixels are not split, so there are fewer lists than levels.
 static enum bd_err refine(const struct bd_pass_context *context,
                           const struct bd_technique_inputs *inputs,
-                          struct bd_gather_fragments_inputs *gather, struct lit *lit,
+                          bd_light_fragments_fn *light_fragments, struct lit *lit,
                           struct bd_fault *fault)
 {
     const struct bd_fragments *last = inputs->fragments;
@@ -60,10 +82,10 @@ static enum bd_err refine(const struct bd_pass_context *context,
         err = split(context, inputs, last, lit->light, &parts, fault);
         if (err) return err;
         lit->parts[lit->part_count++] = parts;
-        last = gather->fragments = parts;
-        gather->into = lit->light;
+        last = parts;
+        const struct bd_unlit unlit = {.fragments = parts, .spread = true, .into = lit->light};
         struct bd_multires_light *same;
-        if (parts->count > 0) err = bd_gather_fragments_run(context, gather, &same, fault);
+        if (parts->count > 0) err = light_fragments(context, inputs, &unlit, &same, fault);
     }
     return err;
 }
@@ -81,11 +103,10 @@ static void destroy_lit(struct bd_gpu *gpu, struct lit *lit)
     for (uint32_t i = 0; i < lit->part_count; i++) bd_fragments_destroy(gpu, &lit->parts[i]);
 }
 
-// With light that is worth it: only gathering says how light changes, and keeps it beside vectors.
-static bool is_refined(const struct bd_gather_fragments_inputs *gather,
-                       bd_light_fragments_fn *light_fragments, const struct bd_params *params)
+// How light changes is kept beside vectors. Techniques that do not say it have no threshold.
+static bool is_refined(const struct bd_params *params)
 {
-    return light_fragments == bd_gather_fragments_run && gather->vector &&
+    return params->surface_detail == BD_SURFACE_DETAIL_DIRECTION &&
            !isinf(params->light_threshold);
 }
 
@@ -94,11 +115,11 @@ static enum bd_err light(const struct bd_pass_context *context,
                          bd_light_fragments_fn *light_fragments, struct lit *lit,
                          struct bd_fault *fault)
 {
-    struct bd_gather_fragments_inputs gather = gather_inputs(inputs);
-    gather.spread = is_refined(&gather, light_fragments, inputs->params);
+    const struct bd_unlit unlit = {.fragments = inputs->fragments,
+                                   .spread = is_refined(inputs->params)};
     bd_gpu_pass_begin(context->gpu, pass);
-    enum bd_err err = light_fragments(context, &gather, &lit->light, fault);
-    if (!err && gather.spread) err = refine(context, inputs, &gather, lit, fault);
+    enum bd_err err = light_fragments(context, inputs, &unlit, &lit->light, fault);
+    if (!err && unlit.spread) err = refine(context, inputs, light_fragments, lit, fault);
     bd_gpu_pass_end(context->gpu);
     return err;
 }
@@ -133,18 +154,6 @@ enum bd_err bd_fragment_light(const struct bd_pass_context *context,
     struct lit lit = {0};
     enum bd_err err = light(context, inputs, pass, light_fragments, &lit, fault);
     if (!err) err = upsample(context, inputs, &lit, out, fault);
-    destroy_lit(context->gpu, &lit);
-    return err;
-}
-
-enum bd_err bd_fragment_light_spread(const struct bd_pass_context *context,
-                                     const struct bd_technique_inputs *inputs,
-                                     struct bd_multires_light **light, struct bd_indirect **out,
-                                     struct bd_fault *fault)
-{
-    struct lit lit = {.light = *light};
-    *light = NULL;
-    enum bd_err err = upsample(context, inputs, &lit, out, fault);
     destroy_lit(context->gpu, &lit);
     return err;
 }

@@ -7,24 +7,31 @@
 #include "pass/gather_fragments.h"
 #include "technique/technique.h"
 
+// Fragments that are to be lit.
+struct bd_unlit {
+    const struct bd_fragments *fragments;
+    bool spread;                    // how far off interpolated light may be is asked for, too
+    struct bd_multires_light *into; // NULL, or earlier light that these fragments are added to
+};
+
 typedef enum bd_err bd_light_fragments_fn(const struct bd_pass_context *context,
-                                          const struct bd_gather_fragments_inputs *inputs,
+                                          const struct bd_technique_inputs *inputs,
+                                          const struct bd_unlit *unlit,
                                           struct bd_multires_light **out, struct bd_fault *fault);
 
-// Lights them in a pass of that name, then upsamples. Wants BD_INPUT_FRAGMENTS. Where they are lit by
-// bd_gather_fragments_run, those that light changes too much over are split and lit in their parts
-// (light_threshold).
+// Each fragment sums all VPLs.
+BD_MUST_CHECK
+bd_light_fragments_fn bd_fragments_gather;
+// Each VPL is drawn to all fragments. Tells no spread.
+BD_MUST_CHECK
+bd_light_fragments_fn bd_fragments_splat;
+
+// Lights them in a pass of that name, then upsamples. Wants BD_INPUT_FRAGMENTS. With a
+// light_threshold those that light changes too much over are split and lit in their parts.
 BD_MUST_CHECK
 enum bd_err bd_fragment_light(const struct bd_pass_context *context,
                               const struct bd_technique_inputs *inputs, const char *pass,
                               bd_light_fragments_fn *light_fragments, struct bd_indirect **out,
                               struct bd_fault *fault);
-
-// The second half by itself: from fragments that are lit to every pixel. Destroys `lit`.
-BD_MUST_CHECK
-enum bd_err bd_fragment_light_spread(const struct bd_pass_context *context,
-                                     const struct bd_technique_inputs *inputs,
-                                     struct bd_multires_light **lit, struct bd_indirect **out,
-                                     struct bd_fault *fault);
 
 #endif

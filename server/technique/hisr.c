@@ -12,8 +12,8 @@
 #include "technique/fragment_light.h"
 
 static enum bd_err gather(const struct bd_pass_context *context,
-                          const struct bd_technique_inputs *inputs, struct bd_multires_light **out,
-                          struct bd_fault *fault)
+                          const struct bd_technique_inputs *inputs, const struct bd_unlit *unlit,
+                          struct bd_multires_light **out, struct bd_fault *fault)
 {
     const struct bd_params *params = inputs->params;
     const struct bd_gather_tree_inputs gather = {
@@ -28,22 +28,20 @@ static enum bd_err gather(const struct bd_pass_context *context,
         .tau = params->tau,
         .near_patches = params->vpl_kernel == BD_KERNEL_PATCH,
         .discontinuity = inputs->discontinuity,
-        .fragments = inputs->fragments,
+        .fragments = unlit->fragments,
         .vector = params->surface_detail == BD_SURFACE_DETAIL_DIRECTION,
+        .spread = unlit->spread,
+        .finest_level = params->finest_level,
+        .into = unlit->into,
     };
-    bd_gpu_pass_begin(context->gpu, "gather");
-    enum bd_err err = bd_gather_tree_fragments_run(context, &gather, out, fault);
-    bd_gpu_pass_end(context->gpu);
-    return err;
+    return bd_gather_tree_fragments_run(context, &gather, out, fault);
 }
 
 static enum bd_err light_fragments(const struct bd_pass_context *context,
                                    const struct bd_technique_inputs *inputs,
                                    struct bd_indirect **out, struct bd_fault *fault)
 {
-    struct bd_multires_light *light;
-    enum bd_err err = gather(context, inputs, &light, fault);
-    return err ? err : bd_fragment_light_spread(context, inputs, &light, out, fault);
+    return bd_fragment_light(context, inputs, "gather", gather, out, fault);
 }
 
 static const char *const passes[] = {"gather", "upsample", NULL};
@@ -68,8 +66,9 @@ const struct bd_technique bd_technique_hisr = {
     .model = {.indirect_bounces = 1, .lights = BD_LIGHTS_PUNCTUAL},
     .inputs = BD_INPUT_VPL_GRID | BD_INPUT_VPL_TREE | BD_INPUT_FRAGMENTS,
     .passes = passes,
-    .params_read = BD_READS_VPL_GRID | BD_READS_FRAGMENTS | BD_READS(BD_PARAM_TREE_CUT) |
-                   BD_READS(BD_PARAM_TAU) | BD_READS(BD_PARAM_TREE_ROOTS),
+    .params_read = BD_READS_VPL_GRID | BD_READS_FRAGMENTS | BD_READS(BD_PARAM_LIGHT_THRESHOLD) |
+                   BD_READS(BD_PARAM_TREE_CUT) | BD_READS(BD_PARAM_TAU) |
+                   BD_READS(BD_PARAM_TREE_ROOTS),
     .defaults = defaults,
     .default_count = sizeof defaults / sizeof *defaults,
     // More VPLs than that, and `rsm` is off in a sphere of facets too.

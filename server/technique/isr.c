@@ -12,7 +12,7 @@ static enum bd_err light_fragments(const struct bd_pass_context *context,
                                    const struct bd_technique_inputs *inputs,
                                    struct bd_indirect **out, struct bd_fault *fault)
 {
-    return bd_fragment_light(context, inputs, "gather", bd_gather_fragments_run, out, fault);
+    return bd_fragment_light(context, inputs, "gather", bd_fragments_gather, out, fault);
 }
 
 static const char *const passes[] = {"gather", "upsample", NULL};

@@ -17,7 +17,7 @@ static enum bd_err gather_fragments(const struct bd_pass_context *context,
                                     struct bd_indirect **out, struct bd_fault *fault)
 {
     enum bd_err err =
-        bd_fragment_light(context, inputs, "gather", bd_gather_fragments_run, out, fault);
+        bd_fragment_light(context, inputs, "gather", bd_fragments_gather, out, fault);
     if (err || !inputs->glossy_receivers) return err;
     err = bd_glossy_light(context, inputs, BD_GLOSSY_LIGHT_AT_PIXELS, *out, fault);
     if (err) bd_indirect_destroy(context->gpu, out);

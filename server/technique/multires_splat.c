@@ -1,16 +1,16 @@
 // Technique `multires_splat` (algorithms.md A1): the fragments of `multires_gather`, to which each
 // VPL is splatted as to so many points, instead of each fragment gathering from all VPLs.
 //
-// Glossy receivers have, for each VPL, a list of blocks of their own, refined where the lobe changes.
+// Glossy receivers have, for each VPL, a list of blocks of their own, refined where the lobe
+// changes.
 //
 // Paper:  Nichols and Wyman 2010
 // Exact when: as `multires_gather`, whose picture it makes of what is diffuse, to rounding; of what
 //         is glossy as `rsm`, with radiance_threshold=0
-// Known:  ignores occlusion of VPLs; a lobe that is narrow before the quarters of a block is missed,
-//         as is light that changes quickly over a smooth surface; a fragment's surface is read again for every VPL:
-//         that is why the later paper gathers
+// Known:  ignores occlusion of VPLs; a lobe that is narrow before the quarters of a block is
+//         missed, as is light that changes quickly over a smooth surface; a fragment's surface is
+//         read again for every VPL: that is why the later paper gathers
 
-#include "pass/splat_fragments.h"
 #include "technique/fragment_light.h"
 #include "technique/glossy_light.h"
 #include "technique/technique.h"
@@ -20,7 +20,7 @@ static enum bd_err splat_fragments(const struct bd_pass_context *context,
                                    struct bd_indirect **out, struct bd_fault *fault)
 {
     enum bd_err err =
-        bd_fragment_light(context, inputs, "splat", bd_splat_fragments_run, out, fault);
+        bd_fragment_light(context, inputs, "splat", bd_fragments_splat, out, fault);
     if (err || !inputs->glossy_receivers) return err;
     err = bd_glossy_light(context, inputs, BD_GLOSSY_LIGHT_AT_BLOCKS, *out, fault);
     if (err) bd_indirect_destroy(context->gpu, out);

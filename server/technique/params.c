@@ -27,11 +27,11 @@ struct param_row {
     const char *choices[4];
 };
 
-#define UNLIMITED     "inf"
-#define OFF_ON        {"off", "on"}
-#define NO_TECHNIQUE  "none"
-#define ALL_LIGHTS    7
-#define SPP_MAX       (1u << 24)
+#define UNLIMITED    "inf"
+#define OFF_ON       {"off", "on"}
+#define NO_TECHNIQUE "none"
+#define ALL_LIGHTS   7
+#define SPP_MAX      (1u << 24)
 
 #define FIELD(name) offsetof(struct bd_params, name)
 
@@ -134,12 +134,18 @@ static void store(const struct param_row *row, double number, struct bd_params *
         *count_at(out, row->offset) = isinf(number) ? UINT32_MAX : (uint32_t)number;
 }
 
-static void set_defaults(const struct bd_technique *technique, struct bd_params *params)
+// With `paper_mode` the table's blocks, which are the papers', and not the technique's own.
+static void set_defaults(const struct bd_technique *technique, bool paper_mode,
+                         struct bd_params *params)
 {
+    const uint64_t blocks = BD_READS_FRAGMENTS | BD_READS(BD_PARAM_LIGHT_THRESHOLD);
     memset(params, 0, sizeof *params);
     for (int i = 0; i < BD_PARAM_COUNT; i++) store(&table[i], table[i].standard, params);
-    for (uint32_t i = 0; i < technique->default_count; i++)
-        store(&table[technique->defaults[i].param], technique->defaults[i].value, params);
+    for (uint32_t i = 0; i < technique->default_count; i++) {
+        const struct bd_param_default *own = &technique->defaults[i];
+        if (paper_mode && BD_READS(own->param) & blocks) continue;
+        store(&table[own->param], own->value, params);
+    }
 }
 
 static enum bd_err read_choice(const struct param_row *row, const char *value,
@@ -280,10 +286,11 @@ static enum bd_err read_model_of(const struct bd_param_list *list,
     return BD_ERR_OK;
 }
 
-enum bd_err bd_params_read(const struct bd_param_list *list, const struct bd_technique *technique,
-                           struct bd_params *out, struct bd_fault *fault)
+static enum bd_err read_over_defaults(const struct bd_param_list *list,
+                                      const struct bd_technique *technique, bool paper_mode,
+                                      struct bd_params *out, struct bd_fault *fault)
 {
-    set_defaults(technique, out);
+    set_defaults(technique, paper_mode, out);
     enum bd_err unknown = read_model_of(list, technique, out, fault);
     if (unknown) return unknown;
     for (uint32_t i = 0; i < list->count; i++) {
@@ -292,6 +299,14 @@ enum bd_err bd_params_read(const struct bd_param_list *list, const struct bd_tec
         if (err) return err;
     }
     return BD_ERR_OK;
+}
+
+enum bd_err bd_params_read(const struct bd_param_list *list, const struct bd_technique *technique,
+                           struct bd_params *out, struct bd_fault *fault)
+{
+    enum bd_err err = read_over_defaults(list, technique, false, out, fault);
+    if (err || !out->paper_mode) return err;
+    return read_over_defaults(list, technique, true, out, fault);
 }
 
 static void write_lights(const struct param_row *row, uint32_t bits, char *text, size_t size)
@@ -334,7 +349,7 @@ void bd_param_describe(const struct bd_technique *technique, enum bd_param param
 {
     const struct param_row *row = &table[param];
     struct bd_params defaults;
-    set_defaults(technique, &defaults);
+    set_defaults(technique, false, &defaults);
     *out = (struct bd_param_info){.key = row->key,
                                   .minimum = row->minimum,
                                   .maximum = row->maximum,

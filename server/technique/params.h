@@ -1,8 +1,9 @@
 // Parameters of techniques: KEY=VALUE text in, checked numbers out, and back into a report.
 //
 // One table (params.c) holds every parameter that any technique takes, with range and default; a
-// technique names the ones it reads, and those whose default is another with it. A key that no technique knows, one that this technique does
-// not read, and a value out of range are refused by name.
+// technique names the ones it reads, and those whose default is another with it. A key that no
+// technique knows, one that this technique does not read, and a value out of range are refused by
+// name.
 
 #ifndef BD_TECHNIQUE_PARAMS_H
 #define BD_TECHNIQUE_PARAMS_H
@@ -38,21 +39,22 @@ enum bd_param {
     BD_PARAM_RSM_SIZE,    // texels of one face's side
     BD_PARAM_VPL_KERNEL,  // patch | disk | point (pass/vpl_grid.h)
     BD_PARAM_NEAR_FIELD,  // radii (or half lengths) of a VPL's patch below which `patch` is exact
-    BD_PARAM_PAPER_MODE,  // 1: the papers' printed formulas
+    BD_PARAM_PAPER_MODE,  // 1: the papers' printed formulas, and blocks unless others are given
     BD_PARAM_SPLAT_SHARE, // fragments of all splats, as a part of pixels x VPLs
     // Where one evaluation stands for a block of pixels (pass/discontinuity.h).
-    BD_PARAM_DEPTH_TEST,       // minmax | derivative | off
+    BD_PARAM_DEPTH_TEST,       // minmax | derivative | off | step
     BD_PARAM_DEPTH_THRESHOLD,  // or inf, the same as off
     BD_PARAM_NORMAL_TEST,      // minmax | chord | off
     BD_PARAM_NORMAL_THRESHOLD, // or inf, the same as off
     BD_PARAM_NEIGHBOURHOOD,    // plain | diagonal | adjacent
     BD_PARAM_COARSEST,         // blocks along the longer side of the coarsest level, at most
     BD_PARAM_FINEST,           // pixels along a side of the blocks that are not split, 1, 2, 4 or 8
-    BD_PARAM_LIGHT_THRESHOLD,  // spread of light over a block, as a part of it, above which it is split
-                               // (with surface_detail=direction), or inf
+    BD_PARAM_LIGHT_THRESHOLD,  // spread of light over a block, as a part of it, above which it is
+                               // split (with surface_detail=direction), or inf
     BD_PARAM_SURFACE_DETAIL,   // off | direction | paper (pass/upsample.h)
     BD_PARAM_VISIT,            // list | mask (pass/gather_fragments.h)
-    // Of glossy receivers: how far blocks are split for each VPL (pass/subsplats.h, glossy_blocks.h).
+    // Of glossy receivers: how far blocks are split for each VPL (pass/subsplats.h,
+    // pass/glossy_blocks.h).
     BD_PARAM_RADIANCE_TEST,      // relative | absolute
     BD_PARAM_RADIANCE_THRESHOLD, // a part of the radiance, or cd/m^2
     BD_PARAM_MATERIAL_THRESHOLD, // or inf
@@ -100,7 +102,7 @@ struct bd_params {
     double light_threshold;  // INFINITY = off
     uint32_t surface_detail; // enum bd_surface_detail
     uint32_t visit;          // enum bd_fragment_visit
-    uint32_t radiance_test; // enum bd_radiance_test
+    uint32_t radiance_test;  // enum bd_radiance_test
     double radiance_threshold, material_threshold;
     uint32_t subsplat_limit;
     uint32_t cluster_levels;

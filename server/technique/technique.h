@@ -101,7 +101,7 @@ struct bd_technique {
     // Those of them that only glossy receivers need, ended by NULL. NULL: its first pass lights
     // those too.
     const char *const *glossy_passes;
-    uint64_t params_read; // bits 1 << enum bd_param
+    uint64_t params_read;                    // bits 1 << enum bd_param
     const struct bd_param_default *defaults; // where they differ from the table's
     uint32_t default_count;
     struct bd_tolerance tolerance;

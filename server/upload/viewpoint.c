@@ -27,6 +27,40 @@ struct bd_viewpoint bd_viewpoint_of_camera(const struct bd_scene *scene, uint32_
     };
 }
 
+// Of the first camera, where that has one.
+static double usual_yfov(const struct bd_scene *scene)
+{
+    const double sixty_degrees = 1.0471975511965976;
+    if (scene->placed_camera_count == 0) return sixty_degrees;
+    const struct bd_camera *camera = &scene->cameras[scene->placed_cameras[0].object];
+    return camera->orthographic ? sixty_degrees : (double)camera->yfov;
+}
+
+struct bd_viewpoint bd_viewpoint_of_pose(const struct bd_scene *scene, const struct bd_pose *pose,
+                                         uint32_t width_px, uint32_t height_px)
+{
+    const bd_dvec3 axis_z = bd_dvec3_normalize(bd_dvec3_sub(pose->eye_m, pose->target_m),
+                                               (bd_dvec3){0, 0, 1});
+    const bd_dvec3 axis_x =
+        bd_dvec3_normalize(bd_dvec3_cross(pose->up, axis_z), (bd_dvec3){1, 0, 0});
+    double half_height = tan(0.5 * (pose->yfov > 0 ? pose->yfov : usual_yfov(scene)));
+    double near_m = scene->features.diagonal_m > 0 ? 1e-4 * scene->features.diagonal_m : 1e-3;
+    return (struct bd_viewpoint){
+        .position_m = pose->eye_m,
+        .axis_x = axis_x,
+        .axis_y = bd_dvec3_cross(axis_z, axis_x),
+        .axis_z = axis_z,
+        .half_width = half_height * width_px / height_px,
+        .half_height = half_height,
+        .near_m = near_m,
+        .far_m = near_m + 1e4 * scene->features.diagonal_m,
+        .width_px = width_px,
+        .height_px = height_px,
+        .sample_x_px = 0.5,
+        .sample_y_px = 0.5,
+    };
+}
+
 void bd_viewpoint_set_sub_frame(struct bd_viewpoint *viewpoint, uint32_t index, uint32_t count)
 {
     // The R2 sequence (Roberts 2018): the plastic number's inverse powers, started at the centre.

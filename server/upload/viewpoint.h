@@ -8,6 +8,7 @@
 
 #include "scene/scene.h"
 #include "shared/view.h"
+#include "upload/pose.h"
 #include "upload/render_space.h"
 
 struct bd_viewpoint {
@@ -24,6 +25,10 @@ struct bd_viewpoint {
 // (or ymag) is the vertical extent whatever the picture's aspect.
 struct bd_viewpoint bd_viewpoint_of_camera(const struct bd_scene *scene, uint32_t placed_camera,
                                            uint32_t width_px, uint32_t height_px);
+
+// A free viewpoint: perspective. Its near plane lies at a ten thousandth of the scene's diagonal.
+struct bd_viewpoint bd_viewpoint_of_pose(const struct bd_scene *scene, const struct bd_pose *pose,
+                                         uint32_t width_px, uint32_t height_px);
 
 // Moves the samples of a sub-frame to their place in the pixel: index 0 of 1 is the centre, more
 // are spread by a fixed low-discrepancy sequence.

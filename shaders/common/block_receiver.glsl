@@ -38,6 +38,21 @@ receiver centre_receiver(uint level, ivec2 block)
     return r;
 }
 
+#ifdef BD_SPREAD
+// A surface that is seen more aslant than this is not taken for longer.
+const float LONGEST_COSINE = 0.2;
+
+// Of nothing yet. Blocks of the finest level and below may hold several surfaces.
+light_spread spread_of_block(uint level, receiver r, uint finest_level)
+{
+    float depth = view_is_orthographic() ? 1.0 : -dot(view.axis_z.xyz, r.relative_position);
+    float half_pixel = view.axis_x.w / float(view.size_px.x) * depth;
+    float cosine = abs(dot(direction_to_viewer(r.relative_position), r.normal_geometric));
+    float radius = half_pixel * exp2(float(level)) / max(cosine, LONGEST_COSINE);
+    return light_spread(0.0, radius, level <= finest_level ? 1.0 : 0.0);
+}
+#endif
+
 receiver block_receiver(uint level, ivec2 block)
 {
     if (level == 0u) return gbuffer_receiver(block);

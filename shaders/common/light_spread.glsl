@@ -1,10 +1,10 @@
-// How far off light may be that was gathered at one point of a block and is interpolated over it: an
-// estimate, not a bound, and cheap enough to be summed with the light.
+// How far off light may be that was gathered at one point of a block and is interpolated over it:
+// an estimate, not a bound, and cheap enough to be summed with the light.
 //
-// Over a block of radius s at the distance r light of a VPL changes by parts of s / r. What is linear
-// in that is interpolated rightly; the rest is its square, and what a horizon within the block cuts
-// off: the VPL's, which a plane crosses unless both are parallel (so a lit wall has no say about
-// itself), and the receiver's, where the block is no plane.
+// Over a block of radius s at the distance r light of a VPL changes by parts of s / r. What is
+// linear in that is interpolated rightly; the rest is its square, and what a horizon within the
+// block cuts off: the VPL's, which a plane crosses unless both are parallel (so a lit wall has no
+// say about itself), and the receiver's, where the block is no plane.
 #include "common/pi.glsl"
 
 struct light_spread {
@@ -21,7 +21,8 @@ const float SPREAD_OF_OWN_HORIZON = 0.5;
 const float SPREAD_IGNORED = 0.002;
 
 // `patch_of_vpl`: its normal, and the area in the kernel's denominator.
-void add_spread(inout light_spread spread, vec3 n, vec3 to_vpl, float r2, vec4 patch_of_vpl, float flux)
+void add_spread(inout light_spread spread, vec3 n, vec3 to_vpl, float r2, vec4 patch_of_vpl,
+                float flux)
 {
     float near2 = spread.radius * spread.radius / (r2 + spread.radius * spread.radius);
     float near = sqrt(near2), inverse = inversesqrt(r2 + 1e-30);

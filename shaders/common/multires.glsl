@@ -1,4 +1,5 @@
-// Access to the levels of a multiresolution image; `level` is an entry of bd_multires_layout.levels.
+// Access to the levels of a multiresolution image; `level` is an entry of
+// bd_multires_layout.levels.
 #include "shared/multires.h"
 
 bool multires_has(uvec4 level, uvec2 block) { return all(lessThan(block, level.xy)); }

@@ -4,8 +4,9 @@
 // (algorithms.md A1). It stands on the surface of a representative texel, above the flux-weighted
 // mean of the texels that lie on that surface: a mean over a depth edge would float in the air.
 //
-// A block is walked by one invocation, or by a whole work group (BD_GROUP_PER_VPL) where it is large:
-// one invocation is slow then, and the software device ends all loops of one after 65,535 rounds.
+// A block is walked by one invocation, or by a whole work group (BD_GROUP_PER_VPL) where it is
+// large: one invocation is slow then, and the software device ends all loops of one after 65,535
+// rounds.
 //
 // Before it is included: `args`, with a bd_vpl_block_args named `block`.
 #include "common/light.glsl"
@@ -186,7 +187,8 @@ void store(uint index, vec3 position, float area, vec3 normal, vec3 flux, vec3 u
     vpl_quads[index * BD_VPL_QUAD_VEC4S + 1u] = vec4(v, 0.0);
 }
 
-// Half sides of the parallelogram that the block covers on its plane, scaled to the summed area.
+// Half sides of the parallelogram that the block covers on its plane, scaled to the summed area;
+// their cross product is on the side of the normal.
 void patch_sides(vec3 centre, vec3 normal, float area, out vec3 u, out vec3 v)
 {
     vec2 begin = vec2(block_begin), end = vec2(block_end), middle = 0.5 * (begin + end);
@@ -197,7 +199,7 @@ void patch_sides(vec3 centre, vec3 normal, float area, out vec3 u, out vec3 v)
     float covered = 4.0 * length(cross(u, v));
     float scale = covered > 0.0 ? sqrt(area / covered) : 0.0;
     u *= scale;
-    v *= scale;
+    v *= dot(cross(u, v), normal) < 0.0 ? -scale : scale;
 }
 
 // What the block's texels sum up to. Flux is that of all, the rest of those on the surface.

@@ -1,13 +1,13 @@
 // VPLs summed at a receiver, in the order of the list, without visibility. For whoever gathers:
 // a pixel, or a point that stands for a block of them.
 //
-// BD_VPL_PATCH: VPLs nearer than their own limit are integrated as the parallelograms that they
-// are (algorithms.md A2.2); else the disk kernel, which is the bare one where the stored area is 0.
-// BD_GLOSSY: also what the whole BRDF reflects towards the viewer beyond base colour / pi times
-// the irradiance, which cannot be demodulated. Negative where the diffuse lobe loses more than the
+// BD_VPL_PATCH: VPLs nearer than their own limit are integrated as the parallelograms that they are
+// (algorithms.md A2.2); else the disk kernel, which is the bare one where the stored area is 0.
+// BD_GLOSSY: also what the whole BRDF reflects towards the viewer beyond base colour / pi times the
+// irradiance, which cannot be demodulated. Negative where the diffuse lobe loses more than the
 // specular one gives.
-// BD_VECTOR: also the irradiance vector, of all channels together: its dot product with the receiver's
-// normal is their irradiance, and near it for normals near that one.
+// BD_VECTOR: also the irradiance vector, of all channels together: its dot product with the
+// receiver's normal is their irradiance, and near it for normals near that one.
 // BD_SPREAD: also how far off light that is interpolated over the receiver's block may be.
 #include "common/all_channels.glsl"
 #include "common/array.glsl"
@@ -34,10 +34,13 @@ bool is_above(float height, float r2)
     return height > COPLANAR_HEIGHT && height * height > COPLANAR_SQUARED * r2;
 }
 
+// Nothing behind the patch's own plane: the VPL's normal, which is smoothed or bent, would have a
+// point that lies just beneath it in front, and covered by it altogether.
 float patch_kernel(uint index, vec3 to_vpl, vec3 n)
 {
     vec4 u = BD_LOAD(vpl_quads, index * BD_VPL_QUAD_VEC4S);
     vec3 v = BD_LOAD(vpl_quads, index * BD_VPL_QUAD_VEC4S + 1u).xyz;
+    if (!is_above(-dot(normalize(cross(u.xyz, v)), to_vpl), dot(to_vpl, to_vpl))) return 0.0;
     return quad_form_factor(to_vpl, u.xyz, v, n) * u.w;
 }
 

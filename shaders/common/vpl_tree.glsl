@@ -44,7 +44,8 @@ vec2 box_range(vec3 centre, vec3 half_size, vec3 d)
 // Leaves at most this high over a receiver's plane give it nothing; half of what a gather allows
 // (common/vpl_gather.glsl), so that rounding cannot take away what a leaf by itself would give.
 const float TREE_COPLANAR_HEIGHT = 5e-6;
-// Of the lowest leaf over the receiver's plane, for all to count: well above what a gather cuts off.
+// Of the lowest leaf over the receiver's plane, for all to count: well above what a gather cuts
+// off.
 const float TREE_LIT_SINE = 1e-3;
 
 // Bounds of the irradiance, of its strongest channel, that all leaves of a node together send to a

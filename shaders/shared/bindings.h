@@ -41,8 +41,7 @@
 #define BD_UNIT_FINE                 10
 #define BD_UNIT_FINE_VECTOR          11
 #define BD_UNIT_BLOCK_SURFACES       12
-#define BD_UNIT_OUTER_BLOCKS         13
-#define BD_UNIT_OUTER_CHILDREN       14
+#define BD_UNIT_BLOCK_PAIRS          13
 
 // Textures of subsplats, beside the G-buffer and VPLs.
 #define BD_UNIT_ALL_IRRADIANCE 10
@@ -72,14 +71,14 @@
 #define BD_UNIT_FINER_DEPTH        5
 #define BD_UNIT_FINER_NORMAL       6
 #define BD_UNIT_FINER_NORMAL_LEAST 7
-#define BD_UNIT_OWN_TESTS          8
+#define BD_UNIT_OWN_TESTS          9
 
 // Images of discontinuity.
 #define BD_IMAGE_DEPTH_MEASURES        0
 #define BD_IMAGE_NORMAL_MEASURES       1
 #define BD_IMAGE_NORMAL_LEAST_MEASURES 2
-#define BD_IMAGE_OWN_TESTS             3
-#define BD_IMAGE_BLOCKS                4
+#define BD_IMAGE_WORDS                 3
+#define BD_IMAGE_REPRESENTATIVES       4
 
 // Storage blocks of vpl_grid.
 #define BD_STORAGE_VPLS      0
@@ -90,8 +89,11 @@
 #define BD_STORAGE_ESTIMATES  1 // beside BD_STORAGE_FRAGMENTS
 #define BD_STORAGE_NEXT_ROOTS 2
 
-// Storage blocks of surfaces.
-#define BD_STORAGE_OUTER_COUNTS 0
+// Storage blocks of surfaces, and of upsample beside BD_STORAGE_FRAGMENTS.
+#define BD_STORAGE_OUTER_BLOCKS   1
+#define BD_STORAGE_OUTER_CHILDREN 2
+#define BD_STORAGE_SURFACE_COUNTS 3
+#define BD_STORAGE_LOOK_BLOCKS    4
 
 // Storage blocks of fragments.
 #define BD_STORAGE_FRAGMENT_MASKS    0
@@ -101,6 +103,8 @@
 #define BD_STORAGE_FRAGMENT_DISPATCH 4
 #define BD_STORAGE_FRAGMENT_LIST     5
 #define BD_STORAGE_FIRST_MASKS       6
+#define BD_STORAGE_FRAGMENT_PARENTS  1
+#define BD_STORAGE_BLOCK_MASKS       3
 
 // Storage blocks of subsplats.
 #define BD_STORAGE_SUBSPLATS       0

@@ -10,11 +10,6 @@
 #define BD_TEST_NONE  2
 #define BD_TEST_STEP  3 // depth: how far a pixel and its two neighbours are from one plane
 
-// What a block is by itself, whatever its neighbours and children are.
-#define BD_OWN_LIT   1u // it has pixels that can be lit
-#define BD_OWN_UNLIT 2u // it has others, too
-#define BD_OWN_JUMP  4u // its own test says that it is discontinuous
-
 struct bd_discontinuity_args {
     BD_MULTIRES_LAYOUT multires;
     BD_UVEC4 slice; // x = first row, y = rows, z = level, w = face of the light's map

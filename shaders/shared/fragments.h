@@ -1,8 +1,13 @@
 // Arguments of pass/fragments.
 //
-// Blocks are handled in tiles of 8 x 8, numbered through all levels from the coarsest, in a level by
-// rows. Half a tile, four rows of it, is one word of a bit mask: bit 8 (y % 4) + x % 8. So the order
-// of the list is that of the masks' bits, and a fragment's place is the number of bits before its own.
+// What is to be listed is a bit mask, 32 bits a word, and two words are one number of the prefix
+// sum.
+//
+// Blocks are handled in tiles of 8 x 8, numbered through all levels from the coarsest, in a level
+// by rows. Half a tile, four rows of it, is one word of a bit mask: bit 8 (y % 4) + x % 8. So the
+// order of the list is that of the masks' bits, and a fragment's place is the number of bits before
+// its own. Parts of fragments (refine.comp) have a word for each fragment that may be split, in the
+// order of their list, with a bit for each child.
 #ifndef BD_SHARED_FRAGMENTS_H
 #define BD_SHARED_FRAGMENTS_H
 
@@ -15,11 +20,12 @@
 
 struct bd_fragments_args {
     BD_MULTIRES_LAYOUT multires;
-    BD_UVEC4 range; // x = first half tile, or first run of the scan; y = the one behind the last;
+    BD_UVEC4 range; // x = first word, or first run of the scan; y = the one behind the last;
                     // z = level of the scan; w = face of the light's map
-    BD_UVEC4 tiles[BD_MULTIRES_LEVEL_MAX]; // of a level: x = the first, y = tiles in a row
-    BD_UVEC4 total;                        // x = tiles of all levels, y = level whose blocks are not split
-    BD_VEC4 limits;                        // x = spread of light that is too much, as a part of it
+    BD_UVEC4 tiles[BD_MULTIRES_LEVEL_MAX]; // of a level: x = the first, y = tiles in a row; z =
+                                           // first word of the mask
+    BD_UVEC4 total; // x = numbers of the prefix sum, y = level whose blocks are not split
+    BD_VEC4 limits; // x = spread of light that is too much, as a part of it
 };
 
 // What the host reads back.

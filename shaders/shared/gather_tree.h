@@ -21,10 +21,11 @@ struct bd_gather_tree_args {
                    // estimates are counted, of a unit
     BD_VEC4 light; // x = flux through a face, y = solid angle of a face (directional: area),
                    // z = metres^-2 in render space: printed formulas have units
+    BD_UVEC4 blocks; // x = finest level, whose blocks may hold several surfaces
 };
 
 #ifndef BD_GLSL
-_Static_assert(sizeof(struct bd_gather_tree_args) == 80, "std140 size");
+_Static_assert(sizeof(struct bd_gather_tree_args) == 96, "std140 size");
 #endif
 
 #endif

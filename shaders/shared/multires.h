@@ -1,10 +1,11 @@
 // A multiresolution image: blocks of pixels at several levels (algorithms.md A1, A2.1).
 //
 // Block (x, y) of level k covers the pixels [x 2^k, (x+1) 2^k) x [y 2^k, (y+1) 2^k) of the picture
-// as far as they lie in it: level k has ceil(width / 2^k) x ceil(height / 2^k) blocks, the last ones
-// may be cut, and no row is ever dropped. Level 0 is a texture of the picture's size; the coarser
-// levels share a second one, stacked from level 1 down, level k beginning at row `levels[k].y`. (The
-// papers stack them beside the picture, where the widest picture of a device leaves no room.)
+// as far as they lie in it: level k has ceil(width / 2^k) x ceil(height / 2^k) blocks, the last
+// ones may be cut, and no row is ever dropped. Level 0 is a texture of the picture's size; the
+// coarser levels share a second one, stacked from level 1 down, level k beginning at row
+// `levels[k].z`. (The papers stack them beside the picture, where the widest picture of a device
+// leaves no room.)
 #ifndef BD_SHARED_MULTIRES_H
 #define BD_SHARED_MULTIRES_H
 
@@ -32,10 +33,16 @@ struct bd_multires_layout {
 #define BD_FRAGMENT_X(packed)         ((packed) & 16383u)
 #define BD_FRAGMENT_Y(packed)         ((packed) >> 14 & 16383u)
 
-// What a block is, in the texture of flags.
+// What a block is, in the texture of flags: its kind, and with it what who looks at pixels would ask
+// for next.
+#define BD_BLOCK_KIND(word)    ((word) & 3u)
 #define BD_BLOCK_EMPTY         0u // nothing in it can be lit: background, unlit surfaces
 #define BD_BLOCK_SMOOTH        1u
 #define BD_BLOCK_DISCONTINUOUS 2u // holds a discontinuity; so do all its parents
+#define BD_BLOCK_HAS_UNLIT     4u // it has pixels that cannot be lit
+// A bit for each child, (x & 1) + 2 (y & 1), that is not empty.
+#define BD_BLOCK_CHILDREN(word) ((word) >> 4 & 15u)
+#define BD_BLOCK_WITH_CHILD(i)  (16u << (i))
 
 // The pixel that stands for a block: of those that can be lit the nearest to its centre.
 #define BD_PIXEL_PACK(x, y) ((y) << 16 | (x))

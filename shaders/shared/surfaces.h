@@ -4,11 +4,14 @@
 
 #include "shared/types.h"
 
-// A word a block. Pairs of neighbours are looked at once: bits 0 to 3 tell of the blocks at (1, 0),
-// (0, 1), (1, 1), (-1, 1) from this one whether they hold light of the same surface, and the other
-// four neighbours have bits that tell of this one.
-#define BD_SURFACES_HOLDS 0x10u // light: it is a fragment, or lies in one
-#define BD_SURFACES_WHOLE 0x20u // nothing jumps in it, and each of its children can be lit
+// A word a block: what is left of it in the end.
+#define BD_SURFACES_INNER 1u // the eight around it hold light of its surface; its children are lit
+#define BD_SURFACES_DEEP  2u // and nothing jumps in any of the nine, or in what they lie in
+
+// On the way there pairs of neighbours are looked at, once each: bits 0 to 3 tell of the blocks at
+// (1, 0), (0, 1), (1, 1), (-1, 1) from this one whether they hold light of the same surface, and
+// the other four neighbours have bits that tell of this one.
+#define BD_SURFACES_ALL_PAIRS 15u
 
 // Of the children of a block, one by one. x: six bits each, whether it is one surface with its
 // parent, with the parent's neighbour beside it along x, along y, along both, and with the opposite
@@ -25,15 +28,17 @@
 
 // Levels as in bd_multires_layout, w = which.
 struct bd_surfaces_args {
-    BD_UVEC4 rows;    // x = first row of the slice, y = rows in it, z = the finest level
-                      // (pass/fragments.h)
+    BD_UVEC4 rows; // x = first row of the slice, or first of the level's list; y = how many; z =
+                   // the finest level (pass/fragments.h); w = where the level's list begins
     BD_UVEC4 level;   // of the blocks
     BD_UVEC4 finer;   // of their children
+    BD_UVEC4 coarser; // of their parents
     BD_UVEC4 size_px; // xy = the picture
+    BD_UVEC4 counts;  // x = where the words of the level's children begin
 };
 
 #ifndef BD_GLSL
-_Static_assert(sizeof(struct bd_surfaces_args) == 64, "std140 size");
+_Static_assert(sizeof(struct bd_surfaces_args) == 96, "std140 size");
 #endif
 
 #endif

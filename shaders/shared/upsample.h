@@ -12,7 +12,8 @@
 // Levels as in bd_multires_layout, w = which. As arguments of their own: the software device reads
 // a member of an array by a number that it does not know for each invocation by itself.
 struct bd_upsample_args {
-    BD_UVEC4 rows;    // x = first row of parents of the slice, or first of a list; y = how many
+    BD_UVEC4 rows; // x = first row of parents of the slice, or first of a list; y = how many; where
+                   // those of the level begin: z = outer blocks, w = their children's words
     BD_UVEC4 level;   // of the children
     BD_UVEC4 above;   // of their parents; of no blocks if the children are the coarsest
     BD_UVEC4 size_px; // xy = the picture

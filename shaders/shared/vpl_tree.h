@@ -4,8 +4,8 @@
 // order of their place in the face, so that the children of node m are 4 m .. 4 m + 3 of the next
 // level. Level l of a face has root_side^2 4^l nodes and begins at root_side^2 (4^l - 1) / 3.
 //
-// A node, seven vec4s. Sums and means are over the leaves below that send light; where there is none
-// flux, area and radiosity are 0, and the box is turned inside out.
+// A node, seven vec4s. Sums and means are over the leaves below that send light; where there is
+// none flux, area and radiosity are 0, and the box is turned inside out.
 //   0: xyz position, mean weighted by flux; w = area in the kernel's denominator, summed
 //   1: xyz mean of the unit normals, weighted by flux: shorter than 1 where they differ;
 //      w = chord: no leaf's normal, nor that of its patch, is farther from the mean than this

@@ -149,6 +149,19 @@ size_t blocks_texel(const struct blocks *blocks, uint32_t level, uint32_t x, uin
                  : (size_t)y * layout->size_px.x + x;
 }
 
+// With a bit for each child that holds something lit.
+static uint32_t word_of(const struct blocks_scene *scene, const struct bd_multires_layout *layout,
+                        uint32_t k, uint32_t x, uint32_t y, uint32_t kind)
+{
+    uint32_t word = kind;
+    for (uint32_t i = 0; i < 4; i++) {
+        uint32_t cx = 2 * x + i % 2, cy = 2 * y + i / 2;
+        if (cx >= layout->levels[k - 1].x || cy >= layout->levels[k - 1].y) continue;
+        if (look_at(scene, k - 1, cx, cy).flags != BD_BLOCK_EMPTY) word |= BD_BLOCK_WITH_CHILD(i);
+    }
+    return word;
+}
+
 static void make_discontinuity(const struct blocks_scene *scene, struct blocks *out)
 {
     const struct bd_multires_layout *layout = &out->fragments.layout;
@@ -160,7 +173,7 @@ static void make_discontinuity(const struct blocks_scene *scene, struct blocks *
         for (uint32_t y = 0; y < layout->levels[k].y; y++) {
             for (uint32_t x = 0; x < layout->levels[k].x; x++) {
                 struct block block = look_at(scene, k, x, y);
-                flags[blocks_texel(out, k, x, y)] = block.flags;
+                flags[blocks_texel(out, k, x, y)] = word_of(scene, layout, k, x, y, block.flags);
                 pixels[blocks_texel(out, k, x, y)] = block.representative;
             }
         }
@@ -344,7 +357,8 @@ struct bd_multires_light *blocks_linear_light(struct blocks *blocks)
 {
     struct bd_multires_light *light;
     struct bd_fault fault = {0};
-    if (bd_multires_light_create(blocks->gpu, &blocks->fragments.layout, false, &light, &fault))
+    if (bd_multires_light_create(blocks->gpu, &blocks->fragments.layout, BD_LIGHT_VECTORS_NONE,
+                                 &light, &fault))
         fail_msg("%s", fault.message);
     size_t fine_bytes = bd_tex_bytes(light->fine), coarse_bytes = bd_tex_bytes(light->coarse);
     float *fine = calloc(1, fine_bytes), *coarse = calloc(1, coarse_bytes);

@@ -26,7 +26,7 @@ struct blocks {
     struct bd_gbuffer gbuffer;
     struct bd_discontinuity discontinuity;
     struct bd_fragments fragments;
-    uint32_t *list; // of the fragments
+    uint32_t *list;                                    // of the fragments
     struct bd_fragments *parts[BD_MULTIRES_LEVEL_MAX]; // that a test split them into
     uint32_t part_count;
     struct bd_vpl_list vpls;

@@ -228,7 +228,8 @@ static void black_is_data(void **state)
     blocks_create(*state, &lined, &b);
     struct bd_multires_light *light;
     struct bd_fault fault;
-    assert_int_equal(bd_multires_light_create(*state, &b.fragments.layout, false, &light, &fault),
+    assert_int_equal(bd_multires_light_create(*state, &b.fragments.layout, BD_LIGHT_VECTORS_NONE,
+                                              &light, &fault),
                      0);
     float *coarse = calloc(1, bd_tex_bytes(light->coarse)),
           *fine = calloc(1, bd_tex_bytes(light->fine));

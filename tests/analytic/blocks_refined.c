@@ -183,7 +183,7 @@ static struct outcome refined(struct blocks *b, enum bd_fragment_visit visit, do
     struct outcome outcome = {.fragments = b->fragments.count};
     struct bd_multires_light *light = gather(b, &b->fragments, visit, NULL);
     const struct bd_fragments *last = &b->fragments;
-    while (last->count > 0) {
+    while (last->count > last->level_count[0]) {
         assert_in_range(b->part_count, 0, b->fragments.layout.size_px.z - 1);
         struct bd_fragments *parts = split(b, last, light, threshold);
         assert_parts(b, last, light, threshold, parts);

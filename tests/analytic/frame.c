@@ -24,18 +24,6 @@ static const char *const few_vpls[] = {"vpls=96", "rsm_size=64", "shadow_size=12
 static const char *const few_blocks[] = {"vpls=96",     "rsm_size=64",         "shadow_size=128",
                                          "coarsest=16", "light_threshold=inf", NULL};
 
-static int open_world(void **state)
-{
-    *state = world_create();
-    return 0;
-}
-
-static int close_world(void **state)
-{
-    world_destroy((struct world **)state);
-    return 0;
-}
-
 // A room with a block in it, a spot, a point and a directional light, seen from a corner; scaled
 // and moved as a whole, with light that keeps the picture's radiance.
 static void make_room(struct world *w, double scale, const double at[3], double power)
@@ -292,34 +280,50 @@ static double rms_difference(const struct bd_image *a, const struct bd_image *b)
     return sqrt(sum);
 }
 
-// Blocks of 8 pixels that are split only where light changes too much over them.
-static void blocks_split_by_light_are_near_the_full_gather(void **state)
+// Blocks of 8 pixels that are split only where light changes too much over them. `more`: three
+// settings.
+static void assert_split_by_light(struct world *w, const char *technique,
+                                  const char *const *more)
 {
-    struct world *w = *state;
     struct bd_image *full[BD_LAYER_COUNT], *whole[BD_LAYER_COUNT], *parts[BD_LAYER_COUNT];
     const char *const settings[] = {"vpls=96",     "rsm_size=64", "shadow_size=128",
                                     "coarsest=16", "finest=8",    "light_threshold=inf",
+                                    more[0],       more[1],       more[2],
                                     NULL};
-    const char *split[7];
+    // Every pixel is a fragment.
+    const char *const finest[] = {"vpls=96",     "rsm_size=64", "shadow_size=128",
+                                  "coarsest=64", more[2],       NULL};
+    const char *split[10];
     memcpy(split, settings, sizeof split);
     split[5] = "light_threshold=0.05";
     make_room(w, 1, origin, 1);
-    world_render(w, "rsm", 0, WIDTH, HEIGHT, 1, few_vpls, full);
-    world_render(w, "multires_gather", 0, WIDTH, HEIGHT, 1, settings, whole);
+    world_render(w, technique, 0, WIDTH, HEIGHT, 1, finest, full);
+    assert_true(w->report.counts.fragments > WIDTH * HEIGHT * 9 / 10);
+    world_render(w, technique, 0, WIDTH, HEIGHT, 1, settings, whole);
     const uint64_t few = w->report.counts.fragments;
     assert_true(is_omitted(&w->report, "gather", "blocks split by light: light_threshold=inf"));
-    world_render(w, "multires_gather", 0, WIDTH, HEIGHT, 1, split, parts);
-    const uint64_t more = w->report.counts.fragments;
+    world_render(w, technique, 0, WIDTH, HEIGHT, 1, split, parts);
+    const uint64_t many = w->report.counts.fragments;
     double of_whole = rms_difference(full[0], whole[0]),
            of_parts = rms_difference(full[0], parts[0]);
-    print_message("    fragments %u, RMS %.3g; %u, %.3g\n", (unsigned)few, of_whole, (unsigned)more,
-                  of_parts);
-    assert_true(more > few && more < WIDTH * HEIGHT);
+    print_message("    %s: fragments %u, RMS %.3g; %u, %.3g\n", technique, (unsigned)few, of_whole,
+                  (unsigned)many, of_parts);
+    assert_true(many > few && many < WIDTH * HEIGHT);
     assert_true(of_parts < of_whole / 3);
     assert_false(is_omitted(&w->report, "gather", "blocks split by light: light_threshold=inf"));
     world_free_layers(full);
     world_free_layers(whole);
     world_free_layers(parts);
+}
+
+static void blocks_split_by_light_are_near_the_full_gather(void **state)
+{
+    const char *const minmax[] = {"depth_test=minmax", "depth_threshold=0.05", "visit=list"};
+    const char *const steps[] = {"depth_test=step", "depth_threshold=0.01", "visit=list"};
+    const char *const all_leaves[] = {"depth_test=step", "depth_threshold=0.01", "tau=0"};
+    assert_split_by_light(*state, "multires_gather", minmax);
+    assert_split_by_light(*state, "multires_gather", steps);
+    assert_split_by_light(*state, "hisr", all_leaves);
 }
 
 // Largest difference of two pictures over the mean of the first, after a factor.
@@ -447,9 +451,7 @@ static void a_plan_renders_nothing(void **state)
 {
     struct world *w = *state;
     make_room(w, 1, origin, 1);
-    struct bd_image *l[BD_LAYER_COUNT];
-    world_render(w, "direct", 0, 4, 4, 1, NULL, l);
-    world_free_layers(l);
+    world_finish(w);
     struct bd_frame_request request = bd_frame_request_default;
     request.plan_only = true;
     struct bd_image *layers[BD_LAYER_COUNT] = {0};
@@ -465,13 +467,37 @@ static void a_plan_renders_nothing(void **state)
     assert_true(no_textures);
 }
 
+static void one_name_for_two_cameras_is_flagged(void **state)
+{
+    struct world *w = *state;
+    make_room(w, 1, origin, 1);
+    struct bd_camera *cameras = w->scene->cameras;
+    snprintf(cameras[0].name, sizeof cameras[0].name, "eye");
+    snprintf(cameras[1].name, sizeof cameras[1].name, "eye");
+    world_finish(w);
+    static const struct {
+        const char *camera;
+        int32_t found;
+        bool flagged;
+    } cases[] = {{"eye", 0, true}, {"", 0, false}, {"1", 1, false}};
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        struct bd_frame_request request = bd_frame_request_default;
+        struct bd_plan plan;
+        struct bd_fault fault = {0};
+        snprintf(request.camera, sizeof request.camera, "%s", cases[i].camera);
+        assert_int_equal(bd_plan_make(w->scene, &request, &plan, &w->report, &fault), BD_ERR_OK);
+        assert_int_equal(plan.camera, cases[i].found);
+        assert_true(cases[i].flagged == has_flag(&w->report, "camera_ambiguous: the first of 2 of "
+                                                             "that name; name it by index"));
+    }
+}
+
 static void bad_requests_name_the_field(void **state)
 {
     struct world *w = *state;
     make_room(w, 1, origin, 1);
+    world_finish(w);
     struct bd_image *layers[BD_LAYER_COUNT];
-    world_render(w, "direct", 0, 4, 4, 1, NULL, layers);
-    world_free_layers(layers);
     const struct {
         const char *technique, *setting, *camera, *field;
     } cases[] = {{"radiosity", NULL, "", "technique"},
@@ -518,7 +544,8 @@ int main(void)
         cmocka_unit_test(black_surfaces_stay_black),
         cmocka_unit_test(tiny_pictures_do_not_teach_the_slicer),
         cmocka_unit_test(a_plan_renders_nothing),
+        cmocka_unit_test(one_name_for_two_cameras_is_flagged),
         cmocka_unit_test(bad_requests_name_the_field),
     };
-    return cmocka_run_group_tests(tests, open_world, close_world);
+    return cmocka_run_group_tests(tests, world_open, world_close);
 }

@@ -14,7 +14,7 @@
 
 #include "base/clock.h"
 #include "pass/gather_tree.h"
-#include "world.h"
+#include "view.h"
 
 #define SIDE   24 // pixels
 #define LIGHTS 2
@@ -25,27 +25,11 @@ static const char *const criteria[] = {"lightcuts", "bound", "level", "printed"}
 
 // A scene as passes see it, with VPLs and trees of each light.
 struct stage {
-    struct world *world;
-    struct bd_pass_context context;
-    struct bd_gpu_scene *scene;
-    struct bd_viewpoint viewpoint;
-    struct bd_gbuffer *gbuffer;
+    struct view view;
     struct bd_vpl_list *lists[LIGHTS];
     struct bd_vpl_tree *trees[LIGHTS];
     bool patches;
 };
-
-static int open_world(void **state)
-{
-    *state = world_create();
-    return 0;
-}
-
-static int close_world(void **state)
-{
-    world_destroy((struct world **)state);
-    return 0;
-}
 
 static void build_room(struct world *w, double scale, double power)
 {
@@ -66,82 +50,69 @@ static void build_room(struct world *w, double scale, double power)
 static void light_up(struct stage *s, uint32_t light, uint32_t leaf_side, uint32_t root_side,
                      enum bd_vpl_kernel kernel)
 {
-    const struct bd_light_setup setup = bd_light_setup_of(s->world->scene, light);
+    const struct bd_light_setup setup = bd_light_setup_of(s->view.world->scene, light);
     struct bd_fault fault = {0};
     struct bd_rsm *rsm;
     const struct bd_rsm_inputs to_rsm = {
-        .scene = s->scene, .light = &setup, .side_px = 4 * leaf_side, .lambert = true};
-    assert_int_equal(bd_rsm_render(&s->context, &to_rsm, &rsm, &fault), BD_ERR_OK);
+        .scene = s->view.scene, .light = &setup, .side_px = 4 * leaf_side, .lambert = true};
+    assert_int_equal(bd_rsm_render(&s->view.context, &to_rsm, &rsm, &fault), BD_ERR_OK);
     const struct bd_vpl_grid_inputs to_vpls = {.rsm = rsm,
                                                .light = &setup,
-                                               .space = &s->scene->space,
+                                               .space = &s->view.scene->space,
                                                .grid_side = leaf_side,
                                                .kernel = kernel,
                                                .near_field = near_field};
-    assert_int_equal(bd_vpl_grid_run(&s->context, &to_vpls, &s->lists[light], &fault), BD_ERR_OK);
-    bd_rsm_destroy(s->world->gpu, &rsm);
+    assert_int_equal(bd_vpl_grid_run(&s->view.context, &to_vpls, &s->lists[light], &fault),
+                     BD_ERR_OK);
+    bd_rsm_destroy(s->view.world->gpu, &rsm);
     const struct bd_vpl_tree_inputs to_tree = {.leaves = s->lists[light],
                                                .leaf_side = leaf_side,
                                                .face_count = setup.face_count,
                                                .root_side = root_side,
                                                .light = &setup,
-                                               .space = &s->scene->space};
-    assert_int_equal(bd_vpl_tree_run(&s->context, &to_tree, &s->trees[light], &fault), BD_ERR_OK);
+                                               .space = &s->view.scene->space};
+    assert_int_equal(bd_vpl_tree_run(&s->view.context, &to_tree, &s->trees[light], &fault),
+                     BD_ERR_OK);
 }
 
 static struct stage open_stage(struct world *w, uint32_t leaf_side, uint32_t root_side,
                                enum bd_vpl_kernel kernel)
 {
-    struct stage s = {.world = w, .patches = kernel == BD_KERNEL_PATCH};
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_scene_finish(w->scene, &fault), BD_ERR_OK);
-    bd_slicer_init(&w->renderer.slicer, w->gpu, NULL, NULL);
-    s.context = (struct bd_pass_context){w->gpu, &w->renderer.slicer};
-    assert_int_equal(bd_gpu_scene_create(&w->renderer.uploader, w->scene, &s.scene, &fault),
-                     BD_ERR_OK);
-    s.viewpoint = bd_viewpoint_of_camera(w->scene, 0, SIDE, SIDE);
-    const struct bd_gbuffer_inputs inputs = {
-        .scene = s.scene, .viewpoint = &s.viewpoint, .lambert = true};
-    assert_int_equal(bd_gbuffer_render(&s.context, &inputs, &s.gbuffer, &fault), BD_ERR_OK);
+    struct stage s = {.view = view_open(w), .patches = kernel == BD_KERNEL_PATCH};
+    view_look(&s.view, 0, SIDE, SIDE, true);
     for (uint32_t l = 0; l < LIGHTS; l++) light_up(&s, l, leaf_side, root_side, kernel);
     return s;
 }
 
 static void close_stage(struct stage *s)
 {
-    struct bd_gpu *gpu = s->world->gpu;
+    struct bd_gpu *gpu = s->view.world->gpu;
     for (uint32_t l = 0; l < LIGHTS; l++) {
         bd_vpl_tree_destroy(gpu, &s->trees[l]);
         bd_vpl_list_destroy(gpu, &s->lists[l]);
     }
-    bd_gbuffer_destroy(gpu, &s->gbuffer);
-    bd_gpu_scene_destroy(&s->world->renderer.uploader, &s->scene);
+    view_close(&s->view);
 }
 
 typedef struct bd_vec4 picture[SIDE * SIDE];
 
 static void read_irradiance(struct stage *s, struct bd_indirect *indirect, picture out)
 {
-    struct bd_readback *readback;
-    struct bd_fault fault = {0};
-    struct bd_gpu *gpu = s->world->gpu;
-    assert_int_equal(bd_gpu_readback_start(gpu, indirect->irradiance, 0, &readback, &fault),
-                     BD_ERR_OK);
-    assert_int_equal(bd_gpu_readback_finish(gpu, &readback, out, sizeof(picture)), BD_ERR_OK);
-    bd_indirect_destroy(gpu, &indirect);
+    view_read(&s->view, indirect->irradiance, out, sizeof(picture));
+    bd_indirect_destroy(s->view.world->gpu, &indirect);
 }
 
 static void gather_flat(struct stage *s, picture out)
 {
-    const struct bd_gather_inputs inputs = {.scene = s->scene,
-                                            .viewpoint = &s->viewpoint,
-                                            .gbuffer = s->gbuffer,
+    const struct bd_gather_inputs inputs = {.scene = s->view.scene,
+                                            .viewpoint = &s->view.viewpoint,
+                                            .gbuffer = s->view.gbuffer,
                                             .lists = (const struct bd_vpl_list *const *)s->lists,
                                             .list_count = LIGHTS,
                                             .near_patches = s->patches};
     struct bd_indirect *indirect;
     struct bd_fault fault = {0};
-    assert_int_equal(bd_gather_run(&s->context, &inputs, &indirect, &fault), BD_ERR_OK);
+    assert_int_equal(bd_gather_run(&s->view.context, &inputs, &indirect, &fault), BD_ERR_OK);
     read_irradiance(s, indirect, out);
 }
 
@@ -149,9 +120,9 @@ static struct bd_gather_tree_inputs cut_inputs(struct stage *s, enum bd_tree_cri
                                                double tau)
 {
     return (struct bd_gather_tree_inputs){
-        .scene = s->scene,
-        .viewpoint = &s->viewpoint,
-        .gbuffer = s->gbuffer,
+        .scene = s->view.scene,
+        .viewpoint = &s->view.viewpoint,
+        .gbuffer = s->view.gbuffer,
         .trees = (const struct bd_vpl_tree *const *)s->trees,
         .leaves = (const struct bd_vpl_list *const *)s->lists,
         .tree_count = LIGHTS,
@@ -166,7 +137,7 @@ static void gather_cut(struct stage *s, enum bd_tree_criterion criterion, double
     const struct bd_gather_tree_inputs inputs = cut_inputs(s, criterion, tau);
     struct bd_indirect *indirect;
     struct bd_fault fault = {0};
-    assert_int_equal(bd_gather_tree_run(&s->context, &inputs, &indirect, &fault), BD_ERR_OK);
+    assert_int_equal(bd_gather_tree_run(&s->view.context, &inputs, &indirect, &fault), BD_ERR_OK);
     read_irradiance(s, indirect, out);
 }
 
@@ -231,14 +202,8 @@ static void assert_same_light(struct stage *s, const struct bd_tex *a, const str
     float *texels[2];
     double mean = 0;
     for (int k = 0; k < 2; k++) {
-        struct bd_readback *readback;
-        struct bd_fault fault = {0};
         texels[k] = malloc(count * sizeof(float));
-        assert_int_equal(bd_gpu_readback_start(s->world->gpu, k ? b : a, 0, &readback, &fault),
-                         BD_ERR_OK);
-        assert_int_equal(
-            bd_gpu_readback_finish(s->world->gpu, &readback, texels[k], count * sizeof(float)),
-            BD_ERR_OK);
+        view_read(&s->view, k ? b : a, texels[k], count * sizeof(float));
     }
     for (size_t i = 0; i < count; i++) mean += fabsf(texels[1][i]) / (double)count;
     assert_true(mean > 0);
@@ -248,28 +213,37 @@ static void assert_same_light(struct stage *s, const struct bd_tex *a, const str
     free(texels[0]), free(texels[1]);
 }
 
+// Of several sizes.
+static void find_fragments(struct stage *s, struct bd_discontinuity **discontinuity,
+                           struct bd_fragments **fragments)
+{
+    struct bd_fault fault = {0};
+    const struct bd_discontinuity_inputs look = {
+        .gbuffer = s->view.gbuffer,
+        .viewpoint = &s->view.viewpoint,
+        .space = &s->view.scene->space,
+        .settings = {.depth_threshold = .3, .normal_threshold = .3, .coarsest_side = 4},
+    };
+    assert_int_equal(bd_discontinuity_run(&s->view.context, &look, discontinuity, &fault),
+                     BD_ERR_OK);
+    assert_int_equal(bd_fragments_run(&s->view.context, &look, *discontinuity,
+                                      BD_REFINEMENT_ONE_PASS, fragments, &fault),
+                     BD_ERR_OK);
+    assert_true((*fragments)->level_count[0] > 0 && (*fragments)->level_count[1] > 0);
+}
+
 static void fragments_are_lit_as_by_every_leaf(void **state)
 {
     build_room(*state, 1, 1);
     struct stage s = open_stage(*state, 16, 4, BD_KERNEL_PATCH);
     struct bd_fault fault = {0};
-    const struct bd_discontinuity_inputs look = {
-        .gbuffer = s.gbuffer,
-        .viewpoint = &s.viewpoint,
-        .space = &s.scene->space,
-        .settings = {.depth_threshold = .3, .normal_threshold = .3, .coarsest_side = 4},
-    };
     struct bd_discontinuity *discontinuity;
     struct bd_fragments *fragments;
-    assert_int_equal(bd_discontinuity_run(&s.context, &look, &discontinuity, &fault), BD_ERR_OK);
-    assert_int_equal(bd_fragments_run(&s.context, &look, discontinuity, BD_REFINEMENT_ONE_PASS,
-                                      &fragments, &fault),
-                     BD_ERR_OK);
-    assert_true(fragments->level_count[0] > 0 && fragments->level_count[1] > 0);
+    find_fragments(&s, &discontinuity, &fragments);
     const struct bd_gather_fragments_inputs flat_inputs = {
-        .scene = s.scene,
-        .viewpoint = &s.viewpoint,
-        .gbuffer = s.gbuffer,
+        .scene = s.view.scene,
+        .viewpoint = &s.view.viewpoint,
+        .gbuffer = s.view.gbuffer,
         .discontinuity = discontinuity,
         .fragments = fragments,
         .lists = (const struct bd_vpl_list *const *)s.lists,
@@ -282,16 +256,18 @@ static void fragments_are_lit_as_by_every_leaf(void **state)
     inputs.fragments = fragments;
     inputs.vector = true;
     struct bd_multires_light *flat, *cut;
-    assert_int_equal(bd_gather_fragments_run(&s.context, &flat_inputs, &flat, &fault), BD_ERR_OK);
-    assert_int_equal(bd_gather_tree_fragments_run(&s.context, &inputs, &cut, &fault), BD_ERR_OK);
+    assert_int_equal(bd_gather_fragments_run(&s.view.context, &flat_inputs, &flat, &fault),
+                     BD_ERR_OK);
+    assert_int_equal(bd_gather_tree_fragments_run(&s.view.context, &inputs, &cut, &fault),
+                     BD_ERR_OK);
     assert_same_light(&s, cut->fine, flat->fine);
     assert_same_light(&s, cut->coarse, flat->coarse);
     assert_same_light(&s, cut->fine_vector, flat->fine_vector);
     assert_same_light(&s, cut->coarse_vector, flat->coarse_vector);
-    bd_multires_light_destroy(s.world->gpu, &flat);
-    bd_multires_light_destroy(s.world->gpu, &cut);
-    bd_fragments_destroy(s.world->gpu, &fragments);
-    bd_discontinuity_destroy(s.world->gpu, &discontinuity);
+    bd_multires_light_destroy(s.view.world->gpu, &flat);
+    bd_multires_light_destroy(s.view.world->gpu, &cut);
+    bd_fragments_destroy(s.view.world->gpu, &fragments);
+    bd_discontinuity_destroy(s.view.world->gpu, &discontinuity);
     close_stage(&s);
 }
 
@@ -318,21 +294,25 @@ static void error_falls_with_tau(void **state)
     close_stage(&s);
 }
 
+// In a room of that scale and power.
+static void gather_in_room(struct world *w, double scale, double power,
+                           enum bd_tree_criterion criterion, picture out)
+{
+    build_room(w, scale, power);
+    struct stage s = open_stage(w, 16, 2, BD_KERNEL_PATCH);
+    gather_cut(&s, criterion, .02, out);
+    close_stage(&s);
+}
+
 // Light in units of a power of two, lengths too: the same numbers reach every shader.
 static void scale_and_power_change_nothing(void **state)
 {
+    const double scales[][2] = {{1, 0x1p20}, {0x1p12, 1}, {0x1p-9, 0x1p-20}};
     picture first, other;
     for (int c = BD_TREE_LIGHTCUTS; c <= BD_TREE_LEVEL; c++) {
-        build_room(*state, 1, 1);
-        struct stage s = open_stage(*state, 16, 2, BD_KERNEL_PATCH);
-        gather_cut(&s, (enum bd_tree_criterion)c, .02, first);
-        close_stage(&s);
-        const double scales[][2] = {{1, 0x1p20}, {0x1p12, 1}, {0x1p-9, 0x1p-20}};
+        gather_in_room(*state, 1, 1, (enum bd_tree_criterion)c, first);
         for (int k = 0; k < 3; k++) {
-            build_room(*state, scales[k][0], scales[k][1]);
-            s = open_stage(*state, 16, 2, BD_KERNEL_PATCH);
-            gather_cut(&s, (enum bd_tree_criterion)c, .02, other);
-            close_stage(&s);
+            gather_in_room(*state, scales[k][0], scales[k][1], (enum bd_tree_criterion)c, other);
             assert_memory_equal(first, other, sizeof first);
         }
     }
@@ -343,14 +323,8 @@ static void any_power_gives_the_same_cuts(void **state)
 {
     picture first, other;
     for (int c = BD_TREE_LIGHTCUTS; c <= BD_TREE_LEVEL; c++) {
-        build_room(*state, 1, 1);
-        struct stage s = open_stage(*state, 16, 2, BD_KERNEL_PATCH);
-        gather_cut(&s, (enum bd_tree_criterion)c, .02, first);
-        close_stage(&s);
-        build_room(*state, 1, 1.7);
-        s = open_stage(*state, 16, 2, BD_KERNEL_PATCH);
-        gather_cut(&s, (enum bd_tree_criterion)c, .02, other);
-        close_stage(&s);
+        gather_in_room(*state, 1, 1, (enum bd_tree_criterion)c, first);
+        gather_in_room(*state, 1, 1.7, (enum bd_tree_criterion)c, other);
         double largest;
         for (int i = 0; i < SIDE * SIDE; i++) other[i].x /= 1.7f;
         error_of(other, first, &largest);
@@ -385,5 +359,5 @@ int main(void)
         cmocka_unit_test(any_power_gives_the_same_cuts),
         cmocka_unit_test(printed_formulas_lose_light_with_refinement),
     };
-    return cmocka_run_group_tests(tests, open_world, close_world);
+    return cmocka_run_group_tests(tests, world_open, world_close);
 }

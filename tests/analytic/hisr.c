@@ -16,18 +16,6 @@
 
 static const double origin[3] = {0, 0, 0}, down[3] = {0, -1, 0};
 
-static int open_world(void **state)
-{
-    *state = world_create();
-    return 0;
-}
-
-static int close_world(void **state)
-{
-    world_destroy((struct world **)state);
-    return 0;
-}
-
 static double irradiance(struct world *w, uint32_t camera, const char *const *settings)
 {
     return world_probe(w, "hisr", camera, BD_LAYER_INDIRECT, settings) * M_PI / (double)ALBEDO;
@@ -140,5 +128,5 @@ int main(void)
         cmocka_unit_test(printed_sums_are_off_as_foretold),
         cmocka_unit_test(printed_criterion_is_all_or_nothing),
     };
-    return cmocka_run_group_tests(tests, open_world, close_world);
+    return cmocka_run_group_tests(tests, world_open, world_close);
 }

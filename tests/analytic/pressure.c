@@ -18,18 +18,6 @@
 
 static const double origin[3] = {0, 0, 0}, down[3] = {0, -1, 0};
 
-static int open_world(void **state)
-{
-    *state = world_create();
-    return 0;
-}
-
-static int close_world(void **state)
-{
-    world_destroy((struct world **)state);
-    return 0;
-}
-
 static void make_room(struct world *w)
 {
     world_clear(w);
@@ -234,5 +222,5 @@ int main(void)
         cmocka_unit_test(slices_change_no_byte),
         cmocka_unit_test(more_triangles_than_a_shader_can_index),
     };
-    return cmocka_run_group_tests(tests, open_world, close_world);
+    return cmocka_run_group_tests(tests, world_open, world_close);
 }

@@ -12,26 +12,13 @@
 #include <cmocka.h>
 
 #include "pass/splat_vpls.h"
-#include "shared/types.h"
 #include "shared/vpl.h"
-#include "world.h"
+#include "view.h"
 
 #define WIDTH        37
 #define HEIGHT       29
 #define PIXELS       (WIDTH * HEIGHT)
 #define COUNT(array) ((uint32_t)(sizeof(array) / sizeof *(array)))
-
-static int open_world(void **state)
-{
-    *state = world_create();
-    return 0;
-}
-
-static int close_world(void **state)
-{
-    world_destroy((struct world **)state);
-    return 0;
-}
 
 // --- a room, and lights of one's own in it --------------------------------------------------
 
@@ -52,38 +39,22 @@ static void make_room(struct world *w, float roughness)
 
 // What a frame would give to a technique.
 struct stage {
-    struct world *world;
-    struct bd_slicer slicer;
-    struct bd_gpu_scene *scene;
-    struct bd_viewpoint viewpoint;
-    struct bd_gbuffer *gbuffer;
+    struct view view;
     struct bd_vpl_list list;
 };
 
 static struct stage open_stage(struct world *w, uint32_t camera)
 {
-    struct bd_image *layers[BD_LAYER_COUNT];
-    struct bd_fault fault = {0};
     make_room(w, 1);
-    world_render(w, "direct", camera, 1, 1, 0, NULL, layers); // finishes the scene
-    world_free_layers(layers);
-    struct stage s = {.world = w};
-    bd_slicer_init(&s.slicer, w->gpu, NULL, NULL);
-    assert_int_equal(bd_gpu_scene_create(&w->renderer.uploader, w->scene, &s.scene, &fault), 0);
-    s.viewpoint = bd_viewpoint_of_camera(w->scene, camera, WIDTH, HEIGHT);
-    const struct bd_pass_context context = {w->gpu, &s.slicer};
-    const struct bd_gbuffer_inputs inputs = {
-        .scene = s.scene, .viewpoint = &s.viewpoint, .lambert = true};
-    assert_int_equal(bd_gbuffer_render(&context, &inputs, &s.gbuffer, &fault), 0);
+    struct stage s = {.view = view_open(w)};
+    view_look(&s.view, camera, WIDTH, HEIGHT, true);
     return s;
 }
 
 static void close_stage(struct stage *s)
 {
-    bd_buf_destroy(s->world->gpu, &s->list.vpls);
-    bd_buf_destroy(s->world->gpu, &s->list.quads);
-    bd_gbuffer_destroy(s->world->gpu, &s->gbuffer);
-    bd_gpu_scene_destroy(&s->world->renderer.uploader, &s->scene);
+    view_forget_vpls(&s->view, &s->list);
+    view_close(&s->view);
 }
 
 struct lamp {
@@ -94,57 +65,38 @@ struct lamp {
 static void set_lamps(struct stage *s, const struct lamp *lamps, uint32_t count)
 {
     struct bd_vec4 *vpls = calloc(count, BD_VPL_VEC4S * sizeof *vpls);
-    struct bd_fault fault = {0};
     for (uint32_t i = 0; i < count; i++) {
         const struct lamp *l = &lamps[i];
-        bd_dvec3 at =
-            bd_render_from_world(&s->scene->space, (bd_dvec3){l->at_m[0], l->at_m[1], l->at_m[2]});
+        bd_dvec3 at = bd_render_from_world(&s->view.scene->space,
+                                           (bd_dvec3){l->at_m[0], l->at_m[1], l->at_m[2]});
         vpls[BD_VPL_VEC4S * i] = (struct bd_vec4){(float)at.x, (float)at.y, (float)at.z, 1e-4f};
         vpls[BD_VPL_VEC4S * i + 1] = (struct bd_vec4){l->normal[0], l->normal[1], l->normal[2], 0};
         vpls[BD_VPL_VEC4S * i + 2] = (struct bd_vec4){0.5f * l->flux, l->flux, 0, 0};
     }
-    bd_buf_destroy(s->world->gpu, &s->list.vpls);
-    bd_buf_destroy(s->world->gpu, &s->list.quads);
-    s->list.count = count;
-    assert_int_equal(bd_buf_create(s->world->gpu, "vpls", count * BD_VPL_VEC4S * sizeof *vpls, vpls,
-                                   &s->list.vpls, &fault),
-                     0);
-    assert_int_equal(bd_buf_create(s->world->gpu, "quads", count * BD_VPL_QUAD_VEC4S * sizeof *vpls,
-                                   NULL, &s->list.quads, &fault),
-                     0);
+    view_set_vpls(&s->view, vpls, count, &s->list);
     free(vpls);
-}
-
-static void read_texels(const struct stage *s, const struct bd_tex *tex, void *out,
-                        size_t size_bytes)
-{
-    struct bd_readback *readback;
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_gpu_readback_start(s->world->gpu, tex, 0, &readback, &fault), 0);
-    assert_int_equal(bd_gpu_readback_finish(s->world->gpu, &readback, out, size_bytes), 0);
 }
 
 typedef float pixels[PIXELS][4];
 
 static struct bd_splat_bound splat(struct stage *s, double share, pixels out)
 {
-    const struct bd_pass_context context = {s->world->gpu, &s->slicer};
     const struct bd_vpl_list *lists[] = {&s->list};
     const struct bd_gather_inputs inputs = {
-        .scene = s->scene,
-        .viewpoint = &s->viewpoint,
-        .gbuffer = s->gbuffer,
+        .scene = s->view.scene,
+        .viewpoint = &s->view.viewpoint,
+        .gbuffer = s->view.gbuffer,
         .lists = lists,
         .list_count = 1,
     };
     struct bd_splat_bound bound;
     struct bd_indirect *light;
     struct bd_fault fault = {0};
-    assert_int_equal(bd_splat_bound_find(&context, &inputs, share, &bound, &fault), 0);
-    assert_int_equal(bd_splat_vpls_run(&context, &inputs, &bound, &light, &fault), 0);
-    read_texels(s, light->irradiance, out, sizeof(pixels));
+    assert_int_equal(bd_splat_bound_find(&s->view.context, &inputs, share, &bound, &fault), 0);
+    assert_int_equal(bd_splat_vpls_run(&s->view.context, &inputs, &bound, &light, &fault), 0);
+    view_read(&s->view, light->irradiance, out, sizeof(pixels));
     assert_int_equal(light->fragment_count, bound.fragment_count);
-    bd_indirect_destroy(s->world->gpu, &light);
+    bd_indirect_destroy(s->view.world->gpu, &light);
     return bound;
 }
 
@@ -195,16 +147,15 @@ static void counts_are_of_64_bits(void **state)
     struct lamp many[200];
     for (uint32_t i = 0; i < COUNT(many); i++) many[i] = lamps[0];
     set_lamps(&s, many, COUNT(many));
-    s.viewpoint.width_px = s.viewpoint.height_px = 16384;
-    const struct bd_pass_context context = {s.world->gpu, &s.slicer};
+    s.view.viewpoint.width_px = s.view.viewpoint.height_px = 16384;
     const struct bd_vpl_list *lists[] = {&s.list, &s.list};
     const struct bd_gather_inputs inputs = {
-        .scene = s.scene, .viewpoint = &s.viewpoint, .lists = lists, .list_count = 2};
+        .scene = s.view.scene, .viewpoint = &s.view.viewpoint, .lists = lists, .list_count = 2};
     struct bd_splat_bound bound;
     struct bd_fault fault = {0};
-    assert_int_equal(bd_splat_bound_find(&context, &inputs, 1, &bound, &fault), 0);
+    assert_int_equal(bd_splat_bound_find(&s.view.context, &inputs, 1, &bound, &fault), 0);
     assert_true(bound.fragment_count == (UINT64_C(1) << 28) * 2 * COUNT(many));
-    assert_int_equal(bd_splat_bound_find(&context, &inputs, 0.5, &bound, &fault), 0);
+    assert_int_equal(bd_splat_bound_find(&s.view.context, &inputs, 0.5, &bound, &fault), 0);
     ASSERT_REL((double)bound.fragment_count, 0x1p27 * 2 * COUNT(many), 1e-3);
     close_stage(&s);
 }
@@ -213,8 +164,8 @@ static void counts_are_of_64_bits(void **state)
 static double distance_squared(const struct stage *s, const struct lamp *lamp, int pixel,
                                float depth)
 {
-    const struct bd_viewpoint *v = &s->viewpoint;
-    double scale = s->scene->space.render_per_m, z = depth / scale;
+    const struct bd_viewpoint *v = &s->view.viewpoint;
+    double scale = s->view.scene->space.render_per_m, z = depth / scale;
     double x = (2 * (pixel % WIDTH + 0.5) / WIDTH - 1) * v->half_width;
     double y = (1 - 2 * (pixel / WIDTH + 0.5) / HEIGHT) * v->half_height;
     if (!v->orthographic) x *= z, y *= z;
@@ -236,7 +187,7 @@ static void the_ball_has_its_light_and_nothing_else_has(void **state)
     for (uint32_t camera = PERSPECTIVE; camera <= ORTHOGRAPHIC; camera++) {
         struct stage s = open_stage(*state, camera);
         uint32_t whole = 0, part = 0, none = 0;
-        read_texels(&s, s.gbuffer->depth, depths, sizeof depths);
+        view_read(&s.view, s.view.gbuffer->depth, depths, sizeof depths);
         for (uint32_t i = 0; i < COUNT(lamps) * COUNT(shares); i++) {
             const struct lamp *lamp = &lamps[i / COUNT(shares)];
             set_lamps(&s, lamp, 1);
@@ -265,10 +216,10 @@ static void a_splat_is_as_large_as_its_ball(void **state)
     set_lamps(&s, &one, 1);
     const struct bd_splat_bound bound = splat(&s, 0.2, found);
     double reach_squared = one.flux / (M_PI * bound.irradiance);
-    double distance = (eye[2] + 1) * s.scene->space.render_per_m;
+    double distance = (eye[2] + 1) * s.view.scene->space.render_per_m;
     double slope = sqrt(reach_squared / (distance * distance - reach_squared));
-    double columns = slope / s.viewpoint.half_width * WIDTH;
-    double rows = slope / s.viewpoint.half_height * HEIGHT;
+    double columns = slope / s.view.viewpoint.half_width * WIDTH;
+    double rows = slope / s.view.viewpoint.half_height * HEIGHT;
     printf("    %g by %g pixels, %g fragments\n", columns, rows, (double)bound.fragment_count);
     assert_true((double)bound.fragment_count >= (columns - 1) * (rows - 1));
     assert_true((double)bound.fragment_count <= (columns + 1) * (rows + 1));
@@ -334,5 +285,5 @@ int main(void)
         cmocka_unit_test(without_a_bound_it_is_the_gather),
         cmocka_unit_test(the_bound_knows_no_units),
     };
-    return cmocka_run_group_tests(tests, open_world, close_world);
+    return cmocka_run_group_tests(tests, world_open, world_close);
 }

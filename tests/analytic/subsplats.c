@@ -14,9 +14,8 @@
 
 #include "pass/glossy_blocks.h"
 #include "pass/subsplats.h"
-#include "shared/types.h"
 #include "shared/vpl.h"
-#include "world.h"
+#include "view.h"
 
 #define WIDTH        61 // odd on purpose
 #define HEIGHT       47
@@ -24,20 +23,7 @@
 #define VPLS         300 // more than a batch
 #define COUNT(array) ((uint32_t)(sizeof(array) / sizeof *(array)))
 
-static int open_world(void **state)
-{
-    *state = world_create();
-    return 0;
-}
-
-static int close_world(void **state)
-{
-    world_destroy((struct world **)state);
-    return 0;
-}
-
-// --- a room with a glossy floor and a ball of metal
-// -----------------------------------------------
+// --- a room with a glossy floor and a wall of metal ---------------------------------------------
 
 // A quad of the floor, from x0 to x1, and its material.
 static void add_floor(struct world *w, double x0_m, double x1_m, float roughness)
@@ -71,12 +57,7 @@ static void make_room(struct world *w, bool glossy)
 
 // What a frame would give to a technique.
 struct stage {
-    struct world *world;
-    struct bd_slicer slicer;
-    struct bd_pass_context context;
-    struct bd_gpu_scene *scene;
-    struct bd_viewpoint viewpoint;
-    struct bd_gbuffer *gbuffer;
+    struct view view;
     struct bd_fragments *start;
     struct bd_vpl_list vpls;
     struct bd_indirect *gathered;
@@ -86,9 +67,9 @@ struct stage {
 static void find_start(struct stage *s)
 {
     const struct bd_discontinuity_inputs seen = {
-        .gbuffer = s->gbuffer,
-        .viewpoint = &s->viewpoint,
-        .space = &s->scene->space,
+        .gbuffer = s->view.gbuffer,
+        .viewpoint = &s->view.viewpoint,
+        .space = &s->view.scene->space,
         .settings = {.depth_threshold = .2,
                      .normal_threshold = .3,
                      .geometric_normals = true,
@@ -96,52 +77,42 @@ static void find_start(struct stage *s)
     };
     struct bd_discontinuity *jumps, *blocks;
     struct bd_fault fault = {0};
-    assert_int_equal(bd_discontinuity_run(&s->context, &seen, &jumps, &fault), 0);
+    assert_int_equal(bd_discontinuity_run(&s->view.context, &seen, &jumps, &fault), 0);
     const struct bd_glossy_blocks_inputs glossy = {
-        .gbuffer = s->gbuffer,
-        .viewpoint = &s->viewpoint,
-        .space = &s->scene->space,
+        .gbuffer = s->view.gbuffer,
+        .viewpoint = &s->view.viewpoint,
+        .space = &s->view.scene->space,
         .discontinuity = jumps,
         .normal_threshold = .3,
         .material_threshold = .1,
     };
-    assert_int_equal(bd_glossy_blocks_run(&s->context, &glossy, &blocks, &fault), 0);
-    assert_int_equal(
-        bd_fragments_run(&s->context, &seen, blocks, BD_REFINEMENT_ONE_PASS, &s->start, &fault), 0);
-    bd_discontinuity_destroy(s->world->gpu, &jumps);
-    bd_discontinuity_destroy(s->world->gpu, &blocks);
+    assert_int_equal(bd_glossy_blocks_run(&s->view.context, &glossy, &blocks, &fault), 0);
+    assert_int_equal(bd_fragments_run(&s->view.context, &seen, blocks, BD_REFINEMENT_ONE_PASS,
+                                      &s->start, &fault),
+                     0);
+    bd_discontinuity_destroy(s->view.world->gpu, &jumps);
+    bd_discontinuity_destroy(s->view.world->gpu, &blocks);
 }
 
 // Before the walls of the room, at the golden angle, looking down and ahead.
 static void make_vpls(struct stage *s)
 {
     struct bd_vec4 *vpls = calloc(VPLS, BD_VPL_VEC4S * sizeof *vpls);
-    struct bd_fault fault = {0};
     for (uint32_t i = 0; i < VPLS; i++) {
         const double x_m = .9 * cos(2.4 * i), z_m = .9 * sin(2.4 * i), y_m = -.45 + 1.4 * i / VPLS;
-        bd_dvec3 at = bd_render_from_world(&s->scene->space, (bd_dvec3){x_m, y_m, z_m});
+        bd_dvec3 at = bd_render_from_world(&s->view.scene->space, (bd_dvec3){x_m, y_m, z_m});
         vpls[BD_VPL_VEC4S * i] = (struct bd_vec4){(float)at.x, (float)at.y, (float)at.z, 1e-3f};
         vpls[BD_VPL_VEC4S * i + 1] = (struct bd_vec4){(float)(-x_m / .9), 0, (float)(-z_m / .9), 0};
         vpls[BD_VPL_VEC4S * i + 2] = (struct bd_vec4){.01f, .02f, .01f * (float)(i % 7), 0};
     }
-    s->vpls.count = VPLS;
-    assert_int_equal(bd_buf_create(s->world->gpu, "vpls", VPLS * BD_VPL_VEC4S * sizeof *vpls, vpls,
-                                   &s->vpls.vpls, &fault),
-                     0);
-    assert_int_equal(bd_buf_create(s->world->gpu, "quads", VPLS * BD_VPL_QUAD_VEC4S * sizeof *vpls,
-                                   NULL, &s->vpls.quads, &fault),
-                     0);
+    view_set_vpls(&s->view, vpls, VPLS, &s->vpls);
     free(vpls);
 }
 
 static float (*read_pixels(const struct stage *s, const struct bd_tex *tex))[4]
 {
     float(*pixels)[4] = malloc(PIXELS * sizeof *pixels);
-    struct bd_readback *readback;
-    struct bd_fault fault = {0};
-    assert_int_equal(bd_gpu_readback_start(s->world->gpu, tex, 0, &readback, &fault), 0);
-    assert_int_equal(
-        bd_gpu_readback_finish(s->world->gpu, &readback, pixels, PIXELS * sizeof *pixels), 0);
+    view_read(&s->view, tex, pixels, PIXELS * sizeof *pixels);
     return pixels;
 }
 
@@ -149,32 +120,23 @@ static void gather(struct stage *s)
 {
     const struct bd_vpl_list *lists[] = {&s->vpls};
     const struct bd_gather_inputs inputs = {
-        .scene = s->scene,
-        .viewpoint = &s->viewpoint,
-        .gbuffer = s->gbuffer,
+        .scene = s->view.scene,
+        .viewpoint = &s->view.viewpoint,
+        .gbuffer = s->view.gbuffer,
         .lists = lists,
         .list_count = 1,
         .glossy = true,
     };
     struct bd_fault fault = {0};
-    assert_int_equal(bd_gather_run(&s->context, &inputs, &s->gathered, &fault), 0);
+    assert_int_equal(bd_gather_run(&s->view.context, &inputs, &s->gathered, &fault), 0);
     s->expected = read_pixels(s, s->gathered->glossy);
 }
 
 static void open_stage(struct world *w, struct stage *s)
 {
-    struct bd_image *layers[BD_LAYER_COUNT];
-    struct bd_fault fault = {0};
     make_room(w, true);
-    world_render(w, "direct", 0, 1, 1, 0, NULL, layers); // finishes the scene
-    world_free_layers(layers);
-    *s = (struct stage){.world = w};
-    bd_slicer_init(&s->slicer, w->gpu, NULL, NULL);
-    s->context = (struct bd_pass_context){w->gpu, &s->slicer};
-    assert_int_equal(bd_gpu_scene_create(&w->renderer.uploader, w->scene, &s->scene, &fault), 0);
-    s->viewpoint = bd_viewpoint_of_camera(w->scene, 0, WIDTH, HEIGHT);
-    const struct bd_gbuffer_inputs inputs = {.scene = s->scene, .viewpoint = &s->viewpoint};
-    assert_int_equal(bd_gbuffer_render(&s->context, &inputs, &s->gbuffer, &fault), 0);
+    *s = (struct stage){.view = view_open(w)};
+    view_look(&s->view, 0, WIDTH, HEIGHT, false);
     find_start(s);
     make_vpls(s);
     gather(s);
@@ -182,13 +144,11 @@ static void open_stage(struct world *w, struct stage *s)
 
 static void close_stage(struct stage *s)
 {
-    struct bd_gpu *gpu = s->world->gpu;
-    bd_buf_destroy(gpu, &s->vpls.vpls);
-    bd_buf_destroy(gpu, &s->vpls.quads);
+    struct bd_gpu *gpu = s->view.world->gpu;
+    view_forget_vpls(&s->view, &s->vpls);
     bd_indirect_destroy(gpu, &s->gathered);
     bd_fragments_destroy(gpu, &s->start);
-    bd_gbuffer_destroy(gpu, &s->gbuffer);
-    bd_gpu_scene_destroy(&s->world->renderer.uploader, &s->scene);
+    view_close(&s->view);
     free(s->expected);
 }
 
@@ -230,9 +190,9 @@ static struct seen splat(const struct stage *s, const struct asked *asked)
     if (asked->vpl_count) some.count = asked->vpl_count;
     const struct bd_vpl_list *lists[] = {&some, &some};
     const struct bd_subsplats_inputs inputs = {
-        .scene = s->scene,
-        .viewpoint = &s->viewpoint,
-        .gbuffer = s->gbuffer,
+        .scene = s->view.scene,
+        .viewpoint = &s->view.viewpoint,
+        .gbuffer = s->view.gbuffer,
         .start = s->start,
         .irradiance = s->gathered->irradiance,
         .lists = lists,
@@ -244,9 +204,9 @@ static struct seen splat(const struct stage *s, const struct asked *asked)
     struct bd_tex *glossy;
     struct seen seen;
     struct bd_fault fault = {0};
-    assert_int_equal(bd_subsplats_run(&s->context, &inputs, &glossy, &seen.counts, &fault), 0);
+    assert_int_equal(bd_subsplats_run(&s->view.context, &inputs, &glossy, &seen.counts, &fault), 0);
     seen.pixels = read_pixels(s, glossy);
-    bd_tex_destroy(s->world->gpu, &glossy);
+    bd_tex_destroy(s->view.world->gpu, &glossy);
     measure(s, &seen);
     return seen;
 }
@@ -358,7 +318,7 @@ static void an_absolute_threshold_is_a_radiance(void **state)
     struct asked asked = {.test = BD_RADIANCE_TEST_ABSOLUTE};
     double most_cd_m2 = 0;
     for (int i = 0; i < PIXELS; i++)
-        most_cd_m2 = fmax(most_cd_m2, fabs(s.expected[i][1]) * s.scene->space.unit_cd_m2);
+        most_cd_m2 = fmax(most_cd_m2, fabs(s.expected[i][1]) * s.view.scene->space.unit_cd_m2);
     asked.threshold = most_cd_m2 * 2;
     const struct seen none = splat(&s, &asked);
     asked.threshold = most_cd_m2 / VPLS / 10;
@@ -378,13 +338,14 @@ static void pixels_alone_will_do(void **state)
     open_stage(*state, &s);
     struct bd_discontinuity *pixels;
     const struct bd_discontinuity_inputs seen = {
-        .gbuffer = s.gbuffer, .viewpoint = &s.viewpoint, .space = &s.scene->space};
+        .gbuffer = s.view.gbuffer, .viewpoint = &s.view.viewpoint, .space = &s.view.scene->space};
     struct bd_fault fault = {0};
-    bd_fragments_destroy(s.world->gpu, &s.start);
-    assert_int_equal(bd_glossy_pixels(s.world->gpu, &s.viewpoint, &pixels, &fault), 0);
+    bd_fragments_destroy(s.view.world->gpu, &s.start);
+    assert_int_equal(bd_glossy_pixels(s.view.world->gpu, &s.view.viewpoint, &pixels, &fault), 0);
     assert_int_equal(
-        bd_fragments_run(&s.context, &seen, pixels, BD_REFINEMENT_ONE_PASS, &s.start, &fault), 0);
-    bd_discontinuity_destroy(s.world->gpu, &pixels);
+        bd_fragments_run(&s.view.context, &seen, pixels, BD_REFINEMENT_ONE_PASS, &s.start, &fault),
+        0);
+    bd_discontinuity_destroy(s.view.world->gpu, &pixels);
     const struct seen drawn = splat(&s, &(struct asked){.threshold = 1e6});
     assert_int_equal(expect_covered(&s, &drawn, VPLS), s.start->count);
     assert_true(drawn.largest_error < 1e-5);
@@ -483,5 +444,5 @@ int main(void)
         cmocka_unit_test(no_lists_without_glossy_receivers),
         cmocka_unit_test(glossy_receivers_are_those_of_the_gather),
     };
-    return cmocka_run_group_tests(tests, open_world, close_world);
+    return cmocka_run_group_tests(tests, world_open, world_close);
 }

@@ -15,18 +15,6 @@
 static const double down[3] = {0, -1, 0}, up[3] = {0, 1, 0}, origin[3] = {0, 0, 0};
 static const double floor_up[3] = {0, 0, 1};
 
-static int open_world(void **state)
-{
-    *state = world_create();
-    return 0;
-}
-
-static int close_world(void **state)
-{
-    world_destroy((struct world **)state);
-    return 0;
-}
-
 // --- D4: direct light of a point light over a floor ------------------------------------------
 
 static void point_light_over_a_floor(void **state)
@@ -124,8 +112,8 @@ static void directional_light_on_a_wall(void **state)
     }
 }
 
-// The same at default parameters: the light's frame is twenty times as wide as the wall is high, and
-// so are the patches of its 32 x 32 VPLs. As disks of their area they would lose a fifth.
+// The same at default parameters: the light's frame is twenty times as wide as the wall is high,
+// and so are the patches of its 32 x 32 VPLs. As disks of their area they would lose a fifth.
 static void long_patches_near_a_wall(void **state)
 {
     struct world *w = *state;
@@ -306,8 +294,8 @@ static double nearest_vpl(bd_dvec3 d, int k)
         p[axis] = c[axis] < 0 ? -scale : scale;
         p[(axis + 1) % 3] = cu * scale;
         p[(axis + 2) % 3] = cv * scale;
-        nearest = fmin(nearest, sqrt(pow(p[0] - c[0], 2) + pow(p[1] - c[1], 2) +
-                                     pow(p[2] - c[2], 2)));
+        nearest =
+            fmin(nearest, sqrt(pow(p[0] - c[0], 2) + pow(p[1] - c[1], 2) + pow(p[2] - c[2], 2)));
     }
     return nearest;
 }
@@ -337,7 +325,8 @@ static void sphere_with_the_bare_kernel(void **state)
                 far = fmax(far, fabs(errors[i]));
         }
         print_message("    bare kernel, N = %d: worst %.1e, and %.1e = %.2f / N in the %d pixels "
-                      "beside a VPL\n", 6 * sides[k] * sides[k], far, near, near / share, near_count);
+                      "beside a VPL\n",
+                      6 * sides[k] * sides[k], far, near, near / share, near_count);
         assert_true(far <= 1e-4);
         assert_true(near <= 1e-4 + 3 * share);
     }
@@ -382,5 +371,5 @@ int main(void)
         cmocka_unit_test(sphere_with_the_bare_kernel),
         cmocka_unit_test(sphere_with_the_disk_kernel),
     };
-    return cmocka_run_group_tests(tests, open_world, close_world);
+    return cmocka_run_group_tests(tests, world_open, world_close);
 }

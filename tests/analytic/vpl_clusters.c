@@ -14,7 +14,7 @@
 
 #include "pass/vpl_clusters.h"
 #include "shared/vpl.h"
-#include "world.h"
+#include "view.h"
 
 #define RSM_SIDE 64
 
@@ -35,30 +35,15 @@ struct vpls {
 
 // A scene as passes see it, with the map of one light.
 struct stage {
-    struct world *world;
-    struct bd_pass_context context;
-    struct bd_gpu_scene *scene;
+    struct view view;
     struct bd_light_setup light;
     struct bd_rsm *rsm;
 };
-
-static int open_world(void **state)
-{
-    *state = world_create();
-    return 0;
-}
-
-static int close_world(void **state)
-{
-    world_destroy((struct world **)state);
-    return 0;
-}
 
 static struct stage open_stage(struct world *w, uint32_t light)
 {
     const double centre[3] = {0, 0, 0}, lamp[3] = {.3, .4, .1}, aside[3] = {.7, -.6, -.5};
     const double screen[4][3] = {{-.3, -.3, 0}, {.3, -.3, .1}, {.3, .3, .1}, {-.3, .3, 0}};
-    struct stage s = {.world = w};
     struct bd_fault fault = {0};
     world_clear(w);
     int32_t grey = world_add_material(w, .5f);
@@ -69,22 +54,17 @@ static struct stage open_stage(struct world *w, uint32_t light)
         world_add_quad(w, grey, floor, 1);
     world_add_quad(w, world_add_material(w, .8f), screen, 1);
     world_add_light(w, kinds[light], lamp, aside, 1);
-    assert_int_equal(bd_scene_finish(w->scene, &fault), BD_ERR_OK);
-    bd_slicer_init(&w->renderer.slicer, w->gpu, NULL, NULL);
-    s.context = (struct bd_pass_context){w->gpu, &w->renderer.slicer};
-    assert_int_equal(bd_gpu_scene_create(&w->renderer.uploader, w->scene, &s.scene, &fault),
-                     BD_ERR_OK);
-    s.light = bd_light_setup_of(w->scene, 0);
+    struct stage s = {.view = view_open(w), .light = bd_light_setup_of(w->scene, 0)};
     const struct bd_rsm_inputs inputs = {
-        .scene = s.scene, .light = &s.light, .side_px = RSM_SIDE, .lambert = true};
-    assert_int_equal(bd_rsm_render(&s.context, &inputs, &s.rsm, &fault), BD_ERR_OK);
+        .scene = s.view.scene, .light = &s.light, .side_px = RSM_SIDE, .lambert = true};
+    assert_int_equal(bd_rsm_render(&s.view.context, &inputs, &s.rsm, &fault), BD_ERR_OK);
     return s;
 }
 
 static void close_stage(struct stage *s)
 {
-    bd_rsm_destroy(s->world->gpu, &s->rsm);
-    bd_gpu_scene_destroy(&s->world->renderer.uploader, &s->scene);
+    bd_rsm_destroy(s->view.world->gpu, &s->rsm);
+    view_close(&s->view);
 }
 
 static struct vpls read_list(struct stage *s, struct bd_vpl_list *list)
@@ -93,14 +73,14 @@ static struct vpls read_list(struct stage *s, struct bd_vpl_list *list)
     const size_t quad_bytes = sizeof(struct bd_vec4) * BD_VPL_QUAD_VEC4S * list->count;
     char *at = malloc(at_bytes), *quads = malloc(quad_bytes);
     struct vpls out = {list->count, malloc(list->count * sizeof *out.vpl)};
-    assert_int_equal(bd_buf_read(s->world->gpu, list->vpls, 0, at, at_bytes), BD_ERR_OK);
-    assert_int_equal(bd_buf_read(s->world->gpu, list->quads, 0, quads, quad_bytes), BD_ERR_OK);
+    assert_int_equal(bd_buf_read(s->view.world->gpu, list->vpls, 0, at, at_bytes), BD_ERR_OK);
+    assert_int_equal(bd_buf_read(s->view.world->gpu, list->quads, 0, quads, quad_bytes), BD_ERR_OK);
     for (uint32_t i = 0; i < list->count; i++) {
         memcpy(out.vpl[i].at, at + i * sizeof out.vpl->at, sizeof out.vpl->at);
         memcpy(out.vpl[i].quad, quads + i * sizeof out.vpl->quad, sizeof out.vpl->quad);
     }
     free(at), free(quads);
-    bd_vpl_list_destroy(s->world->gpu, &list);
+    bd_vpl_list_destroy(s->view.world->gpu, &list);
     return out;
 }
 
@@ -108,12 +88,12 @@ static struct vpls grid_of(struct stage *s, uint32_t side)
 {
     const struct bd_vpl_grid_inputs inputs = {.rsm = s->rsm,
                                               .light = &s->light,
-                                              .space = &s->scene->space,
+                                              .space = &s->view.scene->space,
                                               .grid_side = side,
                                               .near_field = 5};
     struct bd_vpl_list *list;
     struct bd_fault fault = {0};
-    assert_int_equal(bd_vpl_grid_run(&s->context, &inputs, &list, &fault), BD_ERR_OK);
+    assert_int_equal(bd_vpl_grid_run(&s->view.context, &inputs, &list, &fault), BD_ERR_OK);
     return read_list(s, list);
 }
 
@@ -123,7 +103,7 @@ static struct vpls clusters_of(struct stage *s, double depth_threshold, double n
     const struct bd_vpl_clusters_inputs inputs = {
         .rsm = s->rsm,
         .light = &s->light,
-        .space = &s->scene->space,
+        .space = &s->view.scene->space,
         .settings = {.depth_threshold = depth_threshold,
                      .normal_threshold = normal_threshold,
                      .coarsest_side = coarsest_side},
@@ -132,7 +112,7 @@ static struct vpls clusters_of(struct stage *s, double depth_threshold, double n
     };
     struct bd_vpl_list *list;
     struct bd_fault fault = {0};
-    assert_int_equal(bd_vpl_clusters_run(&s->context, &inputs, &list, &fault), BD_ERR_OK);
+    assert_int_equal(bd_vpl_clusters_run(&s->view.context, &inputs, &list, &fault), BD_ERR_OK);
     return read_list(s, list);
 }
 
@@ -214,5 +194,5 @@ int main(void)
         cmocka_unit_test(zero_thresholds_give_the_finest_grid),
         cmocka_unit_test(flux_is_the_maps_whatever_the_clusters),
     };
-    return cmocka_run_group_tests(tests, open_world, close_world);
+    return cmocka_run_group_tests(tests, world_open, world_close);
 }

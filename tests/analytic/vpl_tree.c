@@ -284,8 +284,8 @@ static void two_surfaces_are_two_lobes(void **state)
     for (uint32_t i = 0; i < 64; i++) {
         bool wall = i % 8 >= 3;
         share[wall] += f.leaves[i].at[2].x / f.nodes[0].at[2].x;
-        mean[wall] = bd_dvec3_add(mean[wall],
-                                  bd_dvec3_scale(dvec3(f.leaves[i].at[0]), f.leaves[i].at[2].x));
+        mean[wall] =
+            bd_dvec3_add(mean[wall], bd_dvec3_scale(dvec3(f.leaves[i].at[0]), f.leaves[i].at[2].x));
     }
     const struct bd_vec4 *first = &f.nodes[0].at[5], *normal = &f.nodes[0].at[6];
     bool wall = normal->x < -.1f;

@@ -53,6 +53,18 @@ void world_destroy(struct world **world)
     *world = NULL;
 }
 
+int world_open(void **state)
+{
+    *state = world_create();
+    return 0;
+}
+
+int world_close(void **state)
+{
+    world_destroy((struct world **)state);
+    return 0;
+}
+
 void world_clear(struct world *world)
 {
     bd_scene_release(&world->scene);
@@ -100,7 +112,6 @@ static struct bd_node *add_node(struct bd_scene *s)
     snprintf(node->name, sizeof node->name, "node%u", s->node_count - 1);
     node->parent = node->mesh = node->camera = node->light = BD_NONE;
     node->parent_from_node = bd_dmat4_identity();
-    node->in_scene = true;
     return node;
 }
 
@@ -353,7 +364,7 @@ int32_t world_add_probe(struct world *world, const double at[3], const double no
 
 // --- rendering ------------------------------------------------------------------------------
 
-static void finish_once(struct world *world)
+void world_finish(struct world *world)
 {
     struct bd_fault fault = {0};
     if (world->finished) return;
@@ -365,7 +376,7 @@ void world_render(struct world *world, const char *technique, uint32_t camera, u
                   uint32_t height_px, uint32_t layers, const char *const *settings,
                   struct bd_image *out[BD_LAYER_COUNT])
 {
-    finish_once(world);
+    world_finish(world);
     struct bd_fault fault = {0};
     struct bd_frame_request request = bd_frame_request_default;
     snprintf(request.technique, sizeof request.technique, "%s", technique);

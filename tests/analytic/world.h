@@ -20,6 +20,9 @@ struct world {
 
 struct world *world_create(void);
 void world_destroy(struct world **world);
+// The same, before and behind a group of tests whose state the world is.
+int world_open(void **state);
+int world_close(void **state);
 // The same world on a new device, with nothing in the renderer's memo. A world is the only device of
 // its thread: GL calls go to the context made last.
 void world_reopen_device(struct world *world);
@@ -52,6 +55,8 @@ int32_t world_add_camera(struct world *world, const double position[3], const do
 int32_t world_add_probe(struct world *world, const double at[3], const double normal[3],
                         double width_m);
 
+// What was added is all there is: derives the rest of the scene, once.
+void world_finish(struct world *world);
 // Renders with `layers` (bits); `settings` is a list of KEY=VALUE ended by NULL, or NULL. Fails
 // the test on any error. `camera` is the index among placed cameras.
 void world_render(struct world *world, const char *technique, uint32_t camera, uint32_t width_px,

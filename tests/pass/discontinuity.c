@@ -1,21 +1,10 @@
 // Flags and representatives of blocks against the definition, in pictures made by hand.
 
 #include <math.h>
-#include <stdio.h>
 
-#include "picture.h"
+#include "blocks.h"
 
 static const struct picture_size sizes[] = {{1, 1}, {1, 7}, {9, 1}, {1, 64}, {17, 33}, {64, 64}};
-
-static struct bd_discontinuity *run(const struct picture *p,
-                                    const struct bd_discontinuity_settings *settings)
-{
-    const struct bd_discontinuity_inputs inputs = picture_inputs(p, settings);
-    struct bd_discontinuity *d = NULL;
-    struct bd_fault fault = {0};
-    if (bd_discontinuity_run(&context, &inputs, &d, &fault)) fail_msg("%s", fault.message);
-    return d;
-}
 
 static void assert_monotone(const struct blocks *b)
 {
@@ -49,14 +38,10 @@ static void assert_same(const struct blocks *found, const struct blocks *expecte
 static void check(const struct picture *p, const struct bd_discontinuity_settings *s,
                   const char *what)
 {
-    char name[120];
-    snprintf(name, sizeof name, "%s %ux%u%s, depth test %d, normal test %d, neighbours %d", what,
-             p->size.width, p->size.height, p->is_light ? " (light)" : "", (int)s->depth_test,
-             (int)s->normal_test, (int)s->neighbourhood);
-    struct bd_discontinuity *d = run(p, s);
+    struct bd_discontinuity *d = discontinuity_of(p, s);
     struct blocks found = blocks_of_device(p, d), expected = blocks_by_definition(p, s);
     assert_memory_equal(&d->layout, &expected.layout, sizeof d->layout);
-    assert_same(&found, &expected, name);
+    assert_same(&found, &expected, picture_name(p, s, what).text);
     assert_monotone(&found);
     blocks_destroy(&found);
     blocks_destroy(&expected);
@@ -146,15 +131,8 @@ static void an_orthographic_view_may_stand_anywhere(void **state)
 static void slices_change_nothing(void **state)
 {
     (void)state;
-    struct picture p = picture_of_camera(&picture_kinds[0], (struct picture_size){100, 130});
     const struct bd_discontinuity_settings settings = settings_of(0);
-    double speed = context.slicer->units_per_ms;
-    uint32_t slices = context.slicer->slice_count;
-    context.slicer->units_per_ms = 1;
-    check(&p, &settings, "in slices");
-    context.slicer->units_per_ms = speed;
-    assert_true(context.slicer->slice_count >= slices + 30); // 240 rows, eight at a time
-    picture_destroy(&p);
+    assert_true(check_in_slices(check, &settings) >= 30); // 240 rows, eight at a time
 }
 
 static uint64_t peak_bytes(const struct picture *p, const struct bd_discontinuity_settings *s)
@@ -162,7 +140,7 @@ static uint64_t peak_bytes(const struct picture *p, const struct bd_discontinuit
     struct bd_gpu_memory before, after;
     bd_gpu_memory_reset_peak(context.gpu);
     bd_gpu_memory(context.gpu, &before);
-    struct bd_discontinuity *d = run(p, s);
+    struct bd_discontinuity *d = discontinuity_of(p, s);
     bd_gpu_memory(context.gpu, &after);
     assert_true(after.used_bytes - before.used_bytes == bd_discontinuity_bytes(d));
     bd_discontinuity_destroy(context.gpu, &d);
@@ -172,25 +150,25 @@ static uint64_t peak_bytes(const struct picture *p, const struct bd_discontinuit
 static void no_pyramid_that_nobody_reads(void **state)
 {
     (void)state;
-    static const uint64_t depth_bytes[] = {8, 4, 0}, normal_bytes[] = {32, 4, 0};
+    static const uint64_t depth_bytes[] = {8, 4, 0, 4}, normal_bytes[] = {32, 4, 0};
     const uint64_t blocks = 50 * 30 + 25 * 15, stack = 50 * (30 + 15 + 8 + 4 + 2 + 1 + 1);
     struct picture p = picture_of_camera(&picture_kinds[0], (struct picture_size){100, 60});
-    for (int test = 0; test < 9; test++) {
+    for (int test = 0; test < 12; test++) {
         struct bd_discontinuity_settings s = {
-            .depth_test = (enum bd_depth_test)(test % 3),
-            .normal_test = (enum bd_normal_test)(test / 3),
+            .depth_test = (enum bd_depth_test)(test % 4),
+            .normal_test = (enum bd_normal_test)(test / 4),
             .depth_threshold = .1,
             .normal_threshold = .1,
             .coarsest_side = 1,
         };
-        uint64_t depth = depth_bytes[test % 3], normal = normal_bytes[test / 3];
-        assert_int_equal(peak_bytes(&p, &s), 3 * 4 * stack + (depth + normal) * blocks);
+        uint64_t depth = depth_bytes[test % 4], normal = normal_bytes[test / 4];
+        assert_int_equal(peak_bytes(&p, &s), 2 * 4 * stack + (depth + normal) * blocks);
         s.depth_threshold = INFINITY;
-        assert_int_equal(peak_bytes(&p, &s), 3 * 4 * stack + normal * blocks);
+        assert_int_equal(peak_bytes(&p, &s), 2 * 4 * stack + normal * blocks);
         check(&p, &s, "infinite threshold of depth");
         s.depth_threshold = .1;
         s.normal_threshold = INFINITY;
-        assert_int_equal(peak_bytes(&p, &s), 3 * 4 * stack + depth * blocks);
+        assert_int_equal(peak_bytes(&p, &s), 2 * 4 * stack + depth * blocks);
         check(&p, &s, "infinite threshold of normals");
     }
     picture_destroy(&p);
@@ -209,7 +187,7 @@ static void geometric_normals_do_not_jump(void **state)
     for (int test = BD_NORMAL_TEST_MINMAX; test <= BD_NORMAL_TEST_CHORD; test++) {
         struct picture p = picture_of_camera(&picture_kinds[0], (struct picture_size){37, 29});
         s.normal_test = (enum bd_normal_test)test;
-        struct bd_discontinuity *d = run(&p, &s);
+        struct bd_discontinuity *d = discontinuity_of(&p, &s);
         struct bd_discontinuity_settings without = s;
         without.normal_test = BD_NORMAL_TEST_OFF;
         struct blocks found = blocks_of_device(&p, d),

@@ -6,8 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "blocks.h"
 #include "pass/fragments.h"
-#include "picture.h"
 
 struct run {
     struct bd_discontinuity *discontinuity;
@@ -16,7 +16,7 @@ struct run {
 };
 
 static void find_fragments(const struct bd_discontinuity_inputs *inputs, struct run *run,
-                           enum bd_refinement refinement)
+                           enum bd_fragment_refinement refinement)
 {
     struct bd_fault fault = {0};
     if (bd_fragments_run(&context, inputs, run->discontinuity, refinement, &run->fragments, &fault))
@@ -30,13 +30,10 @@ static void find_fragments(const struct bd_discontinuity_inputs *inputs, struct 
 }
 
 static struct run run_passes(const struct picture *p, const struct bd_discontinuity_settings *s,
-                             enum bd_refinement refinement)
+                             enum bd_fragment_refinement refinement)
 {
     const struct bd_discontinuity_inputs inputs = picture_inputs(p, s);
-    struct bd_fault fault = {0};
-    struct run run = {0};
-    if (bd_discontinuity_run(&context, &inputs, &run.discontinuity, &fault))
-        fail_msg("%s", fault.message);
+    struct run run = {.discontinuity = discontinuity_of(p, s)};
     find_fragments(&inputs, &run, refinement);
     return run;
 }
@@ -153,19 +150,16 @@ static void assert_list(const struct run *run, const uint32_t *expected, uint32_
 static void check(const struct picture *p, const struct bd_discontinuity_settings *s,
                   const char *what)
 {
-    char name[120];
-    snprintf(name, sizeof name, "%s %ux%u%s, depth test %d, normal test %d, neighbours %d", what,
-             p->size.width, p->size.height, p->is_light ? " (light)" : "", (int)s->depth_test,
-             (int)s->normal_test, (int)s->neighbourhood);
+    const struct picture_name name = picture_name(p, s, what);
     struct blocks b = blocks_by_definition(p, s);
     uint32_t *expected = malloc(bd_multires_block_count(&b.layout) * sizeof *expected);
     assert_non_null(expected);
     uint32_t level_first[BD_MULTIRES_LEVEL_MAX];
     uint32_t count = list_by_definition(&b, expected, level_first);
     for (int refinement = 0; refinement < 2; refinement++) {
-        struct run run = run_passes(p, s, (enum bd_refinement)refinement);
-        assert_list(&run, expected, count, name);
-        assert_covered_once(p, &run, s->depth_test != BD_DEPTH_TEST_OFF, name);
+        struct run run = run_passes(p, s, (enum bd_fragment_refinement)refinement);
+        assert_list(&run, expected, count, name.text);
+        assert_covered_once(p, &run, s->depth_test != BD_DEPTH_TEST_OFF, name.text);
         assert_levels(run.fragments, level_first);
         assert_dispatch(run.fragments);
         destroy_run(&run);
@@ -225,15 +219,8 @@ static void odd_and_large(void **state)
 static void slices_change_nothing(void **state)
 {
     (void)state;
-    struct picture p = picture_of_camera(&picture_kinds[0], (struct picture_size){100, 130});
     const struct bd_discontinuity_settings settings = settings_of(19);
-    double speed = context.slicer->units_per_ms;
-    uint32_t slices = context.slicer->slice_count;
-    context.slicer->units_per_ms = 1;
-    check(&p, &settings, "in slices");
-    context.slicer->units_per_ms = speed;
-    assert_true(context.slicer->slice_count > slices + 100);
-    picture_destroy(&p);
+    assert_true(check_in_slices(check, &settings) > 100);
 }
 
 // More pixels than one row of work groups can have, and a single level.

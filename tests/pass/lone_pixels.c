@@ -3,93 +3,19 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
+#include "blocks.h"
 #include "pass/fragments.h"
-#include "picture.h"
-
-// --- what is seen -------------------------------------------------------------------------
-
-struct vec {
-    double x, y, z;
-};
-
-struct point {
-    struct vec position, normal, normal_geometric;
-};
-
-static double dot(struct vec a, struct vec b)
-{
-    return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-
-static struct vec minus(struct vec a, struct vec b)
-{
-    return (struct vec){a.x - b.x, a.y - b.y, a.z - b.z};
-}
-
-static double length(struct vec v)
-{
-    return sqrt(dot(v, v));
-}
-
-static struct vec normal_of(const float octahedral[2])
-{
-    double x = octahedral[0], y = octahedral[1], z = 1 - fabs(x) - fabs(y), fold = fmax(-z, 0);
-    struct vec n = {x + (x >= 0 ? -fold : fold), y + (y >= 0 ? -fold : fold), z};
-    double l = length(n);
-    return (struct vec){n.x / l, n.y / l, n.z / l};
-}
-
-// Both normals of a pixel, as they are uploaded. The geometric one agrees with the shading one in
-// some parts of the picture, in others it is that of a wall opposite.
-static void normals_of(const struct picture *p, size_t i, float out[4])
-{
-    size_t x = i % p->size.width, y = i / p->size.width;
-    memcpy(out, p->pixels[i].normal, 2 * sizeof *out);
-    bool agrees = (x / 16 + y / 16) % 2;
-    out[2] = agrees ? out[0] : 1;
-    out[3] = agrees ? out[1] : 0;
-}
-
-static void upload_normals(const struct picture *p)
-{
-    size_t count = (size_t)p->size.width * p->size.height;
-    float(*normals)[4] = calloc(count, sizeof *normals);
-    assert_non_null(normals);
-    for (size_t i = 0; i < count; i++) normals_of(p, i, normals[i]);
-    bd_tex_upload(context.gpu, p->gbuffer.normals, 0, normals, count * sizeof *normals);
-    free(normals);
-}
-
-static struct point point_of(const struct picture *p, uint32_t pixel)
-{
-    uint32_t x = BD_PIXEL_X(pixel), y = BD_PIXEL_Y(pixel);
-    size_t i = (size_t)y * p->size.width + x;
-    // The picture looks along -x, with -z to the right (picture.c), half as wide as deep.
-    double depth = p->pixels[i].depth;
-    double u = (2 * (x + .5) / p->size.width - 1) * p->viewpoint.half_width;
-    double v = (1 - 2 * (y + .5) / p->size.height) * p->viewpoint.half_height;
-    float normals[4];
-    normals_of(p, i, normals);
-    return (struct point){
-        {-depth, v * depth, -u * depth}, normal_of(normals), normal_of(normals + 2)};
-}
+#include "points.h"
 
 // --- the definition -----------------------------------------------------------------------
 
-// Above 0: light there serves here, by so much: one surface (shaders/common/one_surface.glsl), and
-// a normal near that for which blocks are lit.
+// Above 0: light there serves here, by so much: one surface, and a normal near that for which
+// blocks are lit.
 static double agreement(struct point here, struct point there)
 {
-    struct vec across = minus(there.position, here.position);
-    double chord = fmin(length(minus(here.normal, there.normal)),
-                        length(minus(here.normal_geometric, there.normal_geometric)));
-    double height =
-        fmin(fabs(dot(across, here.normal_geometric)), fabs(dot(across, there.normal_geometric)));
-    double slope = length(across) > 0 ? height / length(across) : 0;
-    double turn = length(minus(here.normal, there.normal_geometric));
-    return fmin(fmin(.4 - chord, .25 - slope), .4 - turn);
+    double turn = distance_between(here.normal, there.normal_geometric);
+    return fmin(one_surface(&here, &there), .4 - turn);
 }
 
 static int descending(const void *a, const void *b)
@@ -125,9 +51,6 @@ static double best_agreement(const struct picture *p, const struct blocks *b, ui
 struct tally {
     uint32_t lone, not_lone, unsure;
 };
-
-// Nearer than this to a threshold either answer is right: the device rounds.
-#define UNSURE 1e-5
 
 static void assert_block(const struct picture *p, const struct blocks *b, uint32_t finest,
                          uint32_t level, uint32_t x, uint32_t y, bool found, struct tally *tally)
@@ -186,14 +109,12 @@ static void assert_marks(const struct picture *p, const struct blocks *b, const 
 }
 
 static void check(const struct picture *p, const struct bd_discontinuity_settings *settings,
-                  enum bd_refinement refinement, struct tally *tally)
+                  enum bd_fragment_refinement refinement, struct tally *tally)
 {
     const struct bd_discontinuity_inputs inputs = picture_inputs(p, settings);
-    struct bd_discontinuity *discontinuity;
+    struct bd_discontinuity *discontinuity = discontinuity_of(p, settings);
     struct bd_fragments *fragments;
     struct bd_fault fault = {0};
-    if (bd_discontinuity_run(&context, &inputs, &discontinuity, &fault))
-        fail_msg("%s", fault.message);
     if (bd_fragments_run(&context, &inputs, discontinuity, refinement, &fragments, &fault))
         fail_msg("%s", fault.message);
     struct blocks b = blocks_of_device(p, discontinuity);
@@ -213,7 +134,7 @@ static void check_picture(const struct picture_kind *kind, struct picture_size s
                           struct tally *tally)
 {
     struct picture p = picture_of_camera(kind, size);
-    upload_normals(&p);
+    upload_both_normals(&p);
     for (uint32_t finest = 1; finest < 4; finest++) {
         const struct bd_discontinuity_settings settings = {
             .depth_test = finest == 2 ? BD_DEPTH_TEST_MINMAX : BD_DEPTH_TEST_STEP,

@@ -1,6 +1,5 @@
 // Pictures made by hand, as a camera or a light would see them, for passes that look at where
-// surfaces jump; and what their blocks are, straight from the definition (pass/discontinuity.h,
-// algorithms.md A1): every block looks at each of its pixels.
+// surfaces jump.
 
 #ifndef BD_TESTS_PASS_PICTURE_H
 #define BD_TESTS_PASS_PICTURE_H
@@ -47,6 +46,8 @@ struct picture_kind {
 extern const struct picture_kind picture_kinds[];
 extern const size_t picture_kind_count;
 
+// Zeroed; fails the test without memory.
+void *allocate(size_t count, size_t bytes);
 // A repeatable number in [0, 1).
 float noise(uint32_t x, uint32_t y, uint32_t stream);
 // The octahedral coordinates of a direction, which need not be unit.
@@ -68,6 +69,18 @@ struct picture picture_of_camera(const struct picture_kind *kind, struct picture
 struct picture picture_of_light(const struct picture_kind *kind, uint32_t side_px,
                                 bool orthographic);
 void picture_destroy(struct picture *picture);
+struct bd_discontinuity_inputs picture_inputs(const struct picture *picture,
+                                              const struct bd_discontinuity_settings *settings);
+// What messages say of a picture under some settings; `kind` is its name.
+struct picture_name {
+    char text[120];
+};
+struct picture_name picture_name(const struct picture *picture,
+                                 const struct bd_discontinuity_settings *settings,
+                                 const char *kind);
+
+// --- sweeps -------------------------------------------------------------------------------
+
 // What is to be checked of a picture under some settings; `name` is the picture's.
 typedef void picture_check(const struct picture *picture,
                            const struct bd_discontinuity_settings *settings, const char *name);
@@ -84,23 +97,8 @@ void sweep_cameras(const struct picture_sweep *sweep, const struct picture_size 
                    size_t size_count);
 // `orthographic`: every third is.
 void sweep_lights(const struct picture_sweep *sweep, bool orthographic);
-struct bd_discontinuity_inputs picture_inputs(const struct picture *picture,
-                                              const struct bd_discontinuity_settings *settings);
-
-// --- the definition -----------------------------------------------------------------------
-
-struct blocks {
-    struct bd_multires_layout layout;
-    uint32_t first[BD_MULTIRES_LEVEL_MAX]; // of a level, in the arrays
-    uint32_t *flags, *representatives;
-};
-
-struct blocks blocks_by_definition(const struct picture *picture,
-                                   const struct bd_discontinuity_settings *settings);
-// As the pass left them; level 0 is what can be lit.
-struct blocks blocks_of_device(const struct picture *picture,
-                               const struct bd_discontinuity *discontinuity);
-void blocks_destroy(struct blocks *blocks);
-uint32_t block_index(const struct blocks *blocks, uint32_t level, uint32_t x, uint32_t y);
+// The check of one picture with the slicer held to slices that are as short as can be; gives their
+// number.
+uint32_t check_in_slices(picture_check *check, const struct bd_discontinuity_settings *settings);
 
 #endif

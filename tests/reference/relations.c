@@ -30,7 +30,7 @@ static struct stage *make_room(double scale, double power, const double offset[3
     const double block_low[3] = {0.1 * half, -half, -0.6 * half};
     const double block_high[3] = {0.7 * half, -0.1 * half, 0.1 * half};
     stage_box(s, white, low, high);
-    s->scene->nodes[5].in_scene = false; // the wall at +z
+    s->scene->nodes[5].is_hidden = true; // the wall at +z
     stage_box(s, gloss, block_low, block_high);
     stage_sphere(s, dark, (const double[3]){-0.4 * half, -0.6 * half, 0}, 0.3 * half, 3, false);
     const double lamp[4][3] = {{-0.9 * half, 0.2 * half, -0.95 * half},

@@ -87,7 +87,6 @@ static struct bd_node *add_node(struct bd_scene *s)
     struct bd_node *node = append((void **)&s->nodes, &s->node_count, sizeof *node);
     node->parent = node->mesh = node->camera = node->light = BD_NONE;
     node->parent_from_node = bd_dmat4_identity();
-    node->in_scene = true;
     return node;
 }
 

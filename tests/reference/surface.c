@@ -27,9 +27,9 @@ static uint32_t indices[] = {0, 1, 2, 0, 2, 3};
 static uint8_t base_texels[] = {255, 0, 0, 255, 0, 255, 0, 128};
 static uint8_t data_texels[] = {51, 102, 153, 255, 204, 255, 0, 255};
 static uint8_t normal_texels[] = {255, 128, 191, 255, 128, 255, 191, 255};
-static struct bd_picture base_picture = {1, 2, 1, 0, base_texels};
-static struct bd_picture data_picture = {1, 2, 1, 0, data_texels};
-static struct bd_picture normal_picture = {1, 2, 1, 0, normal_texels};
+static struct bd_picture base_picture = {1, .width_px = 2, .height_px = 1, .rgba = base_texels};
+static struct bd_picture data_picture = {1, .width_px = 2, .height_px = 1, .rgba = data_texels};
+static struct bd_picture normal_picture = {1, .width_px = 2, .height_px = 1, .rgba = normal_texels};
 
 static const float identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
 static const float to_eye[3] = {0, 0, 1}, from_below[3] = {0, 0, -1};
@@ -63,7 +63,7 @@ static void setup(struct setup *s)
 {
     *s = (struct setup){.pictures = {&base_picture, &data_picture, &normal_picture}};
     for (int i = 0; i < 3; i++)
-        s->textures[i] = (struct bd_texture){i, BD_WRAP_CLAMP, BD_WRAP_CLAMP, true};
+        s->textures[i] = (struct bd_texture){i, BD_WRAP_CLAMP, BD_WRAP_CLAMP, .nearest = true};
     s->material = (struct bd_material){
         .base_color = {.5f, .5f, .5f, .5f},
         .metallic = .5f,
@@ -192,7 +192,7 @@ static void transform_and_second_set(void **state)
     assert_near(at(&s, .9f, .8f, to_eye).base_color, .5, 0, 0);
     assert_near(at(&s, .9f, .2f, to_eye).base_color, 0, .5, 0);
     // The second row of the matrix: v' = u + v / 10 in a picture of two rows.
-    struct bd_picture rows = {1, 1, 2, 0, base_texels};
+    struct bd_picture rows = {1, .width_px = 1, .height_px = 2, .rgba = base_texels};
     s.pictures[0] = &rows;
     s.material.base_color_map = (struct bd_texture_ref){0, 0, {1, 0, 0, 1, .1f, 0}};
     assert_near(at(&s, .3f, .25f, to_eye).base_color, .5, 0, 0);

@@ -18,7 +18,7 @@ static uint8_t texels[] = {
     20, 40,  0, 230, 30, 90,  0, 220, // row 1
     40, 160, 0, 210, 50, 250, 0, 200, // row 2
 };
-static struct bd_picture picture = {1, 2, 3, 0, texels};
+static struct bd_picture picture = {1, .width_px = 2, .height_px = 3, .rgba = texels};
 static struct bd_picture *pictures[] = {&picture};
 static const struct bd_scene scene = {.picture_count = 1, .pictures = pictures};
 
@@ -47,8 +47,9 @@ static void centres_are_at_half(void **state)
 {
     (void)state;
     for (int wrap = BD_WRAP_REPEAT; wrap <= BD_WRAP_MIRROR; wrap++) {
-        const struct bd_texture linear = {0, (enum bd_wrap)wrap, (enum bd_wrap)wrap, false};
-        const struct bd_texture nearest = {0, (enum bd_wrap)wrap, (enum bd_wrap)wrap, true};
+        const enum bd_wrap both = (enum bd_wrap)wrap;
+        const struct bd_texture linear = {0, both, both, .nearest = false};
+        const struct bd_texture nearest = {0, both, both, .nearest = true};
         for (int y = 0; y < 3; y++) {
             for (int x = 0; x < 2; x++) {
                 float u = ((float)x + .5f) / 2, v = ((float)y + .5f) / 3;
@@ -66,7 +67,7 @@ static void centres_are_at_half(void **state)
 static void wraps_by_axis(void **state)
 {
     (void)state;
-    struct bd_texture t = {0, BD_WRAP_REPEAT, BD_WRAP_CLAMP, false};
+    struct bd_texture t = {0, BD_WRAP_REPEAT, BD_WRAP_CLAMP, .nearest = false};
     assert_red(&t, 0, .5f, 25); // the seam: half of the last, half of the first
     assert_red(&t, 1, .5f, 25);
     assert_red(&t, -3.75f, .5f, 20);
@@ -104,7 +105,7 @@ static void wraps_by_axis(void **state)
 static void srgb_is_decoded_first(void **state)
 {
     (void)state;
-    const struct bd_texture t = {0, BD_WRAP_CLAMP, BD_WRAP_CLAMP, false};
+    const struct bd_texture t = {0, BD_WRAP_CLAMP, BD_WRAP_CLAMP, .nearest = false};
     float out[4];
     bd_texture_at(&scene, &t, true, .5f, 5 / 6.0f, out);
     float expected = .5f * (bd_srgb_to_linear(160) + bd_srgb_to_linear(250));
@@ -119,14 +120,15 @@ static void odd_coordinates(void **state)
     static const float odd[] = {NAN, INFINITY, -INFINITY, 3e38f, -3e38f, 1e10f, -1e-30f, -0.0f};
     for (int wrap = BD_WRAP_REPEAT; wrap <= BD_WRAP_MIRROR; wrap++) {
         for (int nearest = 0; nearest < 2; nearest++) {
-            const struct bd_texture t = {0, (enum bd_wrap)wrap, (enum bd_wrap)wrap, nearest};
+            const enum bd_wrap both = (enum bd_wrap)wrap;
+            const struct bd_texture t = {0, both, both, .nearest = nearest};
             for (size_t i = 0; i < sizeof odd / sizeof *odd; i++) {
                 float red = red_at(&t, odd[i], odd[(i + 3) % 8]);
                 assert_true(red >= 0 && red <= 50);
             }
         }
     }
-    const struct bd_texture missing = {BD_NONE, BD_WRAP_REPEAT, BD_WRAP_REPEAT, false};
+    const struct bd_texture missing = {BD_NONE, BD_WRAP_REPEAT, BD_WRAP_REPEAT, .nearest = false};
     assert_red(&missing, .1f, .2f, 255);
 }
 

@@ -7,8 +7,8 @@
 #include "pass/discontinuity/measures.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(binding = BD_IMAGE_OWN_TESTS, r32ui) writeonly uniform uimage2D own;
-layout(binding = BD_IMAGE_BLOCKS, r32ui) writeonly uniform uimage2D representative;
+layout(binding = BD_IMAGE_WORDS, r32ui) writeonly uniform uimage2D words;
+layout(binding = BD_IMAGE_REPRESENTATIVES, r32ui) writeonly uniform uimage2D representative;
 
 struct seen {
     bool lit;
@@ -103,10 +103,10 @@ void main()
     seen inner[4];
     for (int i = 0; i < 4; i++) inner[i] = look(first + ivec2(i & 1, i >> 1));
     measures m = MEASURES_OF_NOTHING;
-    uint bits = 0u, pixel_of_block = ~0u;
+    uint word = 0u, pixel_of_block = ~0u;
     for (int i = 0; i < 4; i++) {
         ivec2 pixel = first + ivec2(i & 1, i >> 1);
-        if (in_picture(pixel)) bits |= inner[i].lit ? BD_OWN_LIT : BD_OWN_UNLIT;
+        if (in_picture(pixel)) word |= inner[i].lit ? BD_BLOCK_WITH_CHILD(i) : BD_BLOCK_HAS_UNLIT;
         if (!inner[i].lit) continue;
         pixel_of_block = min(pixel_of_block, BD_PIXEL_PACK(uint(pixel.x), uint(pixel.y)));
         add_pixel(m, inner[i]);
@@ -119,6 +119,6 @@ void main()
     }
     ivec2 texel = multires_texel(args.multires.levels[1], block);
     store_measures(block, m);
-    imageStore(own, texel, uvec4(bits | own_test(m, bits)));
+    imageStore(words, texel, uvec4(word | own_kind(m, word)));
     imageStore(representative, texel, uvec4(pixel_of_block));
 }

@@ -72,9 +72,11 @@ void store_measures(uvec2 block, measures m)
 #endif
 }
 
-// A threshold is met by more, not by as much. `lit` has BD_OWN_LIT and BD_OWN_UNLIT.
-uint own_test(measures m, uint lit)
+// What a block is by itself. A threshold is met by more, not by as much. `word` has the block's children
+// and whether it has pixels that cannot be lit.
+uint own_kind(measures m, uint word)
 {
+    if (BD_BLOCK_CHILDREN(word) == 0u) return BD_BLOCK_EMPTY;
     bool jump = false;
 #if BD_DEPTH_TEST == BD_TEST_RANGE
     float least = -m.depth.y, scale = args.limits.z > 0.0 ? args.limits.z : least;
@@ -84,12 +86,12 @@ uint own_test(measures m, uint lit)
 #endif
 #if BD_DEPTH_TEST != BD_TEST_NONE
     // What cannot be lit lies behind, or is no surface of this kind: a silhouette (hazard 30).
-    jump = jump || (lit & BD_OWN_UNLIT) != 0u;
+    jump = jump || (word & BD_BLOCK_HAS_UNLIT) != 0u;
 #endif
 #if BD_NORMAL_TEST == BD_TEST_RANGE
     jump = jump || any(greaterThan(m.normal + m.normal_least, vec3(args.limits.y)));
 #elif BD_NORMAL_TEST == BD_TEST_JUMP
     jump = jump || m.normal > args.limits.y;
 #endif
-    return jump && (lit & BD_OWN_LIT) != 0u ? BD_OWN_JUMP : 0u;
+    return jump ? BD_BLOCK_DISCONTINUOUS : BD_BLOCK_SMOOTH;
 }

@@ -1,11 +1,13 @@
-// Levels from 2 on: a block's measures from its four children's, and its own test.
+// Levels from 2 on: a block's measures from its four children's, and what it is by itself; or where no
+// neighbours are asked what it is at last, by its children, too, which makes the property monotone
+// (errata N5).
 #include "pass/discontinuity/measures.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = BD_UNIT_FINER_DEPTH) uniform sampler2D finer_depth;
 layout(binding = BD_UNIT_FINER_NORMAL) uniform sampler2D finer_normal;
 layout(binding = BD_UNIT_FINER_NORMAL_LEAST) uniform sampler2D finer_normal_least;
-layout(binding = BD_IMAGE_OWN_TESTS, r32ui) uniform uimage2D own;
+layout(binding = BD_IMAGE_WORDS, r32ui) uniform uimage2D words;
 
 void add_child(inout measures m, ivec2 child)
 {
@@ -27,13 +29,18 @@ void main()
     if (gl_GlobalInvocationID.y >= args.slice.y || !multires_has(level, block)) return;
     uvec4 finer = args.multires.levels[args.slice.z - 1u];
     measures m = MEASURES_OF_NOTHING;
-    uint bits = 0u;
+    uint word = 0u;
+    bool below = false;
     for (uint i = 0u; i < 4u; i++) {
         uvec2 child = block * 2u + uvec2(i & 1u, i >> 1u);
         if (!multires_has(finer, child)) continue;
-        bits |= imageLoad(own, multires_texel(finer, child)).x & (BD_OWN_LIT | BD_OWN_UNLIT);
+        uint of_child = imageLoad(words, multires_texel(finer, child)).x, kind = BD_BLOCK_KIND(of_child);
+        word |= of_child & BD_BLOCK_HAS_UNLIT;
+        if (kind != BD_BLOCK_EMPTY) word |= BD_BLOCK_WITH_CHILD(i);
+        below = below || kind == BD_BLOCK_DISCONTINUOUS;
         add_child(m, ivec2(child));
     }
     store_measures(block, m);
-    imageStore(own, multires_texel(level, block), uvec4(bits | own_test(m, bits)));
+    uint kind = below && args.tests.x == 0u ? BD_BLOCK_DISCONTINUOUS : own_kind(m, word);
+    imageStore(words, multires_texel(level, block), uvec4(word | kind));
 }

@@ -10,8 +10,8 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(std140, binding = BD_UNIFORM_ARGS) uniform args_block { bd_discontinuity_args args; };
-layout(binding = BD_UNIT_OWN_TESTS) uniform usampler2D own_tests;
-layout(binding = BD_IMAGE_BLOCKS, r32ui) writeonly uniform uimage2D representative;
+layout(binding = BD_UNIT_BLOCK_FLAGS) uniform usampler2D flags;
+layout(binding = BD_IMAGE_REPRESENTATIVES, r32ui) writeonly uniform uimage2D representative;
 
 struct candidate {
     uint distance; // squared, in half pixels: below 2^31
@@ -30,7 +30,7 @@ bool has_lit(uint level, uvec2 block)
     if (!multires_has(args.multires.levels[level], block)) return false;
     if (level == 0u) return seen_lit(ivec2(block), args.slice.w);
     ivec2 texel = multires_texel(args.multires.levels[level], block);
-    return (texelFetch(own_tests, texel, 0).x & BD_OWN_LIT) != 0u;
+    return BD_BLOCK_KIND(texelFetch(flags, texel, 0).x) != BD_BLOCK_EMPTY;
 }
 
 // Even bits of a 28 bit number.

@@ -1,4 +1,4 @@
-// Flags of one level, from the finest up: by own tests, the neighbours' as far as they are asked, and
+// Flags of one level, from the finest up, where neighbours are asked: by own tests, the neighbours', and
 // the children's flags, which makes the property monotone (errata N5).
 //
 // Loops that end at once, where a branch would do: the software device runs both sides of those.
@@ -9,12 +9,12 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(std140, binding = BD_UNIFORM_ARGS) uniform args_block { bd_discontinuity_args args; };
 layout(binding = BD_UNIT_OWN_TESTS) uniform usampler2D own_tests;
-layout(binding = BD_IMAGE_BLOCKS, r32ui) uniform uimage2D flags;
+layout(binding = BD_IMAGE_WORDS, r32ui) uniform uimage2D flags;
 
 bool jumps(uvec4 level, uvec2 block)
 {
     if (!multires_has(level, block)) return false;
-    return (texelFetch(own_tests, multires_texel(level, block), 0).x & BD_OWN_JUMP) != 0u;
+    return BD_BLOCK_KIND(texelFetch(own_tests, multires_texel(level, block), 0).x) == BD_BLOCK_DISCONTINUOUS;
 }
 
 const ivec2 NEIGHBOURS[8] = ivec2[8](ivec2(-1, -1), ivec2(1, -1), ivec2(-1, 1), ivec2(1, 1),
@@ -38,7 +38,7 @@ bool child_is_discontinuous(uvec2 block)
         uvec2 child = block * 2u + uvec2(i & 1u, i >> 1u);
         if (multires_has(finer, child))
             found = found ||
-                    imageLoad(flags, multires_texel(finer, child)).x == BD_BLOCK_DISCONTINUOUS;
+                    BD_BLOCK_KIND(imageLoad(flags, multires_texel(finer, child)).x) == BD_BLOCK_DISCONTINUOUS;
     }
     return found;
 }
@@ -49,11 +49,8 @@ void main()
     uvec2 block = gl_GlobalInvocationID.xy + uvec2(0u, args.slice.x);
     if (gl_GlobalInvocationID.y >= args.slice.y || !multires_has(level, block)) return;
     ivec2 texel = multires_texel(level, block);
-    uint flag = BD_BLOCK_EMPTY;
-    if ((texelFetch(own_tests, texel, 0).x & BD_OWN_LIT) != 0u) {
-        bool found = jumps(level, block) || child_is_discontinuous(block) ||
-                     neighbour_jumps(level, block);
-        flag = found ? BD_BLOCK_DISCONTINUOUS : BD_BLOCK_SMOOTH;
-    }
-    imageStore(flags, texel, uvec4(flag));
+    uint word = texelFetch(own_tests, texel, 0).x;
+    bool found = BD_BLOCK_KIND(word) == BD_BLOCK_SMOOTH &&
+                 (child_is_discontinuous(block) || neighbour_jumps(level, block));
+    imageStore(flags, texel, uvec4(found ? word - BD_BLOCK_SMOOTH + BD_BLOCK_DISCONTINUOUS : word));
 }

@@ -6,7 +6,8 @@
 //
 // Below the finest level there are lone pixels, and blocks (BD_LONE_PIXELS).
 //
-// BD_GLOSSY: of glossy receivers alone, as the flags are (pass/glossy_blocks).
+// What a pixel is, the flags of level 1 tell. BD_ONE_LEVEL: there are none, and pixels are looked at;
+// BD_GLOSSY: for glossy receivers alone, as the flags are (pass/glossy_blocks).
 #include "common/seen_surface.glsl"
 #include "pass/fragments/tiles.glsl"
 #ifdef BD_LONE_PIXELS
@@ -20,6 +21,7 @@ layout(std430, binding = BD_STORAGE_FRAGMENT_MASKS) writeonly buffer mask_block 
 layout(std430, binding = BD_STORAGE_REACHED_MASKS) buffer reached_block { uint reached_masks[]; };
 #endif
 
+#ifdef BD_ONE_LEVEL
 bool is_member(ivec2 pixel)
 {
 #ifdef BD_GLOSSY
@@ -28,33 +30,42 @@ bool is_member(ivec2 pixel)
 #endif
     return seen_lit(pixel, args.range.w);
 }
+#endif
 
-// Of a block of the level, or of a place where it has none.
-uint block_flag(uint level, uvec2 block)
+// Of a block of the level, from 1 on, or of a place where it has none.
+uint word_of(uint level, uvec2 block)
 {
     uvec4 size = args.multires.levels[level];
-    if (!multires_has(size, block)) return BD_BLOCK_EMPTY;
-    if (level > 0u) return texelFetch(flags, multires_texel(size, block), 0).x;
-    return is_member(ivec2(block)) ? BD_BLOCK_SMOOTH : BD_BLOCK_EMPTY;
+    return multires_has(size, block) ? texelFetch(flags, multires_texel(size, block), 0).x : BD_BLOCK_EMPTY;
+}
+
+// Of a block of the level, whose parent has that word.
+uint kind_of(uint level, uvec2 block, uint parent)
+{
+#ifdef BD_ONE_LEVEL
+    bool inside = multires_has(args.multires.levels[0], block);
+    return inside && is_member(ivec2(block)) ? BD_BLOCK_SMOOTH : BD_BLOCK_EMPTY;
+#else
+    uint i = (block.x & 1u) + 2u * (block.y & 1u);
+    if (level == 0u) return BD_BLOCK_CHILDREN(parent) >> i & BD_BLOCK_SMOOTH;
+    return BD_BLOCK_KIND(word_of(level, block));
+#endif
 }
 
 bool is_reached(uint level, uvec2 block)
 {
 #ifdef BD_ITERATIVE
-    uvec4 tiles = args.tiles[level];
-    uvec2 tile = block / BD_FRAGMENT_TILE_SIDE, inside = block % BD_FRAGMENT_TILE_SIDE;
-    uint half_tile = 2u * (tiles.x + tile.y * tiles.y + tile.x) + inside.y / 4u;
-    return (reached_masks[half_tile] >> (8u * (inside.y % 4u) + inside.x) & 1u) != 0u;
+    return (reached_masks[half_tile_of(level, block)] >> bit_of(block) & 1u) != 0u;
 #else
     return true;
 #endif
 }
 
-bool is_split(uint level, uvec2 block)
+bool is_split(uint level, uvec2 block, uint word)
 {
     if (level <= args.total.y) return false; // its blocks are whole, whatever they hold
     if (level == args.multires.size_px.z) return true; // the coarsest level's blocks have no parent
-    return block_flag(level, block) == BD_BLOCK_DISCONTINUOUS && is_reached(level, block);
+    return BD_BLOCK_KIND(word) == BD_BLOCK_DISCONTINUOUS && is_reached(level, block);
 }
 
 #ifdef BD_LONE_PIXELS
@@ -88,7 +99,7 @@ bool is_lone(uint level, uvec2 block)
     int found = 0;
     for (int i = 0; i < 6 && found < ENOUGH_BESIDE; i++) {
         uvec2 at = uvec2(parent + side * steps[i]); // below 0 it wraps, and no level has such a block
-        if (block_flag(level + 1u, at) == BD_BLOCK_EMPTY) continue;
+        if (BD_BLOCK_KIND(word_of(level + 1u, at)) == BD_BLOCK_EMPTY) continue;
         if (is_lit_by(here, receiver_of(level + 1u, at))) found += i == 0 ? ENOUGH_BESIDE : 1;
     }
     return found < ENOUGH_BESIDE;
@@ -98,11 +109,12 @@ bool is_lone(uint level, uvec2 block)
 uint lone_mask(uint level, uvec2 first)
 {
     uint asked = 0u, lone = 0u;
-    for (uint i = 0u; i < 32u; i++) {
-        uvec2 block = first + uvec2(i % 8u, i / 8u);
-        if (block_flag(level, block) == BD_BLOCK_EMPTY) continue;
-        uvec2 whole = block >> (args.total.y - level);
-        if (block_flag(args.total.y, whole) == BD_BLOCK_DISCONTINUOUS) asked |= 1u << i;
+    for (uint i = 0u; i < 8u; i++) {
+        uvec2 in_half = 2u * uvec2(i % 4u, i / 4u), parent = (first + in_half) / 2u;
+        uint whole = word_of(args.total.y, parent >> (args.total.y - level - 1u));
+        if (BD_BLOCK_KIND(whole) != BD_BLOCK_DISCONTINUOUS) continue;
+        uint children = BD_BLOCK_CHILDREN(word_of(level + 1u, parent));
+        asked |= ((children & 3u) | (children & 12u) << 6) << (8u * in_half.y + in_half.x);
     }
     while (asked != 0u) {
         uint i = uint(findLSB(asked));
@@ -129,10 +141,12 @@ void main()
     bool finest = level == args.total.y;
     for (uint parent = 0u; parent < 8u; parent++) {
         uvec2 in_half = 2u * uvec2(parent % 4u, parent / 4u);
-        if (!is_split(level + 1u, (first + in_half) / 2u)) continue;
+        uvec2 block = (first + in_half) / 2u;
+        uint word = level + 1u < args.multires.size_px.z ? word_of(level + 1u, block) : BD_BLOCK_EMPTY;
+        if (!is_split(level + 1u, block, word)) continue;
         for (uint i = 0u; i < 4u; i++) {
             uvec2 at = in_half + uvec2(i & 1u, i >> 1u);
-            uint flag = block_flag(level, first + at), bit = 1u << (8u * at.y + at.x);
+            uint flag = kind_of(level, first + at, word), bit = 1u << (8u * at.y + at.x);
             if (flag != BD_BLOCK_EMPTY) reached |= bit;
             if (flag == BD_BLOCK_SMOOTH || (finest && flag != BD_BLOCK_EMPTY)) mask |= bit;
         }

@@ -1,7 +1,6 @@
 // Writes the fragments of half a tile to their places in the list.
 #include "pass/fragments/places.glsl"
 
-layout(std430, binding = BD_STORAGE_FRAGMENT_MASKS) readonly buffer mask_block { uint masks[]; };
 layout(std430, binding = BD_STORAGE_FRAGMENT_LIST) writeonly buffer list_block { uint list[]; };
 
 void main()
@@ -10,8 +9,7 @@ void main()
     if (half_tile >= args.range.y) return;
     uint mask = masks[half_tile];
     if (mask == 0u) return;
-    uint level = level_of_tile(half_tile >> 1u), place = fragments_before(half_tile >> 1u);
-    if ((half_tile & 1u) != 0u) place += uint(bitCount(masks[half_tile - 1u]));
+    uint level = level_of_tile(half_tile >> 1u), place = fragments_before(half_tile);
     uvec2 first = first_block(level, half_tile);
     while (mask != 0u) {
         uint bit = uint(findLSB(mask));

@@ -14,7 +14,7 @@ void main()
 {
     uint level = gl_LocalInvocationIndex;
     if (level < args.multires.size_px.z)
-        summary.first[level] = uvec4(fragments_before(args.tiles[level].x), 0u, 0u, 0u);
+        summary.first[level] = uvec4(fragments_before(args.tiles[level].z), 0u, 0u, 0u);
     if (level > 0u) return;
     uint count = fragment_count(), groups = (count + BD_FRAGMENT_GROUP - 1u) / BD_FRAGMENT_GROUP;
     summary.count = uvec4(count, 0u, 0u, 0u);

@@ -16,6 +16,16 @@ uint level_of_tile(uint tile)
     return level;
 }
 
+// Where a block's bit is.
+uint half_tile_of(uint level, uvec2 block)
+{
+    uvec4 tiles = args.tiles[level];
+    uvec2 tile = block / BD_FRAGMENT_TILE_SIDE;
+    return 2u * (tiles.x + tile.y * tiles.y + tile.x) + block.y % BD_FRAGMENT_TILE_SIDE / 4u;
+}
+
+uint bit_of(uvec2 block) { return 8u * (block.y % 4u) + block.x % BD_FRAGMENT_TILE_SIDE; }
+
 // The block of bit 0 of a half tile.
 uvec2 first_block(uint level, uint half_tile)
 {

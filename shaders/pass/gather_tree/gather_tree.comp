@@ -3,14 +3,15 @@
 //
 // Depth first, in Morton order, without a stack: the place in the tree is a level and an index.
 //
-// image 0: irradiance, demodulated; image 1 (BD_GLOSSY): see common/vpl_gather.glsl.
-// A receiver visits only so many nodes in a round, at a root's end: a software device ends loops that
-// are too long. Where it is to go on is kept, and that somebody has not finished.
+// A receiver visits only so many nodes in a round, and stops at a root's end: a software device ends
+// loops that are too long. Where it is to go on is kept, and that somebody has not finished.
 //
+// image 0: irradiance, demodulated; image 1 (BD_GLOSSY): see common/vpl_gather.glsl.
 // BD_PRINTED: Eqs. 1 to 6 of the paper, with their errors.
 // BD_ESTIMATE: adds what the roots by themselves send to each receiver's estimate; no images.
 // BD_FRAGMENTS: a receiver is a block of pixels of a list (images 0 and 1: level 0, the rest; with
 // BD_VECTOR 2 and 3: the irradiance vector), else a pixel.
+// BD_SPREAD: also how far off light that is interpolated over the block may be, in a of image 3.
 #include "common/morton.glsl"
 #include "common/vpl_gather.glsl"
 #include "common/vpl_tree.glsl"
@@ -21,8 +22,8 @@
 
 layout(std140, binding = BD_UNIFORM_ARGS) uniform args_block { bd_gather_tree_args args; };
 BD_ARRAY(nodes, BD_UNIT_TREE_NODES);
-// Irradiance of each receiver, of all lights, by their trees' roots alone. Not improved on the way, and
-// in whole steps, whose sum has no order: a cut must not depend on which light comes first.
+// Irradiance of each receiver, of all lights, by their trees' roots alone. Not improved on the way,
+// and in whole steps, whose sum has no order: a cut must not depend on which light comes first.
 layout(std430, binding = BD_STORAGE_ESTIMATES) buffer estimate_block { uint estimates[]; };
 layout(std430, binding = BD_STORAGE_NEXT_ROOTS) buffer next_block {
     uint unfinished_round; // the last that somebody did not finish in
@@ -104,8 +105,9 @@ node_light light_of(receiver r, tree_node n, uint level, float most)
 }
 #else
 // Mean over a lobe of <leaf's normal, direction to the receiver>, those below 0 counted as 0, times
-// share and distance. What the mean normal's square lacks of 1 is the variance of the leaves' normals,
-// which the two directions across the mean share alike; over that the cosine is spread evenly.
+// share and distance. What the mean normal's square lacks of 1 is the variance of the leaves'
+// normals, which the two directions across the mean share alike; over that the cosine is spread
+// evenly.
 float mean_facing(lobe l, vec3 to_lobe, float r2)
 {
     float mean = -dot(l.normal, to_lobe);
@@ -190,9 +192,9 @@ struct walk {
     uint visits; // nodes
 };
 
-// Goes on to the end or to the first leaf that is near enough to be integrated as a patch, whose index
-// it returns: a software device runs both sides of every branch, and that formula here would cost
-// several times the rest.
+// Goes on to the end or to the first leaf that is near enough to be integrated as a patch, whose
+// index it returns: a software device runs both sides of every branch, and that formula here would
+// cost several times the rest.
 uint go_on(inout sums s, receiver r, vec3 viewer, inout walk w, float estimate)
 {
     while (w.at.root < w.end) {
@@ -209,6 +211,11 @@ uint go_on(inout sums s, receiver r, vec3 viewer, inout walk w, float estimate)
         place at = w.at;
         w.at = next(at);
         if (w.at.level == 0u && w.visits + args.cut.z > args.cut.y) w.end = w.at.root;
+#ifdef BD_SPREAD
+        if (lit)
+            add_spread(s.spread, r.normal_geometric, to_node, r2, vec4(n.normal, n.area),
+                       all_channels(n.flux));
+#endif
 #ifdef BD_VPL_PATCH
         if (lit && r2 < n.near2 && faces(n.normal, to_node, r2)) return leaf_index(at);
 #endif
@@ -243,14 +250,24 @@ uint gather(inout sums s, receiver r, vec3 viewer, uint first_root, float estima
 
 #ifndef BD_ESTIMATE
 #ifdef BD_FRAGMENTS
+#ifdef BD_SPREAD
+vec4 earlier_vector(ivec2 at) { return imageLoad(vector_1, at); }
+#elif defined(BD_VECTOR)
+vec4 earlier_vector(ivec2 at) { return vec4(imageLoad(vector_1, at).rgb, 0.0); }
+#endif
+
 void keep(sums s, receiver r, uint level, ivec2 block)
 {
     ivec2 at = level == 0u ? block : in_stack(level, block);
     if (level == 0u) ADD(light_0, at, s.diffuse);
     else ADD(light_1, at, s.diffuse);
 #ifdef BD_VECTOR
-    if (level == 0u) ADD(vector_0, at, irradiance_vector(s, r.normal));
-    else ADD(vector_1, at, irradiance_vector(s, r.normal));
+    vec4 vector = vec4(irradiance_vector(s, r.normal), 1.0);
+#ifdef BD_SPREAD
+    vector.a = s.spread.sum;
+#endif
+    if (level == 0u) ADD(vector_0, at, vector.rgb);
+    else imageStore(vector_1, at, args.rows.z != 0u ? vector : vector + earlier_vector(at));
 #endif
 }
 #else
@@ -276,6 +293,9 @@ bool is_done(uint index) { return false; }
 void light_receiver(receiver r, uint index, uint level, ivec2 block)
 {
     sums s = no_light();
+#ifdef BD_SPREAD
+    s.spread = spread_of_block(level, r, args.blocks.x);
+#endif
     float estimate = args.tau.w > 0.0 ? float(estimates[index]) / args.tau.w : 0.0;
     uint first_root = args.rows.w == 0u ? args.tree.x : next_roots[index];
     uint next_root = gather(s, r, direction_to_viewer(r.relative_position), first_root, estimate);

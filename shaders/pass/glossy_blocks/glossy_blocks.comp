@@ -50,7 +50,7 @@ child look(uint level, ivec2 block)
 {
     ivec2 at = in_stack(level, block);
     child c;
-    c.flag = imageLoad(flags, at).x;
+    c.flag = BD_BLOCK_KIND(imageLoad(flags, at).x);
     c.least = surface_of(imageLoad(least, at));
     c.most = surface_of(imageLoad(most, at));
     return c;
@@ -89,10 +89,12 @@ void main()
     child all_of = look(level - 1u, 2 * block);
     bool smooth_ones = all_of.flag == BD_BLOCK_SMOOTH, jump = all_of.flag == BD_BLOCK_DISCONTINUOUS;
     bool others = all_of.flag == BD_BLOCK_EMPTY;
+    uint children = others ? 0u : BD_BLOCK_WITH_CHILD(0);
     for (int i = 1; i < 4; i++) {
         ivec2 at = 2 * block + ivec2(i & 1, i >> 1);
         if (any(greaterThanEqual(at, blocks_of_level(level - 1u)))) continue;
         child c = look(level - 1u, at);
+        if (c.flag != BD_BLOCK_EMPTY) children |= BD_BLOCK_WITH_CHILD(i);
         all_of.least = lower(all_of.least, c.least);
         all_of.most = higher(all_of.most, c.most);
         smooth_ones = smooth_ones || c.flag == BD_BLOCK_SMOOTH;
@@ -103,10 +105,10 @@ void main()
     uint flag = BD_BLOCK_EMPTY;
     if (smooth_ones || jump) {
         bool whole = !jump && !others && is_one(all_of.least, all_of.most) &&
-                     texelFetch(shared_flags, at, 0).x == BD_BLOCK_SMOOTH;
+                     BD_BLOCK_KIND(texelFetch(shared_flags, at, 0).x) == BD_BLOCK_SMOOTH;
         flag = whole ? BD_BLOCK_SMOOTH : BD_BLOCK_DISCONTINUOUS;
     }
-    imageStore(flags, at, uvec4(flag));
+    imageStore(flags, at, uvec4(flag | children));
     imageStore(least, at, code_of(all_of.least));
     imageStore(most, at, code_of(all_of.most));
 }

@@ -1,5 +1,5 @@
-// How many fragments all splats together would have, for each of several bounds: an invocation tries
-// one, on a range of VPLs. Whole numbers, so that the order of the sums is nobody's business.
+// How many fragments all splats together would have, for each of several bounds: an invocation
+// tries one, on a range of VPLs. Whole numbers, so that the order of the sums is nobody's business.
 #include "common/splat_area.glsl"
 #include "shared/splat.h"
 

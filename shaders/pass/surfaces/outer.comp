@@ -1,21 +1,51 @@
-// The blocks of a level that hold light and are not inner ones: a list, in a
-// texture that is laid out as the levels are. Its order is that in which they come, which nothing
-// depends on: each is worked on by itself.
-#include "common/surfaces.glsl"
-#include "shared/multires.h"
+// What the blocks of a list are, from the pairs; those that are not inner ones are listed again, for their
+// children to be looked at. The order is that in which they come, which nothing depends on: each is
+// worked on by itself.
+#include "pass/surfaces/lists.glsl"
 
-layout(local_size_x = 8, local_size_y = 8) in;
-layout(std140, binding = BD_UNIFORM_ARGS) uniform args_block { bd_surfaces_args args; };
-layout(binding = 0, r32ui) writeonly uniform uimage2D list;
-layout(std430, binding = BD_STORAGE_OUTER_COUNTS) buffer count_block { uint counts[]; };
+layout(local_size_x = 64) in;
+layout(binding = BD_UNIT_BLOCK_FLAGS) uniform usampler2D flags;
+layout(binding = BD_UNIT_BLOCK_PAIRS) uniform usampler2D pairs;
+layout(binding = 0, r32ui) writeonly uniform uimage2D surfaces;
+layout(std430, binding = BD_STORAGE_LOOK_BLOCKS) readonly buffer look_block { uint look_blocks[]; };
+layout(std430, binding = BD_STORAGE_OUTER_BLOCKS) writeonly buffer outer_block { uint outer_blocks[]; };
+
+// Before the first row or column a block's number wraps, and no level has such a block.
+uint pairs_of(ivec2 block)
+{
+    if (!multires_has(args.level, uvec2(block))) return 0u;
+    return texelFetch(pairs, multires_texel(args.level, uvec2(block)), 0).x;
+}
+
+// The eight around a block hold light of its surface. Four of the pairs are its own.
+bool all_around(ivec2 block)
+{
+    uint west = pairs_of(block + ivec2(-1, 0)), north = pairs_of(block + ivec2(0, -1));
+    uint north_west = pairs_of(block - 1), north_east = pairs_of(block + ivec2(1, -1));
+    return pairs_of(block) == BD_SURFACES_ALL_PAIRS &&
+           (west & 1u) + (north & 2u) + (north_west & 4u) + (north_east & 8u) == BD_SURFACES_ALL_PAIRS;
+}
+
+// Whether all is of one surface around a block, nothing jumps in it, and neither it nor a neighbour is cut
+// by the picture's edge.
+bool is_inner(ivec2 block)
+{
+    bool uncut = all(lessThanEqual(uvec2(block + 2) << args.level.w, args.size_px.xy));
+    uint flag = texelFetch(flags, multires_texel(args.level, uvec2(block)), 0).x;
+    bool whole = BD_BLOCK_KIND(flag) == BD_BLOCK_SMOOTH && BD_BLOCK_CHILDREN(flag) == 15u;
+    return uncut && whole && all_around(block);
+}
 
 void main()
 {
-    ivec2 block = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, args.rows.x);
-    if (gl_GlobalInvocationID.y >= args.rows.y || !multires_has(args.level, uvec2(block))) return;
-    uint word = word_of(args.level, block), nine = nine_of(args.level, block, word);
-    if ((word & BD_SURFACES_HOLDS) == 0u || is_inner(args.level, block, word, nine, args.size_px.xy)) return;
-    uint place = atomicAdd(counts[args.level.w], 1u), width = args.level.x;
-    uvec2 at = uvec2(place % width, place / width);
-    imageStore(list, multires_texel(args.level, at), uvec4(BD_PIXEL_PACK(uint(block.x), uint(block.y))));
+    if (!is_in_list()) return;
+    uint packed_block = look_blocks[place_in_list()], word = 0u;
+    ivec2 block = unpacked(packed_block);
+    if (is_inner(block)) {
+        // Blocks that are not split may be of several surfaces.
+        word = args.level.w > args.rows.z ? BD_SURFACES_INNER | BD_SURFACES_DEEP : BD_SURFACES_INNER;
+    } else {
+        outer_blocks[args.rows.w + atomicAdd(counts[args.level.w].y, 1u)] = packed_block;
+    }
+    imageStore(surfaces, multires_texel(args.level, uvec2(block)), uvec4(word));
 }

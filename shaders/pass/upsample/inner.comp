@@ -51,8 +51,7 @@ void main()
 {
     ivec2 parent = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, args.rows.x);
     if (gl_GlobalInvocationID.y >= args.rows.y || !multires_has(args.level, 2u * uvec2(parent))) return;
-    uint word = word_of(args.above, parent), nine = nine_of(args.above, parent, word);
-    if (is_inner(args.above, parent, word, nine, args.size_px.xy))
+    if (is_inner(args.above, parent))
         make_children(parent);
     else
         clear_children(parent);

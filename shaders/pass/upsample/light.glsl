@@ -1,6 +1,6 @@
 // What the kernels of upsample share: light of blocks, and where it is kept.
 //
-// BD_FINE: of level 0, into `irradiance`. BD_DETAIL: BD_DETAIL_* of shared/upsample.h.
+// BD_FINE: of level 0, into `irradiance`; with BD_FINE_VECTOR, of pixels whose vectors are kept. BD_DETAIL: BD_DETAIL_* of shared/upsample.h.
 #include "common/gbuffer.glsl"
 #include "common/all_channels.glsl"
 #include "common/surfaces.glsl"
@@ -14,7 +14,7 @@ layout(binding = 3, rgba32f) uniform image2D coarse_vector;
 #ifdef BD_FINE
 layout(binding = 0, rgba32f) writeonly uniform image2D irradiance;
 layout(binding = BD_UNIT_FINE) uniform sampler2D fine;
-#if BD_DETAIL == BD_DETAIL_DIRECTION
+#ifdef BD_FINE_VECTOR
 layout(binding = BD_UNIT_FINE_VECTOR) uniform sampler2D fine_vector;
 #endif
 #endif
@@ -44,7 +44,7 @@ light light_of_child(ivec2 block)
 #ifdef BD_FINE
     vec4 e = texelFetch(fine, block, 0);
     light l = light(e.rgb, vec3(0.0), e.a);
-#if BD_DETAIL == BD_DETAIL_DIRECTION
+#ifdef BD_FINE_VECTOR
     l.vector = texelFetch(fine_vector, block, 0).xyz;
 #endif
     return l;

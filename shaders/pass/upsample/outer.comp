@@ -17,8 +17,8 @@
 #include "pass/upsample/light.glsl"
 
 layout(local_size_x = 64) in;
-layout(binding = BD_UNIT_OUTER_BLOCKS) uniform usampler2D outer_blocks;
-layout(binding = BD_UNIT_OUTER_CHILDREN) uniform usampler2D outer_children;
+layout(std430, binding = BD_STORAGE_OUTER_BLOCKS) readonly buffer outer_block { uint outer_blocks[]; };
+layout(std430, binding = BD_STORAGE_OUTER_CHILDREN) readonly buffer children_block { uvec2 outer_children[]; };
 
 // --- the mean -----------------------------------------------------------------------------------
 
@@ -145,11 +145,9 @@ light outer_child(ivec2 child, uint bits, uint cells)
 void main()
 {
     if (gl_GlobalInvocationID.x >= args.rows.y) return;
-    uint place = args.rows.x + gl_GlobalInvocationID.x, width = args.above.x;
-    ivec2 texel = multires_texel(args.above, uvec2(place % width, place / width));
-    uint packed_parent = texelFetch(outer_blocks, texel, 0).x;
+    uint place = args.rows.x + gl_GlobalInvocationID.x, packed_parent = outer_blocks[args.rows.z + place];
     ivec2 parent = ivec2(BD_PIXEL_X(packed_parent), BD_PIXEL_Y(packed_parent));
-    uvec2 children = texelFetch(outer_children, texel, 0).xy;
+    uvec2 children = outer_children[args.rows.w + place];
     for (int i = 0; i < 4; i++) {
         ivec2 child = 2 * parent + ivec2(i & 1, i >> 1);
         if (BD_SURFACES_LIT(children.x, i) == 0u || is_fragment(child)) continue;

@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "pass/discontinuity.h"
 #include "technique/technique.h"
 #include "tests/unit/cmocka_all.h"
 
@@ -151,6 +152,28 @@ static void a_technique_may_have_a_default_of_its_own(void **state)
     assert_int_equal(params.vpls, 64);
 }
 
+// The papers' blocks come with it; what is given beside it holds.
+static void paper_mode_has_the_papers_blocks(void **state)
+{
+    (void)state;
+    const struct bd_technique *const blocks = &bd_technique_multires_gather;
+    struct bd_param_list list = {0};
+    struct bd_params params;
+    struct bd_fault fault = {0};
+    assert_int_equal(bd_params_read(&list, blocks, &params, &fault), BD_ERR_OK);
+    assert_int_equal(params.depth_test, BD_DEPTH_TEST_STEP);
+    assert_int_equal(bd_param_list_add(&list, "finest=4", &fault), BD_ERR_OK);
+    assert_int_equal(bd_param_list_add(&list, "paper_mode=1", &fault), BD_ERR_OK);
+    assert_int_equal(bd_params_read(&list, blocks, &params, &fault), BD_ERR_OK);
+    assert_int_equal(params.depth_test, BD_DEPTH_TEST_MINMAX);
+    assert_true(params.depth_threshold == 0.05 && isinf(params.light_threshold));
+    assert_int_equal(params.finest_level, 2);
+    list = (struct bd_param_list){0};
+    assert_int_equal(bd_param_list_add(&list, "paper_mode=1", &fault), BD_ERR_OK);
+    assert_int_equal(bd_params_read(&list, &bd_technique_hisr, &params, &fault), BD_ERR_OK);
+    assert_int_equal(params.vpls, 65536); // no block
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -160,6 +183,7 @@ int main(void)
         cmocka_unit_test(a_models_limit_is_preset_and_can_be_moved),
         cmocka_unit_test(clients_are_told_choices_and_defaults),
         cmocka_unit_test(a_technique_may_have_a_default_of_its_own),
+        cmocka_unit_test(paper_mode_has_the_papers_blocks),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
