@@ -11,26 +11,17 @@ import argparse
 import json
 import os
 import pathlib
-import platform
 import statistics
 import subprocess
 import tempfile
 import time
 
+from by_hand import machine
+
 HERE = pathlib.Path(__file__).resolve().parent
 CORNELL = ["--size", "512x512", "--set", "vpls=256", "--aa", "1"]
 SPONZA = ["--size", "1024x768", "--set", "vpls=256", "--aa", "1"]
 LIGHT_SIDE = {"shadow_map", "rsm", "vpl_grid"}
-
-
-def machine():
-    model = "unknown"
-    for line in pathlib.Path("/proc/cpuinfo").read_text().splitlines():
-        if line.startswith("model name"):
-            model = line.split(":", 1)[1].strip()
-            break
-    return {"cpu": model, "cores": os.cpu_count(), "kernel": platform.release(),
-            "load_before": os.getloadavg()[0]}
 
 
 def resident_mib(pid):

@@ -9,7 +9,7 @@ import json
 import pathlib
 import subprocess
 
-from first_light import machine
+from by_hand import machine
 
 CASES = [("sponza_dabrovic", "192x144", 2), ("conference_room", "192x144", 2),
          ("cornell_box", "192x192", 4)]

@@ -1,29 +1,22 @@
-"""A second camera's frame beside the same frame made first: what the light's side need not be made for.
+"""A second camera's frame beside the same frame made first: what the light's side saves it.
 
 usage: second_camera.py BUILD_DIR SCENES_DIR -o RESULT.json [--technique hisr] [--runs N]
 
-All programs are compiled before anything counts. Then take turns, from one daemon: the second camera's
-frame with everything made anew; the first camera's, likewise; the second camera's again, of which the
-light's side is there and the camera's is made anew. Whole frames without loading, compiling and encoding;
-medians. `with_upload_ms` is the scene's very first frame, meshes and textures brought to the device, once.
-A scene that has but one camera gets a second, aside by a tenth of the scene's diagonal.
+All programs are compiled before anything counts. Then take turns, from one daemon: the second
+camera's frame with everything made anew; the first camera's, likewise; the second camera's again, of
+which the light's side is there and the camera's is made anew. Whole frames without loading, compiling
+and encoding; medians. `with_upload_ms` is the scene's very first frame, meshes and textures brought
+to the device, once. A scene that has but one camera gets a second, aside by a tenth of the scene's
+diagonal.
 """
-import argparse
 import copy
-import json
-import os
 import pathlib
-import sys
 import tempfile
 
-from first_light import machine
-
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "clients"))
-
-import paths  # noqa: E402
-from harness.bench.measure import spread, times_of, whole_frame_ms  # noqa: E402
-from harness.daemon import Daemon  # noqa: E402
+import by_hand
+import paths
+from harness.bench.measure import spread, times_of, whole_frame_ms
+from harness.daemon import Daemon
 
 SIZE = (1024, 1024)
 SCENES = ("cornell_box_spot_side", "sponza_dabrovic", "sibenik")
@@ -72,34 +65,28 @@ def measure(daemon, path, technique, runs):
 
 
 def run(scenes, technique="hisr", runs=7, names=SCENES):
-    result = {"machine": machine(), "technique": technique, "size": SIZE, "runs": runs,
+    result = {"machine": by_hand.machine(), "technique": technique, "size": SIZE, "runs": runs,
               "ratio_goal": GOAL, "scenes": []}
     with Daemon() as daemon, tempfile.TemporaryDirectory() as folder:
         for name in names:
             path = with_two_cameras(pathlib.Path(scenes) / f"{name}.glb", folder)
             result["scenes"].append(measure(daemon, path, technique, runs))
             entry = result["scenes"][-1]
-            print(f"{name}: {entry['made_second']['frame']['median']:.0f} ms after "
-                  f"{entry['made_first']['frame']['median']:.0f} ms, ratio "
-                  f"{entry['ratio']['median']:.3f}", file=sys.stderr, flush=True)
+            first, second = (entry[made]["frame"]["median"] for made in ("made_first", "made_second"))
+            by_hand.say(f"{name}: {second:.0f} ms after {first:.0f} ms, "
+                        f"ratio {entry['ratio']['median']:.3f}")
     return result
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("build", type=pathlib.Path)
-    parser.add_argument("scenes", type=pathlib.Path)
-    parser.add_argument("-o", "--output", type=pathlib.Path, required=True)
+def main(words=None):
+    parser = by_hand.parser(__doc__)
     parser.add_argument("--technique", default="hisr")
-    parser.add_argument("--runs", type=int, default=7)
-    options = parser.parse_args()
-    build = options.build.resolve()
-    os.environ.setdefault("BOUNCE", str(build / "clients/cli/bounce"))
-    os.environ.setdefault("BOUNCED", str(build / "server/bounced"))
+    parser.add_argument("--runs", type=by_hand.count, default=7)
+    options = by_hand.parse(parser, words, SCENES)
     result = run(options.scenes, options.technique, options.runs)
     result["command"] = (f"second_camera.py BUILD SCENES -o RESULT --technique {options.technique} "
                          f"--runs {options.runs}")
-    options.output.write_text(json.dumps(result, indent=1) + "\n")
+    by_hand.write(result, options.output)
 
 
 if __name__ == "__main__":

@@ -3,9 +3,10 @@
 usage: temporal.py BUILD_DIR SCENES_DIR -o RESULT.json --cache DIR [--scenes NAME,NAME] [--frames N]
                    [--plot FILE.svg] [--strip FILE.jpg]
 
-Prints its table for README.md. A light is moved along a straight path, a thousandth of the scene's diagonal from each frame to the next
-(paths.py), before a camera that stands still. I are a technique's pictures, A and B two independent
-halves of what is true (temporal_truth.py), R their mean; indirect layer, brdf=lambert:
+Prints its table for README.md. A light is moved along a straight path, a thousandth of the scene's
+diagonal from each frame to the next (paths.py), before a camera that stands still. I are a
+technique's pictures, A and B two independent halves of what is true (temporal_truth.py), R their
+mean; indirect layer, brdf=lambert:
 
   J = sqrt(mean over pixels, channels, frames t > 0 of (dI - dA)(dI - dB)) / mean R,
       where dI = I_t - I_t-1
@@ -15,23 +16,15 @@ pixels anew, all of a tile's frames with it. With a camera that moves, the diffe
 of two places: there the error of the frames themselves is told, debiased alike, not J, and of every
 fifth frame alone.
 """
-import argparse
-import json
-import os
 import pathlib
-import sys
 
 import numpy
 
-from first_light import machine
-
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "clients"))
-
-import paths  # noqa: E402
-from harness import exr  # noqa: E402
-from harness.daemon import Daemon  # noqa: E402
-from temporal_truth import HALVES_ROLL_DEGREES, SETTINGS, Truth  # noqa: E402
+import by_hand
+import paths
+from harness import exr
+from harness.daemon import Daemon
+from temporal_truth import HALVES_ROLL_DEGREES, SETTINGS, Truth
 
 SIZE, FRAMES, TILE_PX, RESAMPLES = (256, 256), 60, 16, 1000
 SCENES = ("cornell_box_spot_side", "sponza_dabrovic")
@@ -169,11 +162,12 @@ def measure(daemon, build, cache, path, moving, frames, strip, say):
 # --- pictures -----------------------------------------------------------------------------------
 
 class Strip:
-    """Eight frames of a film: what is true, and for each technique its picture and, below, how far its
-    step from the frame before was from the true one: red too bright, blue too dark."""
+    """Eight frames of a film: what is true, and for each technique its picture and, below, how far
+    its step from the frame before was from the true one: red too bright, blue too dark."""
 
     MOST = 0.1  # of the mean: full colour
     WANTED = ("light",)
+    NAMES_PX = 110  # beside the pictures
 
     def __init__(self):
         self.columns, self.before, self.scene = [], None, None
@@ -210,8 +204,9 @@ class Strip:
         for t in TECHNIQUES:
             names += [label(*t).replace(" ", "\n"), "its error\nof motion"]
         height = image.shape[0] / len(names)
-        figure = pyplot.figure(figsize=((image.shape[1] + 110) / 100, (image.shape[0]) / 100), dpi=100)
-        axes = figure.add_axes((110 / (image.shape[1] + 110), 0, image.shape[1] / (image.shape[1] + 110), 1))
+        whole = image.shape[1] + self.NAMES_PX
+        figure = pyplot.figure(figsize=(whole / 100, image.shape[0] / 100), dpi=100)
+        axes = figure.add_axes((self.NAMES_PX / whole, 0, image.shape[1] / whole, 1))
         axes.imshow(image, interpolation="nearest", aspect="auto")
         axes.set_axis_off()
         for row, name in enumerate(names):
@@ -232,20 +227,18 @@ def plot(result, file):
     from harness.bench import plots
     pyplot = plots.load()
     films = [entry for entry in result["films"] if entry["moving"] == "light"]
-    from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
     figure, panels = pyplot.subplots(len(films), 1, figsize=(8, 3 * len(films)), squeeze=False)
     for axes, entry in zip(panels[:, 0], films):
         for index, row in enumerate(entry["techniques"]):
-            axes.plot(range(1, entry["frames"]), [100 * v for v in row["J"]["frames"]],
+            axes.plot(range(1, entry["frames"]), row["J"]["frames"],
                       color=plots.COLORS[index], lw=1.4,
                       label=f"{row['technique']} {row['settings']}".strip()
                             + f"  ({100 * row['J']['value']:.2g} %)")
-        axes.plot(range(1, entry["frames"]), [100 * v for v in entry["true_motion"]["frames"]],
+        axes.plot(range(1, entry["frames"]), entry["true_motion"]["frames"],
                   color="#667", lw=1, ls="--", label="what is true moves by")
         axes.set_yscale("log", nonpositive="mask")
-        axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-        axes.yaxis.set_major_formatter(StrMethodFormatter("{x:g} %"))
-        axes.yaxis.set_minor_formatter(NullFormatter())
+        plots.logarithmic(axes.yaxis, (1, 2, 5))
+        plots.percents(axes.yaxis)
         axes.set_title(entry["scene"], fontsize=10)
         axes.set_xlabel("frame")
         axes.set_ylabel("of the mean")
@@ -256,12 +249,12 @@ def plot(result, file):
 
 
 def percent(figure):
-    return (f"{100 * figure['value']:.2g} % [{100 * figure['low']:.2g}, {100 * figure['high']:.2g}]")
+    return f"{100 * figure['value']:.2g} % [{100 * figure['low']:.2g}, {100 * figure['high']:.2g}]"
 
 
 def table(result):
     """Markdown: a row for each film and technique."""
-    rows = ["| scene | technique | J | J / that of `" + result["goal"] + "` | frames' error, moving light "
+    rows = [f"| scene | technique | J | J / that of `{result['goal']}` | frames' error, moving light "
             "| moving camera |", "|---|---|---|---|---|---|"]
     errors = {(film["scene"], i): row["frame_error"] for film in result["films"]
               if film["moving"] == "camera" for i, row in enumerate(film["techniques"])}
@@ -276,7 +269,7 @@ def table(result):
 
 
 def run(build, scenes, cache, names=SCENES, frames=FRAMES, strip=None, say=lambda line: None):
-    result = {"machine": machine(), "size": SIZE, "goal": label(*GOAL),
+    result = {"machine": by_hand.machine(), "size": SIZE, "goal": label(*GOAL),
               "truth": {"vpl_reference": SETTINGS, "halves_roll_degrees": HALVES_ROLL_DEGREES},
               "step_per_diagonal": paths.STEP_PER_DIAGONAL, "films": []}
     strip = strip or (lambda *_: None)
@@ -288,26 +281,20 @@ def run(build, scenes, cache, names=SCENES, frames=FRAMES, strip=None, say=lambd
     return result
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("build", type=pathlib.Path)
-    parser.add_argument("scenes", type=pathlib.Path)
-    parser.add_argument("-o", "--output", type=pathlib.Path, required=True)
+def main(words=None):
+    parser = by_hand.parser(__doc__)
     parser.add_argument("--cache", type=pathlib.Path, required=True)
-    parser.add_argument("--scenes", dest="names", default=",".join(SCENES))
-    parser.add_argument("--frames", type=int, default=FRAMES)
+    by_hand.add_names(parser, SCENES)
+    parser.add_argument("--frames", type=by_hand.count, default=FRAMES)
     parser.add_argument("--plot", type=pathlib.Path)
     parser.add_argument("--strip", type=pathlib.Path)
-    options = parser.parse_args()
-    build = options.build.resolve()
-    os.environ.setdefault("BOUNCE", str(build / "clients/cli/bounce"))
-    os.environ.setdefault("BOUNCED", str(build / "server/bounced"))
+    options = by_hand.parse(parser, words)
     strip = Strip()
-    result = run(build, options.scenes, options.cache, tuple(options.names.split(",")), options.frames,
-                 strip, lambda line: print(line, file=sys.stderr, flush=True))
-    result["command"] = (f"temporal.py BUILD SCENES -o RESULT --cache DIR --scenes {options.names} "
-                         f"--frames {options.frames}")
-    options.output.write_text(json.dumps(result, indent=1) + "\n")
+    result = run(options.build, options.scenes, options.cache, options.names, options.frames, strip,
+                 by_hand.say)
+    result["command"] = ("temporal.py BUILD SCENES -o RESULT --cache DIR "
+                         f"--scenes {','.join(options.names)} --frames {options.frames}")
+    by_hand.write(result, options.output)
     print(table(result))
     if options.plot:
         plot(result, options.plot)

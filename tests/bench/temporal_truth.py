@@ -1,10 +1,10 @@
 """What a film of indirect light should show: each frame from two other grids of many virtual lights.
 
 Both are the VPL reference of 65,536 VPLs a light at every pixel (vpl_reference.c: `rsm` with so many,
-summed in double precision), their spots turned about their own axes by 30 and by 60 degrees (paths.py). A
-square grid repeats after 90: these two and the one of the techniques that are measured against them
-lie as far apart as they can, and share no VPL. What the two have in common is the light; what one has
-and the other has not is the error of so many VPLs.
+summed in double precision), their spots turned about their own axes by 30 and by 60 degrees
+(paths.py). A square grid repeats after 90: these two and the one of the techniques that are measured
+against them lie as far apart as they can, and share no VPL. What the two have in common is the light;
+what one has and the other has not is the error of so many VPLs.
 
 Frames are kept in a folder and are made but once; an interrupted run goes on with the next.
 """

@@ -24,8 +24,10 @@
 #include "vpl_sum.h"
 
 #define RECEIVERS_PER_JOB 16
-// VPLs a light of the rough picture by which pixels are chosen.
-#define ROUGH_SIDE 32
+// VPLs a light of the rough picture by which pixels are chosen, and the side of their map: the same
+// pixels, whatever the settings.
+#define ROUGH_SIDE   32
+#define ROUGH_MAP_PX 1024
 
 struct record {
     uint32_t x, y;
@@ -83,23 +85,22 @@ static enum bd_err append_list(struct view *v, const struct bd_vpl_list *list)
     return err;
 }
 
-// The light's VPLs go to the set; `*rough` is a shorter list of the same light.
-static enum bd_err make_vpls(struct view *v, const struct bd_light_setup *light,
-                             struct bd_vpl_list **rough, struct bd_fault *fault)
+// A grid over a light's map of that side.
+static enum bd_err make_grid(struct view *v, const struct bd_light_setup *light, uint32_t map_px,
+                             uint32_t side, struct bd_vpl_list **out, struct bd_fault *fault)
 {
     const struct bd_params *params = &v->plan.params;
-    uint32_t side = bd_plan_grid_side(&v->plan, light);
     const struct bd_rsm_inputs map = {
         .scene = v->scene,
         .light = light,
-        .side_px = bd_plan_rsm_size(&v->plan, side),
+        .side_px = map_px,
         .lambert = params->lambert,
         .paper_mode = params->paper_mode,
     };
     struct bd_rsm *rsm;
     enum bd_err err = bd_rsm_render(&v->context, &map, &rsm, fault);
     if (err) return err;
-    struct bd_vpl_grid_inputs grid = {
+    const struct bd_vpl_grid_inputs grid = {
         .rsm = rsm,
         .light = light,
         .space = &v->scene->space,
@@ -107,13 +108,21 @@ static enum bd_err make_vpls(struct view *v, const struct bd_light_setup *light,
         .kernel = (enum bd_vpl_kernel)params->vpl_kernel,
         .near_field = params->near_field,
     };
-    struct bd_vpl_list *all = NULL;
-    err = bd_vpl_grid_run(&v->context, &grid, &all, fault);
-    if (!err) err = append_list(v, all);
-    grid.grid_side = side < ROUGH_SIDE ? side : ROUGH_SIDE;
-    if (!err) err = bd_vpl_grid_run(&v->context, &grid, rough, fault);
-    bd_vpl_list_destroy(v->context.gpu, &all);
+    err = bd_vpl_grid_run(&v->context, &grid, out, fault);
     bd_rsm_destroy(v->context.gpu, &rsm);
+    return err;
+}
+
+// The light's VPLs go to the set; `*rough` is a shorter list of the same light.
+static enum bd_err make_vpls(struct view *v, const struct bd_light_setup *light,
+                             struct bd_vpl_list **rough, struct bd_fault *fault)
+{
+    const uint32_t side = bd_plan_grid_side(&v->plan, light);
+    struct bd_vpl_list *all = NULL;
+    enum bd_err err = make_grid(v, light, bd_plan_rsm_size(&v->plan, side), side, &all, fault);
+    if (!err) err = append_list(v, all);
+    if (!err) err = make_grid(v, light, ROUGH_MAP_PX, ROUGH_SIDE, rough, fault);
+    bd_vpl_list_destroy(v->context.gpu, &all);
     return err;
 }
 

@@ -1,37 +1,33 @@
 """The VPL reference, rung R4 (algorithms.md E9): made by vpl_reference.c, kept under a hash of what
 decides it; and what techniques' pictures miss against it.
 
-usage: vpl_reference.py BUILD_DIR SCENES_DIR -o RESULT.json --cache DIR [--scenes NAME,NAME] [--plot FILE.svg]
+usage: vpl_reference.py BUILD_DIR SCENES_DIR -o RESULT.json --cache DIR [--scenes NAME,NAME]
+                        [--plot FILE.svg]
 
 A picture is compared at 8,192 of its pixels, chosen with known probabilities (vpl_pixels.h), each
 weighed by one over its own. d is the squared difference of indirect radiance, averaged over channels:
 
   relative RMSE   sqrt(mean d) / mean R    over the picture's pixels, those without a surface included
   interval        95 %, by drawing as many of those pixels anew, 2,000 times
+  leaves alone    the same of fewer VPLs, summed at the same pixels in double precision
   light side      the same between two pictures with the same leaves: `hisr` and the sum over all of
                   them at the same blocks, `multires_gather`
 
 RESULT.json is written scene by scene; scenes that it has and that are not asked for stay in it. Prints
 its table for README.md.
 """
-import argparse
 import hashlib
 import json
 import os
 import pathlib
 import subprocess
-import sys
 
 import numpy
 
-from first_light import machine
-
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "clients"))
-
-from harness import exr  # noqa: E402
-from harness.bench.measure import digest  # noqa: E402
-from harness.daemon import Daemon  # noqa: E402
+import by_hand
+from harness import exr
+from harness.bench.measure import digest
+from harness.daemon import Daemon
 
 SIZE, PIXELS, SEED = (1024, 1024), 8192, 1
 VPLS = {"vpls": "1048576"}
@@ -45,6 +41,9 @@ RECORD = numpy.dtype([("x", "u4"), ("y", "u4"), ("probability", "f8"), ("irradia
 BLOCKS_OF_TREES = {"depth_test": "minmax", "depth_threshold": "0.05", "finest": "1",
                    "light_threshold": "inf"}
 ALL_LEAVES = ("multires_gather", {"vpls": "65536", **BLOCKS_OF_TREES})
+# What `multires_gather` has by default.
+BLOCKS_BY_LIGHT = {"depth_test": "step", "depth_threshold": "0.01", "finest": "2",
+                   "light_threshold": "0.05"}
 # What is compared with R4: technique and what is set beside brdf=lambert.
 PICTURES = (
     ("rsm", {}),
@@ -56,9 +55,12 @@ PICTURES = (
     ("hisr", {"vpls": "1024"}),
     ("hisr", {}),
     ("hisr", {"tau": "0.01"}),
+    ("hisr", BLOCKS_BY_LIGHT),
     ("hisr", {"vpls": "262144"}),
     ("hisr", {"vpls": "1048576"}),
 )
+# Fewer VPLs, summed as the reference sums them: what leaves alone miss.
+LEAVES = ({"vpls": "65536"}, {"vpls": "262144"})
 # Cuts of trees, and all leaves at the same blocks.
 LIGHT_SIDES = tuple((tree, ALL_LEAVES) for tree in (("hisr", {}), ("hisr", {"tau": "0.01"})))
 
@@ -146,6 +148,18 @@ def row_of(technique, settings, report, error):
             "vpls": report["counts"]["vpls"], "fragments": report["counts"].get("fragments"), **error}
 
 
+def leaves_alone(build, cache, path, version, records, sample):
+    rows = []
+    for settings in LEAVES:
+        _, line, few = reference(build, cache, path, version, settings)
+        if not all((few[axis] == records[axis]).all() for axis in ("x", "y")):
+            raise SystemExit(f"{path.stem}: {settings}: not the reference's pixels")
+        rows.append({"technique": "rsm", "settings": " ".join(settings_words(settings)),
+                     "vpls": line["vpls"],
+                     **sample.error(few["radiance_cd_m2"], records["radiance_cd_m2"])})
+    return rows
+
+
 def measure(daemon, build, cache, path, say):
     """One scene's entry of the result."""
     held = f"scene:{daemon.hold(path)['id']}"
@@ -167,6 +181,7 @@ def measure(daemon, build, cache, path, say):
         sides.append({"technique": tree, "settings": " ".join(settings_words(tree_set)), **error})
     mean = sample.error(numpy.zeros_like(truth), truth)  # of nothing: its interval is R4's own
     return {"scene": path.stem, "reference": {"hash": name, **line}, "combined": rows,
+            "leaves": leaves_alone(build, cache, path, version, records, sample),
             "light_side": sides, "all_dark": mean}
 
 
@@ -174,7 +189,6 @@ def plot(result, file):
     """Relative RMSE of each picture, a group a scene, with intervals and the goal."""
     from harness.bench import plots
     pyplot = plots.load()
-    from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
     figure, axes = pyplot.subplots(figsize=(9, 4.2))
     labels = [f"{t} {' '.join(settings_words(s))}".strip() for t, s in PICTURES]
     for i, entry in enumerate(result["scenes"]):
@@ -182,16 +196,15 @@ def plot(result, file):
         places = [i + (k - (len(rows) - 1) / 2) * 0.8 / len(rows) for k in range(len(rows))]
         for k, (place, row) in enumerate(zip(places, rows)):
             color = plots.COLORS[k % len(plots.COLORS)]
-            axes.errorbar([place], [100 * row["rel_rmse"]],
-                          yerr=[[100 * (row["rel_rmse"] - row["low"])],
-                                [100 * (row["high"] - row["rel_rmse"])]],
-                          fmt=plots.MARKERS[(k + k // len(plots.COLORS)) % len(plots.MARKERS)], color=color, ms=5, elinewidth=1.2,
+            marker = plots.MARKERS[(k + k // len(plots.COLORS)) % len(plots.MARKERS)]
+            error = row["rel_rmse"]
+            axes.errorbar([place], [error], yerr=[[error - row["low"]], [row["high"] - error]],
+                          fmt=marker, color=color, ms=5, elinewidth=1.2,
                           label=labels[k] if i == 0 else None)
-    axes.axhline(100 * COMBINED_GOAL, color="#667", lw=1, ls="--")
+    axes.axhline(COMBINED_GOAL, color="#667", lw=1, ls="--")
     axes.set_yscale("log")
-    axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-    axes.yaxis.set_major_formatter(StrMethodFormatter("{x:g} %"))
-    axes.yaxis.set_minor_formatter(NullFormatter())
+    plots.logarithmic(axes.yaxis, (1, 2, 5))
+    plots.percents(axes.yaxis)
     axes.set_xticks(range(len(result["scenes"])), [e["scene"] for e in result["scenes"]], fontsize=8)
     axes.set_ylabel("relative RMSE against R4")
     axes.grid(axis="y")
@@ -200,7 +213,7 @@ def plot(result, file):
 
 
 def percent(figure):
-    return (f"{100 * figure['rel_rmse']:.2g} [{100 * figure['low']:.2g}, {100 * figure['high']:.2g}]")
+    return f"{100 * figure['rel_rmse']:.2g} [{100 * figure['low']:.2g}, {100 * figure['high']:.2g}]"
 
 
 def table(result):
@@ -208,7 +221,8 @@ def table(result):
     scenes = result["scenes"]
     rows = ["| | " + " | ".join(entry["scene"] for entry in scenes) + " |",
             "|---|" + "---|" * len(scenes)]
-    for kind, what in (("combined", "`"), ("light_side", "light side alone, `")):
+    for kind, what in (("leaves", "leaves alone, `"), ("combined", "`"),
+                       ("light_side", "light side alone, `")):
         for i, row in enumerate(scenes[0][kind]):
             name = f"{row['technique']} {row['settings']}".rstrip()
             rows.append(f"| {what}{name}` | "
@@ -219,8 +233,9 @@ def table(result):
 def run(build, scenes, cache, names=SCENES, earlier=(), keep=lambda result: None,
         say=lambda line: None):
     """`earlier`: entries of other scenes. `keep` is given the result after each scene."""
-    result = {"machine": machine(),
-              "command": "vpl_reference.py BUILD SCENES -o RESULT --cache DIR", "size": SIZE, "settings": "brdf=lambert " + " ".join(settings_words(VPLS)),
+    result = {"machine": by_hand.machine(),
+              "command": "vpl_reference.py BUILD SCENES -o RESULT --cache DIR", "size": SIZE,
+              "settings": "brdf=lambert " + " ".join(settings_words(VPLS)),
               "goals": {"combined": COMBINED_GOAL, "light_side": LIGHT_SIDE_GOAL},
               "scenes": [entry for entry in earlier if entry["scene"] not in names]}
     with Daemon() as daemon:
@@ -231,22 +246,15 @@ def run(build, scenes, cache, names=SCENES, earlier=(), keep=lambda result: None
     return result
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("build", type=pathlib.Path)
-    parser.add_argument("scenes", type=pathlib.Path)
-    parser.add_argument("-o", "--output", type=pathlib.Path, required=True)
+def main(words=None):
+    parser = by_hand.parser(__doc__)
     parser.add_argument("--cache", type=pathlib.Path, required=True)
-    parser.add_argument("--scenes", dest="names", default=",".join(SCENES))
+    by_hand.add_names(parser, SCENES)
     parser.add_argument("--plot", type=pathlib.Path)
-    options = parser.parse_args()
-    build = options.build.resolve()
-    os.environ.setdefault("BOUNCE", str(build / "clients/cli/bounce"))
-    os.environ.setdefault("BOUNCED", str(build / "server/bounced"))
+    options = by_hand.parse(parser, words)
     earlier = json.loads(options.output.read_text())["scenes"] if options.output.is_file() else ()
-    result = run(build, options.scenes, options.cache, tuple(options.names.split(",")), earlier,
-                 lambda found: options.output.write_text(json.dumps(found, indent=1) + "\n"),
-                 lambda line: print(line, file=sys.stderr, flush=True))
+    result = run(options.build, options.scenes, options.cache, options.names, earlier,
+                 lambda found: by_hand.write(found, options.output), by_hand.say)
     print(table(result))
     if options.plot:
         plot(result, options.plot)

@@ -130,8 +130,13 @@ static double patch_kernel(const struct vpl_set *set, size_t at, const struct vp
         u[i] = quad[i];
         v[i] = quad[4 + i];
     }
-    // A patch whose centre is not above the receiver's surface does not count.
-    if (!is_above(dot(to_vpl, r->normal_geometric), dot(to_vpl, to_vpl))) return 0;
+    // A patch whose centre is not above the receiver's surface does not count, nor one with the
+    // receiver behind its plane.
+    const double r2 = dot(to_vpl, to_vpl);
+    if (!is_above(dot(to_vpl, r->normal_geometric), r2)) return 0;
+    double front[3];
+    cross(u, v, front);
+    if (!is_above(-dot(front, to_vpl) / sqrt(dot(front, front)), r2)) return 0;
     return vpl_patch_form_factor(to_vpl, u, v, r->normal) * quad[3];
 }
 

@@ -17,7 +17,7 @@ import sys
 import tempfile
 import time
 
-from first_light import machine
+from by_hand import machine
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 

@@ -34,10 +34,12 @@ def panels(found):
         regular = points["regular"]
         for title, y, value, percent in (
                 (f"VPLs, {name}", "VPLs", lambda p: p["counts"]["vpls"], False),
-                (f"Frame, {name}", "time over 1,024 regular VPLs", lambda p: frame_ms(p) / frame_ms(regular), False),
-                (f"Error, {name}", "relative RMSE against all texels", lambda p: error(p, "leaves"), True)):
-            lines = tuple(Line(f"isr from {fine}", tuple((d, value(points[_label(fine, d)])) for d in DEPTHS))
-                          for fine in FINE)
+                (f"Frame, {name}", "time over 1,024 regular VPLs",
+                 lambda p: frame_ms(p) / frame_ms(regular), False),
+                (f"Error, {name}", "relative RMSE against all texels",
+                 lambda p: error(p, "leaves"), True)):
+            lines = tuple(Line(f"isr from {fine}", tuple(
+                (d, value(points[_label(fine, d)])) for d in DEPTHS)) for fine in FINE)
             plain = Line("1,024 regular", tuple((d, value(regular)) for d in (DEPTHS[0], DEPTHS[-1])))
             made.append(Panel(title, "threshold of the light’s depths", y, (*lines, plain),
                               log_x=True, percent_y=percent))
@@ -48,16 +50,18 @@ def targets(found):
     made = []
     for name, points in each(found, SCENES):
         most, least = (points[_label("256x256", d)] for d in (DEPTHS[0], DEPTHS[-1]))
-        made += [Target("Fig. 11", f"VPLs at the least over those at the largest threshold, 256x256: {name}",
+        some, regular = points[_label("128x128", .3)], points["regular"]
+        made += [Target("Fig. 11",
+                        f"VPLs at the least over those at the largest threshold, 256x256: {name}",
                         most["counts"]["vpls"] / least["counts"]["vpls"], "no number"),
-                 Target("Fig. 11", f"their frames: {name}", frame_ms(most) / frame_ms(least), "no number"),
+                 Target("Fig. 11", f"their frames: {name}", frame_ms(most) / frame_ms(least),
+                        "no number"),
                  Target("Fig. 11", f"error over that of 1,024 regular VPLs, .3, 128x128: {name}",
-                        error(points[_label("128x128", .3)], "leaves") / error(points["regular"], "leaves"),
-                        "no number")]
+                        error(some, "leaves") / error(regular, "leaves"), "no number")]
     return made
 
 
 FIGURE = Figure(
     "clusters", "Clusters of virtual lights (Nichols, Shopf and Wyman 2009, Fig. 11)",
-    "Lower thresholds of depth make more light patches and slower frames, the more so the finer the map; large thresholds "
-    "end at what the other passes cost.", groups, panels, targets)
+    "Lower thresholds of depth make more light patches and slower frames, the more so the finer the "
+    "map; large thresholds end at what the other passes cost.", groups, panels, targets)

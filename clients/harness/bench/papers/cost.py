@@ -49,7 +49,8 @@ def _curve(found, axis, technique, value):
 
 def panels(found):
     return [Panel(f"Frame over {axis}", AXES[axis][2], "ms",
-                  tuple(Line(t, tuple(_curve(found, axis, t, frame_ms))) for t in TECHNIQUES), log_x=True, log_y=True)
+                  tuple(Line(t, tuple(_curve(found, axis, t, frame_ms))) for t in TECHNIQUES),
+                  log_x=True, log_y=True)
             for axis, _ in each(found, AXES)]
 
 
@@ -72,5 +73,6 @@ def targets(found):
 
 
 FIGURE = Figure(
-    "cost", "Cost curves", "Not the papers’: what a frame of ours costs over triangles, pixels, VPLs for each light, and lights.",
+    "cost", "Cost curves",
+    "Not the papers’: what a frame of ours costs over triangles, pixels, VPLs for each light, and lights.",
     groups, panels, targets, curves=tuple(AXES))

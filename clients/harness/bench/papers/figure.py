@@ -2,10 +2,12 @@
 import dataclasses
 
 COMMON = {"brdf": "lambert"}  # both papers are about diffuse light
-# The papers' blocks, down to the pixel and by what the camera sees alone, which all techniques that
-# light blocks have by default but one: what is compared has the same fragments.
-PAPERS_BLOCKS = {"multires_gather": {"depth_test": "minmax", "depth_threshold": .05, "finest": 1,
-                                     "light_threshold": "inf"}}
+# The papers' blocks, down to the pixel and by what the camera sees alone, for all techniques that
+# light blocks: what is compared has the same fragments. Splatting knows no threshold of light.
+BY_CAMERA = {"depth_test": "minmax", "depth_threshold": .05, "finest": 1}
+BY_CAMERA_ALONE = {**BY_CAMERA, "light_threshold": "inf"}
+PAPERS_BLOCKS = {"multires_splat": BY_CAMERA, "multires_gather": BY_CAMERA_ALONE,
+                 "isr": BY_CAMERA_ALONE, "hisr": BY_CAMERA_ALONE}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -125,6 +127,17 @@ def fragments_share(point):
 
 def error(point, against, kind="rel_rmse"):
     return point["error"][against][kind]
+
+
+def along(found, stop, count, label, value):
+    """Of groups "`stop` 0", "`stop` 1", ... that were measured: (number, value of the run `label`)."""
+    return tuple((i, value(found[f"{stop} {i}"][label])) for i in range(count)
+                 if f"{stop} {i}" in found)
+
+
+def most_over_least(line):
+    values = [y for _, y in line]
+    return max(values) / min(values)
 
 
 def each(found, names):

@@ -1,7 +1,8 @@
 """Nichols and Wyman 2010, Fig. 9: cost and number of subsplats along a camera's path, by the test that
 finds discontinuities. Thresholds are such that the errors at the path's beginning are alike."""
 from . import scenes
-from .figure import Figure, Group, Line, Panel, Run, Target, error, fragments_share, frame_ms
+from .figure import (Figure, Group, Line, Panel, Run, Target, along, error, fragments_share, frame_ms,
+                     most_over_least)
 
 VPLS, SIZE = 64, 1024
 DRAGON, BUNNY, ROOM = (-.15, .4, -.25), (.45, .3, .4), (0, .9, 0)  # what is looked at, metres
@@ -31,24 +32,23 @@ def _runs(scene, camera):
                   SIZE, camera, against=("full",))
 
 
-def _along(found, test, value):
-    return tuple((i, value(found[f"camera {i}"][test])) for i in range(len(PATH))
-                 if f"camera {i}" in found)
-
-
 def panels(found):
     place = "camera along the path"
     first = next(iter(found.values()))[FIRST]
     return [Panel("Frame", place, "time over the first test’s at the start",
                   _lines(found, lambda p: frame_ms(p) / frame_ms(first))),
-            Panel("Subsplats for each VPL", place, "share of the pixels", _lines(found, fragments_share),
-                  percent_y=True),
+            Panel("Subsplats for each VPL", place, "share of the pixels",
+                  _lines(found, fragments_share), percent_y=True),
             Panel("Error", place, "relative RMSE without the worst .01 %",
                   _lines(found, lambda p: error(p, "full", "trimmed")), percent_y=True)]
 
 
 def _lines(found, value):
     return tuple(Line(test, _along(found, test, value)) for test in TESTS)
+
+
+def _along(found, test, value):
+    return along(found, "camera", len(PATH), test, value)
 
 
 def _mean_ratio(found, test, other):
@@ -61,9 +61,8 @@ def targets(found):
         return []
     made = []
     for test in TESTS:
-        shares = [share for _, share in _along(found, test, fragments_share)]
         made.append(Target("B1.7", f"most over fewest subsplats along the path: {test}",
-                           max(shares) / min(shares), "up to 3", most=3.0))
+                           most_over_least(_along(found, test, fragments_share)), "up to 3", most=3.0))
     slower = (("derivative, minmax normal", "derivative over minmax of depth"),
               ("minmax depth, chord", "chord over minmax of normals"))
     made += [Target("B1.9", f"frame, {what}, mean of the path", _mean_ratio(found, test, FIRST),
@@ -73,6 +72,7 @@ def targets(found):
 
 FIGURE = Figure(
     "fly_through", "Cost along a camera’s path (Nichols and Wyman 2010, Fig. 9)",
-    "The four tests cost much the same at similar quality; derivatives of depth are slightly slower, curvature needs a "
-    "low threshold; the number of subsplats varies by up to 300 % along the path, and the frame with it.",
+    "The four tests cost much the same at similar quality; derivatives of depth are slightly slower, "
+    "curvature needs a low threshold; the number of subsplats varies by up to 300 % along the path, and "
+    "the frame with it.",
     groups, panels, targets)

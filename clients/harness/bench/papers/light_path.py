@@ -1,6 +1,7 @@
 """Nichols, Shopf and Wyman 2009, Fig. 10: time while the light moves."""
 from . import scenes
-from .figure import Figure, Group, Line, Panel, Run, Target, frame_ms, stage_ms
+from .figure import (Figure, Group, Line, Panel, Run, Target, along, frame_ms, most_over_least,
+                     stage_ms)
 
 SIZE, PLACES = 512, 6
 REACH_M = .8  # the light goes so far to the side, and half as far towards the eye
@@ -16,7 +17,8 @@ def groups():
 
 def _moved(number):
     share = number / (PLACES - 1)
-    return scenes.with_moved_light(scenes.DRAGON, number, (-REACH_M * share, 0.0, .5 * REACH_M * share))
+    reach_m = REACH_M * share
+    return scenes.with_moved_light(scenes.DRAGON, number, (-reach_m, 0.0, .5 * reach_m))
 
 
 def _runs(scene):
@@ -25,32 +27,30 @@ def _runs(scene):
         yield Run(f"hisr tau={tau:g}", scene, "hisr", {"vpls": LEAVES, "tau": tau}, SIZE)
 
 
-def _along(found, label, value):
-    return tuple((i, value(found[f"place {i}"][label])) for i in range(PLACES) if f"place {i}" in found)
+def _lines(found, value, labels=LABELS):
+    return tuple(Line(label, along(found, "place", PLACES, label, value)) for label in labels)
 
 
 def panels(found):
     start = next(iter(found.values()))["isr"]
     place = "place of the light"
-    return [Panel("Frame", place, "time over isr’s at the start", tuple(
-                Line(label, _along(found, label, lambda p: frame_ms(p) / frame_ms(start))) for label in LABELS)),
-            Panel("Gathering alone", place, "time over isr’s at the start", tuple(
-                Line(label, _along(found, label, lambda p: stage_ms(p) / stage_ms(start))) for label in LABELS)),
-            Panel("VPLs of isr", place, "VPLs", (Line("isr", _along(found, "isr", lambda p: p["counts"]["vpls"])),))]
+    return [Panel("Frame", place, "time over isr’s at the start",
+                  _lines(found, lambda p: frame_ms(p) / frame_ms(start))),
+            Panel("Gathering alone", place, "time over isr’s at the start",
+                  _lines(found, lambda p: stage_ms(p) / stage_ms(start))),
+            Panel("VPLs of isr", place, "VPLs",
+                  _lines(found, lambda p: p["counts"]["vpls"], ("isr",)))]
 
 
 def targets(found):
     if not found:
         return []
-    made = []
-    for label in LABELS:
-        times = [ms for _, ms in _along(found, label, stage_ms)]
-        made.append(Target("Fig. 10", f"slowest over fastest gather along the light’s path: {label}",
-                           max(times) / min(times), "no number"))
-    return made
+    return [Target("Fig. 10", f"slowest over fastest gather along the light’s path: {line.label}",
+                   most_over_least(line.points), "no number") for line in _lines(found, stage_ms)]
 
 
 FIGURE = Figure(
     "light_path", "A light that moves (Nichols, Shopf and Wyman 2009, Fig. 10)",
-    "As the light moves, what it sees becomes more or less complex, and so does the number of VPLs: the frame rate changes.",
+    "As the light moves, what it sees becomes more or less complex, and so does the number of VPLs: the "
+    "frame rate changes.",
     groups, panels, targets)

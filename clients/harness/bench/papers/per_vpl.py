@@ -22,8 +22,8 @@ def _runs(count):
     for size in SIZES:
         settings = {"brdf": "full", "vpls": count}
         yield Run(f"full {size}", scenes.BUDDHA, "rsm", settings, size, timed=False)
-        yield Run(f"lists {size}", scenes.BUDDHA, "multires_splat", {**settings, "coarsest": COARSEST}, size,
-                  against=(f"full {size}",))
+        yield Run(f"lists {size}", scenes.BUDDHA, "multires_splat", {**settings, "coarsest": COARSEST},
+                  size, against=(f"full {size}",))
 
 
 def share(point, count):
@@ -48,13 +48,18 @@ def panels(found):
         lists = [points[f"lists {size}"] for size in SIZES]
         shares += [Line(f"{count} VPLs", tuple((p["size"], share(p, count)) for p in lists)),
                    Line(f"paper: {count} VPLs", tuple(zip(SIZES, paper_shares(count))), paper=True)]
-        times.append(Line(f"{count} VPLs", tuple((p["size"], frame_ms(p) / frame_ms(lists[0])) for p in lists)))
-        errors.append(Line(f"{count} VPLs", tuple((size, error(p, f"full {size}")) for size, p in zip(SIZES, lists))))
-    times.append(Line("paper: 256 VPLs", tuple((s, PAPER_FPS[0] / fps) for s, fps in zip(SIZES, PAPER_FPS)), paper=True))
-    return [Panel("Subsplats for each VPL", side, "share of the pixels", tuple(shares), log_x=True, log_y=True,
-                  percent_y=True),
-            Panel("Frame", side, f"time over that at {SIZES[0]}x{SIZES[0]}", tuple(times), log_x=True),
-            Panel("Error", side, "relative RMSE against every pixel", tuple(errors), log_x=True, percent_y=True)]
+        times.append(Line(f"{count} VPLs", tuple(
+            (p["size"], frame_ms(p) / frame_ms(lists[0])) for p in lists)))
+        errors.append(Line(f"{count} VPLs", tuple(
+            (size, error(p, f"full {size}")) for size, p in zip(SIZES, lists))))
+    times.append(Line("paper: 256 VPLs", tuple(
+        (s, PAPER_FPS[0] / fps) for s, fps in zip(SIZES, PAPER_FPS)), paper=True))
+    return [Panel("Subsplats for each VPL", side, "share of the pixels", tuple(shares), log_x=True,
+                  log_y=True, percent_y=True),
+            Panel("Frame", side, f"time over that at {SIZES[0]}x{SIZES[0]}", tuple(times),
+                  log_x=True),
+            Panel("Error", side, "relative RMSE against every pixel", tuple(errors), log_x=True,
+                  percent_y=True)]
 
 
 def targets(found):
@@ -64,7 +69,8 @@ def targets(found):
         if share(large, count) is None:
             continue
         side = f"{large['size']}x{large['size']}"
-        subsplats_ms, shared_ms = passes_ms(large, "subsplats"), passes_ms(large, "discontinuity", "fragments")
+        subsplats_ms = passes_ms(large, "subsplats")
+        shared_ms = passes_ms(large, "discontinuity", "fragments")
         plain_ns = passes_ms(large, "splat") / (large["counts"]["fragments"] * count)
         each_ns = subsplats_ms / large["counts"]["subsplats_tested"]
         made += [Target("B1.1", f"subsplats for each of {count} VPLs at {side}", share(large, count),
@@ -79,6 +85,6 @@ def targets(found):
 
 FIGURE = Figure(
     "per_vpl", "A list for each VPL (Nichols and Wyman 2010, Table 1)",
-    "For a glossy Buddha each VPL has a list of its own, of 5 % of the pixels at 256x256; refining the lists takes most of "
-    "the time: 65 frames a second at 32x32 become 27 at 256x256.",
+    "For a glossy Buddha each VPL has a list of its own, of 5 % of the pixels at 256x256; refining the "
+    "lists takes most of the time: 65 frames a second at 32x32 become 27 at 256x256.",
     groups, panels, targets)

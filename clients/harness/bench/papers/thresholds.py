@@ -44,8 +44,9 @@ def panels(found):
             return Line(f"{size}x{size}", tuple(
                 (t, value(points[_label(size, t)], size)) for t in THRESHOLDS))
         made += [
-            Panel(f"Frame, {name}", "threshold of normals", f"time over that at {QUALITY:g}", tuple(
-                line(size, lambda p, s: frame_ms(p) / frame_ms(points[_label(s, QUALITY)])) for size in SIZES)),
+            Panel(f"Frame, {name}", "threshold of normals", f"time over that at {QUALITY:g}",
+                  tuple(line(size, lambda p, s: frame_ms(p) / frame_ms(points[_label(s, QUALITY)]))
+                        for size in SIZES)),
             Panel(f"Error, {name}", "threshold of normals", "relative RMSE against every pixel",
                   (*(line(size, lambda p, s: error(p, f"full {s}")) for size in SIZES),
                    *(_with_detail(points, detail) for detail in DETAILS[1:])), percent_y=True)]
@@ -63,16 +64,18 @@ def targets(found):
         def at(threshold, detail="off"):
             return points[_label(LARGE, threshold, detail)]
         made += [
-            Target("B1.5", f"frame at T_n .25 over that at 1.4: {name}", frame_ms(at(QUALITY)) / frame_ms(at(FAST)),
-                   PAPER, least=PAPER),
-            Target("B1.5", "its fragments, likewise", fragments_share(at(QUALITY)) / fragments_share(at(FAST))),
-            *(Target("B1.5", f"its error at {t:g}, surface_detail={detail}", error(at(t, detail), f"full {LARGE}"),
-                     percent=True) for t in (QUALITY, FAST) for detail in DETAILS)]
+            Target("B1.5", f"frame at T_n .25 over that at 1.4: {name}",
+                   frame_ms(at(QUALITY)) / frame_ms(at(FAST)), PAPER, least=PAPER),
+            Target("B1.5", "its fragments, likewise",
+                   fragments_share(at(QUALITY)) / fragments_share(at(FAST))),
+            *(Target("B1.5", f"its error at {t:g}, surface_detail={detail}",
+                     error(at(t, detail), f"full {LARGE}"), percent=True)
+              for t in (QUALITY, FAST) for detail in DETAILS)]
     return made
 
 
 FIGURE = Figure(
     "thresholds", "The threshold of normals (Nichols and Wyman 2010, Figs. 10 and 11)",
-    "A close Buddha at 1024x1024 runs at 8 frames a second with a threshold of .25 and at 32 with 1.4, four times as "
-    "fast, its small features blurred away; at low resolutions the threshold does not matter.",
+    "A close Buddha at 1024x1024 runs at 8 frames a second with a threshold of .25 and at 32 with 1.4, "
+    "four times as fast, its small features blurred away; at low resolutions the threshold does not matter.",
     groups, panels, targets)
