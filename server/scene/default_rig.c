@@ -103,11 +103,20 @@ static bd_dvec3 showing_direction(const struct bd_scene *scene)
     return directions[0];
 }
 
-bool bd_derive_default_camera(struct bd_scene *scene)
+// Where the default camera of a scene stands that looks the same; NULL where it has none.
+static const struct bd_placement *default_camera_of(const struct bd_scene *scene)
+{
+    if (!scene || scene->placed_cameras[0].node != BD_NONE) return NULL;
+    return &scene->placed_cameras[0];
+}
+
+bool bd_derive_default_camera(struct bd_scene *scene, const struct bd_scene *alike)
 {
     if (scene->placed_camera_count > 0) return true;
     const double yfov = pi / 4;
-    struct bd_placement placed = look_from((bd_dvec3){0, 0, 0}, showing_direction(scene));
+    const struct bd_placement *known = default_camera_of(alike);
+    struct bd_placement placed =
+        known ? *known : look_from((bd_dvec3){0, 0, 0}, showing_direction(scene));
     double distance = framing_distance_m(&scene->features, &placed, 0.5 * yfov);
     struct bd_camera *cameras =
         appended(scene->cameras, scene->camera_count, sizeof *scene->cameras);
@@ -144,7 +153,7 @@ static void place_light(struct bd_scene *scene, const struct bd_light *light,
 
 bool bd_derive_default_lights(struct bd_scene *scene)
 {
-    if (scene->placed_light_count > 0 || bd_environment_shines(&scene->environment)) return true;
+    if (scene->placed_light_count > 0 || scene->features.has_environment) return true;
     struct bd_light *lights =
         appended(scene->lights, scene->light_count + 1, sizeof *scene->lights);
     if (!lights) return false;

@@ -177,7 +177,7 @@ bd_dvec3 bd_scene_origin_m(const struct bd_features *features)
                       low.z + extent.z * off_middle.z};
 }
 
-void bd_derive_features(struct bd_scene *scene)
+void bd_derive_surface_features(struct bd_scene *scene)
 {
     struct bd_features *features = &scene->features;
     features->instance_count = scene->instance_count;
@@ -186,10 +186,14 @@ void bd_derive_features(struct bd_scene *scene)
         for (uint32_t p = 0; p < mesh->primitive_count; p++)
             add_primitive(scene, &scene->instances[i], &mesh->primitives[p]);
     }
+}
+
+void bd_derive_light_features(struct bd_scene *scene)
+{
+    struct bd_features *features = &scene->features;
     for (uint32_t i = 0; i < scene->placed_light_count; i++) {
         const struct bd_light *light = &scene->lights[scene->placed_lights[i].object];
         features->light_count[light->kind]++;
         features->punctual_flux_lm += flux_lm(features, light, &scene->placed_lights[i]);
     }
-    features->has_environment = bd_environment_shines(&scene->environment);
 }

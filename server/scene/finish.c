@@ -1,5 +1,6 @@
 #include <stdatomic.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "scene/derive.h"
 
@@ -7,16 +8,6 @@ uint64_t bd_derive_next_aspect(void)
 {
     static _Atomic uint64_t last = 0;
     return atomic_fetch_add_explicit(&last, 1, memory_order_relaxed) + 1;
-}
-
-static void number_aspects(struct bd_aspects *aspects)
-{
-    aspects->geometry = bd_derive_next_aspect();
-    aspects->transforms = bd_derive_next_aspect();
-    aspects->materials = bd_derive_next_aspect();
-    aspects->lights = bd_derive_next_aspect();
-    aspects->environment = bd_derive_next_aspect();
-    aspects->cameras = bd_derive_next_aspect();
 }
 
 bool bd_derive_world_matrices(struct bd_scene *scene)
@@ -30,6 +21,8 @@ bool bd_derive_world_matrices(struct bd_scene *scene)
             path[length++] = (uint32_t)n;
         while (length > 0) {
             struct bd_node *node = &scene->nodes[path[--length]];
+            node->in_scene = !node->is_hidden && !node->is_removed &&
+                             (node->parent == BD_NONE || scene->nodes[node->parent].in_scene);
             node->world_from_node = node->parent == BD_NONE
                                         ? node->parent_from_node
                                         : bd_dmat4_mul(&scene->nodes[node->parent].world_from_node,
@@ -127,18 +120,49 @@ bool bd_derive_placements(struct bd_scene *scene)
     return bd_derive_light_order(scene);
 }
 
-enum bd_err bd_scene_finish(struct bd_scene *scene, struct bd_fault *fault)
+// Bounds, surfaces and the sky, which nothing derived is needed for but the instances.
+static void derive_surfaces(struct bd_scene *scene, const struct bd_scene *base,
+                            const struct bd_same *same)
 {
+    struct bd_features *features = &scene->features;
+    if (same->geometry && same->transforms && same->materials) {
+        *features = base->features;
+        features->punctual_flux_lm = 0;
+        memset(features->light_count, 0, sizeof features->light_count);
+    } else {
+        bd_derive_bounds(scene);
+        bd_derive_surface_features(scene);
+    }
+    features->has_environment = same->environment ? base->features.has_environment
+                                                  : bd_environment_shines(&scene->environment);
+}
+
+enum bd_err bd_derive_from(struct bd_scene *scene, const struct bd_scene *base,
+                           struct bd_fault *fault)
+{
+    scene->authored_light_count = scene->light_count;
+    scene->authored_camera_count = scene->camera_count;
+    scene->authored_flag_count = scene->flags.count;
+    struct bd_same same = {0};
     if (!bd_derive_world_matrices(scene) || !bd_derive_instances(scene) ||
         !bd_derive_placements(scene))
         goto no_memory;
-    bd_derive_bounds(scene);
-    if (!bd_derive_default_camera(scene) || !bd_derive_default_lights(scene)) goto no_memory;
-    bd_derive_features(scene);
-    number_aspects(&scene->aspects);
+    if (base) same = bd_same_surfaces(base, scene);
+    derive_surfaces(scene, base, &same);
+    const struct bd_scene *alike =
+        same.geometry && same.transforms && same.materials ? base : NULL;
+    if (!bd_derive_default_camera(scene, alike) || !bd_derive_default_lights(scene))
+        goto no_memory;
+    bd_derive_light_features(scene);
+    bd_derive_aspects(scene, base, &same);
     return BD_ERR_OK;
 
 no_memory:
     return bd_fault_set(fault, BD_ERR_NO_MEMORY, "scene", "no memory for %u nodes",
                         scene->node_count);
+}
+
+enum bd_err bd_scene_finish(struct bd_scene *scene, struct bd_fault *fault)
+{
+    return bd_derive_from(scene, NULL, fault);
 }

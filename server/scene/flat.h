@@ -1,10 +1,16 @@
-// The flat form of a scene: what the import child answers, and what a scene's content hash names.
+// The flat forms of a scene.
 //
-// Little-endian, no pointers, no padding, one layout for writing and reading (flat.c describes each
-// struct once). It holds what an importer fills; everything that bd_scene_finish derives, and the
-// bounds and hashes of meshes and pictures, are computed by the reader's side, which trusts
-// nothing: each count is checked against the bytes that are left before anything is allocated,
-// each enum, index and float before it is kept, and the node hierarchy for loops.
+// The whole: what the import child answers. The index: the same with heavy objects (streams of
+// meshes, pictures, sky maps) named by their SHA-256 (content.h), which is what a journal keeps of
+// a snapshot and what the snapshot's own hash is taken of. Empty slots behind the last object of a
+// kind are in neither: taking back an addition gives back the hash.
+//
+// Little-endian, no pointers, no padding, one layout for writing and reading (flat_objects.c
+// describes each struct once). They hold what an importer or an edit fills; everything that
+// bd_scene_finish derives, and the bounds and hashes of what is read whole, are computed by the
+// reader's side, which trusts nothing: each count is checked against the bytes that are left before
+// anything is allocated, each enum, index and float before it is kept, and what nodes, materials
+// and textures refer to.
 //
 // Thread: any.
 
@@ -13,6 +19,7 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
 #include "base/err.h"
 #include "scene/scene.h"
@@ -29,5 +36,22 @@ bool bd_flat_write(const struct bd_scene *scene, bd_flat_sink sink, void *user);
 BD_MUST_CHECK
 enum bd_err bd_flat_read(const void *bytes, size_t size, struct bd_scene **out,
                          struct bd_fault *fault);
+
+struct bd_content;
+// Finds content of `out->kind` by its SHA-256 and gives a reference to it; false if there is none.
+typedef bool (*bd_content_find)(void *user, const uint8_t sha256[32], struct bd_content *out);
+
+// As above, for the index. Its heavy objects have to be sealed.
+BD_MUST_CHECK
+bool bd_flat_write_index(const struct bd_scene *scene, bd_flat_sink sink, void *user);
+
+// Content that `find` does not find: BD_ERR_NOT_FOUND, and `fault` names it. The scene that is read
+// has its content_sha256 set.
+BD_MUST_CHECK
+enum bd_err bd_flat_read_index(const void *bytes, size_t size, bd_content_find find, void *user,
+                               struct bd_scene **out, struct bd_fault *fault);
+
+// Sets content_sha256: the SHA-256 of the index.
+void bd_scene_set_hash(struct bd_scene *scene);
 
 #endif

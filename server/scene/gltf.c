@@ -115,9 +115,9 @@ static enum bd_err read_parsed(const struct bd_gltf_document *doc,
     return err;
 }
 
-enum bd_err bd_gltf_read(const struct bd_import_file *files, uint32_t file_count,
-                         const struct bd_import_limits *limits, struct bd_scene **out,
-                         struct bd_fault *fault)
+enum bd_err bd_gltf_read_unsealed(const struct bd_import_file *files, uint32_t file_count,
+                                  const struct bd_import_limits *limits, struct bd_scene **out,
+                                  struct bd_fault *fault)
 {
     *out = NULL;
     struct bd_gltf_text text;
@@ -135,5 +135,14 @@ enum bd_err bd_gltf_read(const struct bd_import_file *files, uint32_t file_count
     if (err == BD_ERR_OK && text.dataless_buffer_count)
         bd_scene_flag(*out, "buffers_without_data: %u", text.dataless_buffer_count);
     bd_gltf_document_destroy(&doc);
+    return err;
+}
+
+enum bd_err bd_gltf_read(const struct bd_import_file *files, uint32_t file_count,
+                         const struct bd_import_limits *limits, struct bd_scene **out,
+                         struct bd_fault *fault)
+{
+    enum bd_err err = bd_gltf_read_unsealed(files, file_count, limits, out, fault);
+    if (err == BD_ERR_OK) bd_scene_seal(*out);
     return err;
 }

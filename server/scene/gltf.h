@@ -22,4 +22,10 @@ enum bd_err bd_gltf_read(const struct bd_import_file *files, uint32_t file_count
                          const struct bd_import_limits *limits, struct bd_scene **out,
                          struct bd_fault *fault);
 
+// The same without bounds and hashes of meshes and pictures, for whoever only passes them on.
+BD_MUST_CHECK
+enum bd_err bd_gltf_read_unsealed(const struct bd_import_file *files, uint32_t file_count,
+                                  const struct bd_import_limits *limits, struct bd_scene **out,
+                                  struct bd_fault *fault);
+
 #endif

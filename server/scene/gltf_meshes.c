@@ -238,7 +238,6 @@ static enum bd_err read_mesh(struct bd_gltf_reader *reader, uint32_t m,
     for (uint32_t p = 0; err == BD_ERR_OK && p < in->primitive_count; p++)
         err = read_primitive(reader, bd_gltf_path("meshes[%u].primitives[%u]", m, p).text,
                              &in->primitives[p], deform, &mesh->primitives[p]);
-    if (err == BD_ERR_OK) bd_mesh_seal(mesh);
     return err;
 }
 

@@ -116,30 +116,20 @@ static enum bd_err adopt_children(struct bd_gltf_reader *reader)
                         "is among its own ancestors");
 }
 
-// Marks the nodes under `root`. The stack holds each node at most once: the nodes form a forest.
-static void show(const struct bd_gltf_document *doc, struct bd_scene *scene, uint32_t root,
-                 uint32_t *stack)
-{
-    uint32_t depth = 0;
-    stack[depth++] = root;
-    while (depth > 0) {
-        uint32_t n = stack[--depth];
-        if (scene->nodes[n].in_scene) continue;
-        scene->nodes[n].in_scene = true;
-        for (uint32_t c = 0; c < doc->nodes[n].child_count; c++)
-            stack[depth++] = (uint32_t)doc->nodes[n].children[c];
-    }
-}
-
-static enum bd_err show_scene(struct bd_gltf_reader *reader, uint32_t s, uint32_t *stack)
+// What no scene lists is hidden, and with it all below.
+static enum bd_err show_scene(struct bd_gltf_reader *reader, uint32_t s)
 {
     const struct bd_gltf_scene *in = &reader->doc->scenes[s];
+    struct bd_scene *scene = reader->scene;
+    for (uint32_t i = 0; i < scene->node_count; i++)
+        scene->nodes[i].is_hidden = scene->nodes[i].parent == BD_NONE;
     for (uint32_t i = 0; i < in->node_count; i++) {
-        if (reader->scene->nodes[in->nodes[i]].parent != BD_NONE)
+        struct bd_node *root = &scene->nodes[in->nodes[i]];
+        if (root->parent != BD_NONE)
             return bd_fault_set(reader->fault, BD_ERR_BAD_INPUT,
                                 bd_gltf_path("scenes[%u].nodes[%u]", s, i).text,
                                 "node %d is not a root node", in->nodes[i]);
-        show(reader->doc, reader->scene, (uint32_t)in->nodes[i], stack);
+        root->is_hidden = false;
     }
     return BD_ERR_OK;
 }
@@ -148,18 +138,8 @@ static enum bd_err show_scene(struct bd_gltf_reader *reader, uint32_t s, uint32_
 static enum bd_err show_nodes(struct bd_gltf_reader *reader)
 {
     const struct bd_gltf_document *doc = reader->doc;
-    uint32_t *stack = malloc((doc->node_count + (size_t)1) * sizeof *stack);
-    if (!stack) return bd_gltf_no_memory(reader, "nodes");
-    enum bd_err err = BD_ERR_OK;
-    if (doc->scene_count > 0) {
-        err = show_scene(reader, doc->default_scene == BD_NONE ? 0 : (uint32_t)doc->default_scene,
-                         stack);
-    } else {
-        for (uint32_t i = 0; i < doc->node_count; i++)
-            if (reader->scene->nodes[i].parent == BD_NONE) show(doc, reader->scene, i, stack);
-    }
-    free(stack);
-    return err;
+    if (doc->scene_count == 0) return BD_ERR_OK;
+    return show_scene(reader, doc->default_scene == BD_NONE ? 0 : (uint32_t)doc->default_scene);
 }
 
 static void read_node(struct bd_gltf_reader *reader, const struct bd_gltf_node *in,

@@ -96,7 +96,6 @@ static enum bd_err decode(struct bd_gltf_reader *reader, uint32_t i, uint64_t *t
         return err;
     }
     picture->reference_count = 1;
-    bd_picture_seal(picture);
     *texels_left -= (uint64_t)picture->width_px * picture->height_px;
     *out = picture;
     return BD_ERR_OK;

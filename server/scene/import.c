@@ -13,7 +13,6 @@
 #include <unistd.h>
 
 #include "base/clock.h"
-#include "base/hash.h"
 #include "scene/flat.h"
 #include "scene/import_pipe.h"
 
@@ -190,21 +189,11 @@ static enum bd_err fault_from_child(const struct answer *answer, enum bd_err err
     return bd_fault_set(fault, err, told.field, "%s", told.message);
 }
 
-static bool hash_piece(void *user, const void *bytes, size_t size)
+static void set_environment(struct bd_scene *scene, const struct bd_environment *environment)
 {
-    bd_sha256_update(user, bytes, size);
-    return true;
-}
-
-// The hash names the flat form with the environment in it, which the child did not write.
-static bool set_environment(struct bd_scene *scene, const struct bd_environment *environment)
-{
+    bd_sky_map_release(&scene->environment.map);
     scene->environment = *environment;
     if (environment->map) bd_sky_map_retain(environment->map);
-    struct bd_sha256 *sha = bd_sha256_create();
-    bool hashed = bd_flat_write(scene, hash_piece, sha);
-    bd_sha256_finish(&sha, scene->content_sha256);
-    return hashed;
 }
 
 static enum bd_err scene_from_answer(const struct answer *answer,
@@ -216,11 +205,10 @@ static enum bd_err scene_from_answer(const struct answer *answer,
     size_t flat_bytes = answer->size - sizeof(struct bd_import_answer);
     struct bd_scene *scene = NULL;
     enum bd_err err = bd_flat_read(flat, flat_bytes, &scene, fault);
-    if (err == BD_ERR_OK && !environment)
-        bd_sha256_of(flat, flat_bytes, scene->content_sha256);
-    else if (err == BD_ERR_OK && !set_environment(scene, environment))
-        err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "environment", "no memory for the scene");
-    if (err == BD_ERR_OK) err = bd_scene_finish(scene, fault);
+    if (err != BD_ERR_OK) return err;
+    if (environment) set_environment(scene, environment);
+    bd_scene_set_hash(scene);
+    err = bd_scene_finish(scene, fault);
     if (err == BD_ERR_OK && scene->features.triangle_count > limits->triangle_count)
         err = bd_fault_set(fault, BD_ERR_LIMIT, "scene", "%llu triangles, limit %llu",
                            (unsigned long long)scene->features.triangle_count,

@@ -43,9 +43,30 @@ void bd_mesh_release(struct bd_mesh **mesh)
     struct bd_mesh *dropped = *mesh;
     *mesh = NULL;
     if (!dropped || !drop(&dropped->reference_count)) return;
-    for (uint32_t i = 0; i < dropped->primitive_count; i++) free_primitive(&dropped->primitives[i]);
+    for (uint32_t i = 0; !dropped->streams_of && i < dropped->primitive_count; i++)
+        free_primitive(&dropped->primitives[i]);
+    bd_mesh_release(&dropped->streams_of);
     free(dropped->primitives);
     free(dropped);
+}
+
+struct bd_mesh *bd_mesh_alias(struct bd_mesh *mesh)
+{
+    struct bd_mesh *alias = malloc(sizeof *alias);
+    struct bd_primitive *primitives =
+        malloc((mesh->primitive_count + (size_t)1) * sizeof *primitives);
+    if (!alias || !primitives) {
+        free(alias);
+        free(primitives);
+        return NULL;
+    }
+    memcpy(alias, mesh, sizeof *alias);
+    if (mesh->primitive_count)
+        memcpy(primitives, mesh->primitives, mesh->primitive_count * sizeof *primitives);
+    alias->reference_count = 1;
+    alias->primitives = primitives;
+    alias->streams_of = bd_mesh_retain(mesh->streams_of ? mesh->streams_of : mesh);
+    return alias;
 }
 
 struct bd_picture *bd_picture_retain(struct bd_picture *picture)
@@ -116,6 +137,11 @@ void bd_scene_release(struct bd_scene **scene)
     free(dropped);
 }
 
+bool bd_scene_is_finished(const struct bd_scene *scene)
+{
+    return scene->instances != NULL; // allocated even where there are none
+}
+
 void bd_scene_flag(struct bd_scene *scene, const char *format, ...)
 {
     struct bd_scene_flags *flags = &scene->flags;
@@ -124,6 +150,24 @@ void bd_scene_flag(struct bd_scene *scene, const char *format, ...)
     va_start(args, format);
     vsnprintf(flags->text[flags->count++], sizeof flags->text[0], format, args);
     va_end(args);
+}
+
+#define COUNT(total, count, items, is_removed_at)                                                  \
+    for (uint32_t i = 0; i < (count); i++) (total) += !(items)[i] is_removed_at
+
+struct bd_scene_counts bd_scene_count(const struct bd_scene *s)
+{
+    struct bd_scene_counts n = {0};
+    bool finished = bd_scene_is_finished(s);
+    COUNT(n.nodes, s->node_count, s->nodes, .is_removed);
+    COUNT(n.meshes, s->mesh_count, s->meshes, ->is_removed);
+    COUNT(n.materials, s->material_count, s->materials, .is_removed);
+    COUNT(n.textures, s->texture_count, s->textures, .is_removed);
+    COUNT(n.pictures, s->picture_count, s->pictures, ->is_removed);
+    COUNT(n.lights, finished ? s->authored_light_count : s->light_count, s->lights, .is_removed);
+    COUNT(n.cameras, finished ? s->authored_camera_count : s->camera_count, s->cameras,
+          .is_removed);
+    return n;
 }
 
 // Decimal digits only and in range: "1x" and "4294967296" are names, not indices.
@@ -138,16 +182,41 @@ static int32_t index_of(const char *digits, uint32_t count)
     return (int32_t)value;
 }
 
+static bool node_is_called(const struct bd_scene *scene, uint32_t camera, const char *name)
+{
+    int32_t node = scene->placed_cameras[camera].node;
+    return node != BD_NONE && strcmp(scene->nodes[node].name, name) == 0;
+}
+
+static bool camera_is_called(const struct bd_scene *scene, uint32_t camera, const char *name)
+{
+    return strcmp(scene->cameras[scene->placed_cameras[camera].object].name, name) == 0;
+}
+
+typedef bool is_called_fn(const struct bd_scene *scene, uint32_t camera, const char *name);
+
+static uint32_t count_called(const struct bd_scene *scene, is_called_fn *is_called,
+                             const char *name, int32_t *first)
+{
+    uint32_t count = 0;
+    for (uint32_t i = scene->placed_camera_count; i-- > 0;) {
+        if (!is_called(scene, i, name)) continue;
+        *first = (int32_t)i;
+        count++;
+    }
+    return count;
+}
+
 int32_t bd_scene_find_camera(const struct bd_scene *scene, const char *name)
 {
+    int32_t first;
     if (!name[0]) return scene->placed_camera_count ? 0 : BD_NONE;
-    for (uint32_t i = 0; i < scene->placed_camera_count; i++) {
-        const struct bd_placement *placed = &scene->placed_cameras[i];
-        if (placed->node != BD_NONE && strcmp(scene->nodes[placed->node].name, name) == 0)
-            return (int32_t)i;
-    }
-    for (uint32_t i = 0; i < scene->placed_camera_count; i++)
-        if (strcmp(scene->cameras[scene->placed_cameras[i].object].name, name) == 0)
-            return (int32_t)i;
+    if (bd_scene_count_cameras(scene, name, &first) > 0) return first;
     return index_of(name, scene->placed_camera_count);
+}
+
+uint32_t bd_scene_count_cameras(const struct bd_scene *scene, const char *name, int32_t *first)
+{
+    uint32_t count = count_called(scene, node_is_called, name, first);
+    return count > 0 ? count : count_called(scene, camera_is_called, name, first);
 }

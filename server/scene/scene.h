@@ -2,7 +2,9 @@
 //
 // Small things (nodes, materials, lights, cameras) are arrays of the snapshot; heavy things
 // (meshes, images) are shared between snapshots by reference, so that an edit copies only what
-// it touches. Angles are radians, lengths metres, light in glTF's photometric units. World
+// it touches. An object's id is its index; one that was removed leaves an empty slot (`is_removed`:
+// all zero, referring to nothing, referred to by nothing), so that no id ever means anything else.
+// Angles are radians, lengths metres, light in glTF's photometric units. World
 // positions are double: `upload/` subtracts the scene's own origin before anything becomes float.
 //
 // Thread: built on one thread, published once, then read by all. Retain and release: any thread.
@@ -32,6 +34,8 @@ struct bd_picture {
     uint32_t reference_count; // atomic
     uint32_t width_px, height_px;
     uint64_t content_hash; // of size and texels: the name of the GPU copy
+    uint8_t sha256[32];    // the same, as files and journals name it (content.h)
+    bool is_removed;       // then without texels
     uint8_t *rgba;
 };
 
@@ -39,6 +43,7 @@ struct bd_texture {
     int32_t picture; // index into the scene's pictures, or BD_NONE (missing picture: white)
     enum bd_wrap wrap_s, wrap_t;
     bool nearest; // magnification filter is NEAREST; otherwise linear
+    bool is_removed;
 };
 
 struct bd_texture_ref {
@@ -64,6 +69,7 @@ struct bd_material {
     float alpha_cutoff; // MASK; BLEND is rendered as a mask at 0.5 and flagged
     bool double_sided;  // single-sided back faces are invisible to camera rays only
     bool unlit;         // KHR_materials_unlit
+    bool is_removed;
     struct bd_texture_ref base_color_map;         // sRGB, alpha in A
     struct bd_texture_ref metallic_roughness_map; // linear, G roughness, B metallic
     struct bd_texture_ref normal_map;             // linear, tangent space
@@ -90,8 +96,11 @@ struct bd_mesh {
     uint32_t reference_count; // atomic
     char name[64];
     uint64_t content_hash; // of all streams: the name of the GPU copy
+    uint8_t sha256[32];    // the same, as files and journals name it (content.h)
+    bool is_removed;       // then without primitives
     uint32_t primitive_count;
     struct bd_primitive *primitives;
+    struct bd_mesh *streams_of; // whose the streams are; NULL: its own (bd_mesh_alias)
 };
 
 struct bd_node {
@@ -99,8 +108,11 @@ struct bd_node {
     int32_t parent; // BD_NONE for a root
     int32_t mesh, camera, light;
     bd_dmat4 parent_from_node;
-    bd_dmat4 world_from_node; // computed by bd_scene_finish
-    bool in_scene;            // reachable from the scene that is shown; set by the importer
+    bool is_hidden;  // and with it all that is below it
+    bool is_removed; // only with all that is below it
+    // Computed by bd_scene_finish:
+    bd_dmat4 world_from_node;
+    bool in_scene; // neither it nor what is above it is hidden or removed
     // Skinned and morphed meshes were baked at the default pose in world space: their instance
     // ignores the node's transform, as glTF says for skins.
     bool mesh_is_world_space;
@@ -113,6 +125,7 @@ struct bd_light {
     float intensity;              // cd for point and spot, lux for directional
     float range_m;                // +inf = unlimited
     float cone_inner, cone_outer; // half-angles of a spot, 0 <= inner < outer <= pi/2
+    bool is_removed;
 };
 
 struct bd_camera {
@@ -121,6 +134,7 @@ struct bd_camera {
     float yfov;          // full vertical angle, whatever the picture's aspect
     float xmag, ymag;    // orthographic: half width and half height, metres
     float near_m, far_m; // far_m +inf = none
+    bool is_removed;
 };
 
 // A picture of the whole sky, linear RGB in cd/m^2, rows from the zenith (+y) to the nadir. Column
@@ -130,7 +144,8 @@ struct bd_sky_map {
     uint32_t reference_count; // atomic
     uint32_t width_px, height_px;
     uint64_t content_hash;
-    float *rgb; // finite, >= 0
+    uint8_t sha256[32]; // content.h
+    float *rgb;         // finite, >= 0
 };
 
 // Light from infinitely far away.
@@ -194,7 +209,7 @@ struct bd_scene_flags {
 
 struct bd_scene {
     uint32_t reference_count;   // atomic
-    uint8_t content_sha256[32]; // of the snapshot's flat form: the "scene" of a report
+    uint8_t content_sha256[32]; // of the snapshot's index (flat.h): the "scene" of a report
     uint32_t node_count, mesh_count, material_count, texture_count, picture_count;
     uint32_t light_count, camera_count;
     struct bd_node *nodes;
@@ -205,7 +220,9 @@ struct bd_scene {
     struct bd_light *lights;
     struct bd_camera *cameras;
     struct bd_environment environment;
-    // Derived by bd_scene_finish:
+    // Derived by bd_scene_finish, which appends the default rig to cameras, lights and flags: behind
+    // these counts lies what belongs to no file, no edit and no hash.
+    uint32_t authored_light_count, authored_camera_count, authored_flag_count;
     uint32_t instance_count, placed_light_count, placed_camera_count;
     struct bd_instance *instances;
     struct bd_placement *placed_lights;
@@ -224,6 +241,7 @@ struct bd_scene *bd_scene_create(void);
 // rig, flagged `default_camera` and `default_lights`. Call once, before publishing.
 BD_MUST_CHECK
 enum bd_err bd_scene_finish(struct bd_scene *scene, struct bd_fault *fault);
+bool bd_scene_is_finished(const struct bd_scene *scene);
 
 struct bd_scene *bd_scene_retain(struct bd_scene *scene);
 // Drops a reference and nulls; takes NULL.
@@ -241,11 +259,24 @@ void bd_sky_map_release(struct bd_sky_map **map);
 // often lie halfway between two floats, and the last bit of a scene's place decides which.
 bd_dvec3 bd_scene_origin_m(const struct bd_features *features);
 
-// Computes bounds and content hash from the streams, or the hash from the texels. For whoever
-// fills a mesh, a picture or a sky, once, before it is shared.
+// Computes bounds and both hashes from the streams, or the hashes from the texels: a
+// millisecond a MiB, so not on the event loop. For whoever fills a mesh, a picture or a sky, once,
+// before it is shared.
 void bd_mesh_seal(struct bd_mesh *mesh);
 void bd_picture_seal(struct bd_picture *picture);
 void bd_sky_map_seal(struct bd_sky_map *map);
+// All meshes and pictures of a scene that nobody else holds yet.
+void bd_scene_seal(struct bd_scene *scene);
+
+// A mesh of the same streams, so of the same hashes, whose name and materials may be changed before
+// it is shared. Cheap. NULL without memory.
+struct bd_mesh *bd_mesh_alias(struct bd_mesh *mesh);
+
+// Whether all that is referred to exists and is not removed, and no node is its own ancestor: what
+// a snapshot from a file or a journal has to prove. The fault names the first that is not so.
+// BD_ERR_BAD_INPUT, BD_ERR_NO_MEMORY.
+BD_MUST_CHECK
+enum bd_err bd_scene_check_references(const struct bd_scene *scene, struct bd_fault *fault);
 
 // False if some node is its own ancestor (named in `looping_node`, which may be NULL). Takes
 // memory for a mark a node; without it, false.
@@ -255,9 +286,18 @@ bool bd_scene_parents_are_a_forest(const struct bd_scene *scene, uint32_t *loopi
 // Appends one flag, printf-style; drops it silently once the list is full.
 void bd_scene_flag(struct bd_scene *scene, const char *format, ...) BD_PRINTF(2, 3);
 
+// Objects that are there: authored, and not removed.
+struct bd_scene_counts {
+    uint32_t nodes, meshes, materials, textures, pictures, lights, cameras;
+};
+struct bd_scene_counts bd_scene_count(const struct bd_scene *scene);
+
 // A placed camera by node name, camera name or decimal index; "" is the first. BD_NONE if there
 // is none of that name.
 int32_t bd_scene_find_camera(const struct bd_scene *scene, const char *name);
+// How many placed cameras a name may mean: those whose nodes have it, or where there is none those
+// that have it themselves. `first` is set if there is one.
+uint32_t bd_scene_count_cameras(const struct bd_scene *scene, const char *name, int32_t *first);
 
 #ifdef __cplusplus
 }

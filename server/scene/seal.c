@@ -2,7 +2,9 @@
 #include <math.h>
 #include <stddef.h>
 
+#include "base/assert.h"
 #include "base/hash.h"
+#include "scene/content.h"
 #include "scene/scene.h"
 
 static void bound(struct bd_primitive *primitive)
@@ -17,6 +19,20 @@ static void bound(struct bd_primitive *primitive)
         primitive->bounds_min[axis] = least <= most ? least : 0;
         primitive->bounds_max[axis] = least <= most ? most : 0;
     }
+}
+
+static bool hash_piece(void *user, const void *bytes, size_t size)
+{
+    bd_sha256_update(user, bytes, size);
+    return true;
+}
+
+static void name_content(const struct bd_content *content, uint8_t sha256[32])
+{
+    struct bd_sha256 *sha = bd_sha256_create();
+    bool written = bd_content_write(content, hash_piece, sha);
+    BD_ASSERT(written); // the sink refuses nothing
+    bd_sha256_finish(&sha, sha256);
 }
 
 // A missing stream is hashed too, so that streams of the same bytes under other names differ.
@@ -46,6 +62,7 @@ void bd_mesh_seal(struct bd_mesh *mesh)
         bound(&mesh->primitives[i]);
         mesh->content_hash = hash_primitive(&mesh->primitives[i], mesh->content_hash);
     }
+    name_content(&(struct bd_content){.kind = BD_CONTENT_MESH, .mesh = mesh}, mesh->sha256);
 }
 
 void bd_picture_seal(struct bd_picture *picture)
@@ -53,6 +70,8 @@ void bd_picture_seal(struct bd_picture *picture)
     uint32_t size[2] = {picture->width_px, picture->height_px};
     size_t bytes = (size_t)picture->width_px * picture->height_px * 4;
     picture->content_hash = bd_hash64(picture->rgba, bytes, bd_hash64(size, sizeof size, 0));
+    name_content(&(struct bd_content){.kind = BD_CONTENT_PICTURE, .picture = picture},
+                 picture->sha256);
 }
 
 void bd_sky_map_seal(struct bd_sky_map *map)
@@ -60,4 +79,11 @@ void bd_sky_map_seal(struct bd_sky_map *map)
     uint32_t size[2] = {map->width_px, map->height_px};
     size_t bytes = (size_t)map->width_px * map->height_px * 3 * sizeof *map->rgb;
     map->content_hash = bd_hash64(map->rgb, bytes, bd_hash64(size, sizeof size, 0));
+    name_content(&(struct bd_content){.kind = BD_CONTENT_SKY_MAP, .sky_map = map}, map->sha256);
+}
+
+void bd_scene_seal(struct bd_scene *scene)
+{
+    for (uint32_t i = 0; i < scene->mesh_count; i++) bd_mesh_seal(scene->meshes[i]);
+    for (uint32_t i = 0; i < scene->picture_count; i++) bd_picture_seal(scene->pictures[i]);
 }

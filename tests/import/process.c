@@ -111,7 +111,7 @@ static void a_dead_child_is_bad_input(void **state)
                  "cornell.glb: import gave no answer (status 3)");
     assert_fails("echo hello world", limits, BD_ERR_BAD_INPUT,
                  "cornell.glb: import gave no answer");
-    assert_fails("printf 'BdA1\\0\\0\\0\\0BDFLAT02xxxxxxxxxxxxxxxxxx'", limits, BD_ERR_BAD_INPUT,
+    assert_fails("printf 'BdA1\\0\\0\\0\\0BDFLAT03xxxxxxxxxxxxxxxxxx'", limits, BD_ERR_BAD_INPUT,
                  "flat scene is damaged");
     assert_fails("printf 'BdA1\\1\\0\\0\\0short'", limits, BD_ERR_BAD_INPUT, "damaged answer");
     assert_int_equal(open_descriptors(), before);

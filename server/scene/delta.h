@@ -1,0 +1,114 @@
+// Deltas: what every change of a scene is made of.
+//
+// A delta lists objects and the whole state that each has afterwards; "removed" is a state too. So
+// deltas need no operations to be undone, merged or replayed: the inverse is the states from
+// before, a merge is the later state of each object, a journal is a list of deltas. Ids are never
+// moved: what is removed leaves an empty slot (scene.h), which is filled again only by an inverse
+// or a replay.
+//
+// Thread: any, one at a time a delta. No heavy bytes are touched: time is that of the small
+// objects.
+
+#ifndef BD_SCENE_DELTA_H
+#define BD_SCENE_DELTA_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "base/err.h"
+#include "scene/content.h"
+#include "scene/flat.h"
+#include "scene/scene.h"
+
+// Smaller ones first, as in the flat form.
+enum bd_object_kind {
+    BD_OBJECT_PICTURE,
+    BD_OBJECT_TEXTURE,
+    BD_OBJECT_MATERIAL,
+    BD_OBJECT_LIGHT,
+    BD_OBJECT_CAMERA,
+    BD_OBJECT_MESH,
+    BD_OBJECT_NODE,
+    BD_OBJECT_ENVIRONMENT, // one, of id 0; never removed, at most dark
+    BD_OBJECT_KIND_COUNT
+};
+
+// Ids are below it: what a hostile delta can make a scene's arrays grow to.
+#define BD_OBJECT_ID_END (1 << 22)
+
+// The state of one object after the change. Owns a reference to what is heavy.
+struct bd_change {
+    enum bd_object_kind kind;
+    uint32_t id;
+    union {
+        struct bd_picture *picture;
+        struct bd_texture texture;
+        struct bd_material material;
+        struct bd_light light;
+        struct bd_camera camera;
+        struct bd_mesh *mesh;
+        struct bd_node node; // its derived fields mean nothing here
+        struct bd_environment environment;
+    };
+};
+
+// Ordered by kind and id, each object once. All zero is the empty delta.
+struct bd_delta {
+    uint32_t count, room;
+    struct bd_change *changes;
+};
+
+void bd_delta_finish(struct bd_delta *delta);
+
+bool bd_change_is_removal(const struct bd_change *change);
+// "node", "material"; never NULL.
+const char *bd_object_kind_name(enum bd_object_kind kind);
+
+// Puts the state that the object has in the scene into the delta, in place of one that it has
+// there already. Beyond the scene's objects: removed. False without memory.
+BD_MUST_CHECK
+bool bd_delta_take(struct bd_delta *delta, const struct bd_scene *scene, enum bd_object_kind kind,
+                   uint32_t id);
+
+// The finished snapshot that `base` becomes, with its hash; the caller owns it. It shares what is
+// heavy, and keeps the counters of all aspects that are, as derived, what they were. Refused where
+// something refers to what is not there, or a node to itself: BD_ERR_BAD_INPUT, and the fault names
+// it. BD_ERR_LIMIT for ids beyond BD_OBJECT_ID_END, BD_ERR_NO_MEMORY.
+BD_MUST_CHECK
+enum bd_err bd_delta_apply(const struct bd_scene *base, const struct bd_delta *delta,
+                           struct bd_scene **out, struct bd_fault *fault);
+
+// What takes back `delta` from what it makes of `base`. `*out` is the caller's to finish. These two
+// are false only without memory.
+BD_MUST_CHECK
+bool bd_delta_invert(const struct bd_scene *base, const struct bd_delta *delta,
+                     struct bd_delta *out);
+// The one that does what `first` and then `second` do.
+BD_MUST_CHECK
+bool bd_delta_merge(const struct bd_delta *first, const struct bd_delta *second,
+                    struct bd_delta *out);
+
+// What takes `from` to `to`. Takes the time of writing all small objects of both.
+BD_MUST_CHECK
+bool bd_delta_between(const struct bd_scene *from, const struct bd_scene *to,
+                      struct bd_delta *out);
+
+// Content is named, not written: whoever keeps the bytes keeps what bd_content_of_delta lists.
+// False if the sink said so.
+BD_MUST_CHECK
+bool bd_delta_write(const struct bd_delta *delta, bd_flat_sink sink, void *user);
+// Trusts nothing but `find`. BD_ERR_BAD_INPUT, BD_ERR_NOT_FOUND for content that is missing,
+// BD_ERR_NO_MEMORY. `*out` is the caller's to finish; empty after a failure.
+BD_MUST_CHECK
+enum bd_err bd_delta_read(const void *bytes, size_t size, bd_content_find find, void *user,
+                          struct bd_delta *out, struct bd_fault *fault);
+void bd_content_of_delta(const struct bd_delta *delta, bd_content_visit each, void *user);
+
+// For a log, one entry a change: "light 0", "node 12 removed", "environment". Where there are more
+// than fit, the last one says how many: "and 17 more". Returns how many entries were written.
+#define BD_DELTA_ENTRY_BYTES 32
+uint32_t bd_delta_describe(const struct bd_delta *delta, char (*entries)[BD_DELTA_ENTRY_BYTES],
+                           uint32_t entry_max);
+
+#endif

@@ -1,0 +1,265 @@
+// Edits: the operations of a batch, checked against a snapshot and turned into a delta (delta.h).
+//
+// The operations are those of EditOp (protocol/bounced.proto), in C: text decoded to enums, heavy
+// payloads prepared (decoded, checked, sealed) by whoever calls, off the event loop. Ids are
+// objects' slots; BD_NONE is none; BD_EDIT_ADDED(k) is what operation k of the same batch adds.
+//
+// A batch is checked wholly: one fault, and nothing is changed. Values out of range are refused,
+// never clamped: ranges are those that the importer clamps to (gltf_materials.c, gltf_nodes.c). The
+// fault's field is the wire's path: "ops[3].set_light.intensity".
+//
+// Thread: any. Time is that of the small objects and the operations.
+
+#ifndef BD_SCENE_EDIT_H
+#define BD_SCENE_EDIT_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "base/err.h"
+#include "scene/delta.h"
+#include "scene/scene.h"
+
+// X(NAME, name on the wire)
+#define BD_EDIT_MAP(X)                                                                             \
+    X(ADD_NODE, add_node)                                                                          \
+    X(SET_NODE, set_node)                                                                          \
+    X(REMOVE_NODE, remove_node)                                                                    \
+    X(SET_TRANSFORM, set_transform)                                                                \
+    X(ADD_MESH, add_mesh)                                                                          \
+    X(SET_MESH, set_mesh)                                                                          \
+    X(REMOVE_MESH, remove_mesh)                                                                    \
+    X(SET_MESH_VERTICES, set_mesh_vertices)                                                        \
+    X(ADD_MATERIAL, add_material)                                                                  \
+    X(SET_MATERIAL, set_material)                                                                  \
+    X(REMOVE_MATERIAL, remove_material)                                                            \
+    X(ADD_TEXTURE, add_texture)                                                                    \
+    X(SET_TEXTURE, set_texture)                                                                    \
+    X(REMOVE_TEXTURE, remove_texture)                                                              \
+    X(ADD_LIGHT, add_light)                                                                        \
+    X(SET_LIGHT, set_light)                                                                        \
+    X(REMOVE_LIGHT, remove_light)                                                                  \
+    X(ADD_CAMERA, add_camera)                                                                      \
+    X(SET_CAMERA, set_camera)                                                                      \
+    X(REMOVE_CAMERA, remove_camera)                                                                \
+    X(SET_ENVIRONMENT, set_environment)                                                            \
+    X(IMPORT, import)
+
+enum bd_edit_kind {
+#define X(name, wire) BD_EDIT_##name,
+    BD_EDIT_MAP(X)
+#undef X
+        BD_EDIT_KIND_COUNT
+};
+
+#define BD_EDIT_ADDED(op) (-2 - (int32_t)(op))
+
+// Which fields of an operation are given; the others keep their value, or in an add_ get glTF's
+// default. Bits of one kind of operation.
+enum {
+    BD_GIVEN_TRANSLATION = 1u << 0,
+    BD_GIVEN_ROTATION = 1u << 1,
+    BD_GIVEN_SCALE = 1u << 2,
+    BD_GIVEN_MATRIX = 1u << 3,
+};
+
+// Either the matrix or any of the others; none of them is no movement.
+struct bd_transform_edit {
+    uint32_t given;
+    double translation[3], rotation[4], scale[3];
+    double matrix[16]; // column-major, affine
+};
+
+enum {
+    BD_GIVEN_NODE_NAME = 1u << 0,
+    BD_GIVEN_NODE_PARENT = 1u << 1,
+    BD_GIVEN_NODE_MESH = 1u << 2,
+    BD_GIVEN_NODE_CAMERA = 1u << 3,
+    BD_GIVEN_NODE_LIGHT = 1u << 4,
+    BD_GIVEN_NODE_SHOWN = 1u << 5,
+    BD_GIVEN_NODE_TRANSFORM = 1u << 6,
+};
+
+struct bd_node_edit {
+    uint32_t given;
+    const char *name;
+    int32_t parent, mesh, camera, light;
+    bool shown;
+    struct bd_transform_edit transform;
+};
+
+enum bd_material_map {
+    BD_MAP_BASE_COLOR,
+    BD_MAP_METALLIC_ROUGHNESS,
+    BD_MAP_NORMAL,
+    BD_MAP_EMISSIVE,
+    BD_MAP_TRANSMISSION,
+    BD_MAP_COUNT
+};
+
+enum {
+    BD_GIVEN_MATERIAL_NAME = 1u << 0,
+    BD_GIVEN_BASE_COLOR = 1u << 1,
+    BD_GIVEN_METALLIC = 1u << 2,
+    BD_GIVEN_ROUGHNESS = 1u << 3,
+    BD_GIVEN_EMISSIVE = 1u << 4,
+    BD_GIVEN_NORMAL_SCALE = 1u << 5,
+    BD_GIVEN_IOR = 1u << 6,
+    BD_GIVEN_TRANSMISSION = 1u << 7,
+    BD_GIVEN_THICKNESS = 1u << 8,
+    BD_GIVEN_ATTENUATION_DISTANCE = 1u << 9,
+    BD_GIVEN_ATTENUATION_COLOR = 1u << 10,
+    BD_GIVEN_ALPHA_MODE = 1u << 11,
+    BD_GIVEN_ALPHA_CUTOFF = 1u << 12,
+    BD_GIVEN_DOUBLE_SIDED = 1u << 13,
+    BD_GIVEN_UNLIT = 1u << 14,
+    BD_GIVEN_MAP = 1u << 15, // << enum bd_material_map
+};
+
+// A map that is new to a material reads the first set of texture coordinates, untransformed. A
+// normal map shows on meshes that have tangents only.
+struct bd_material_edit {
+    uint32_t given;
+    const char *name;
+    double base_color[4], metallic, roughness, emissive[3], normal_scale, ior, transmission;
+    double thickness, attenuation_distance; // of the latter 0 is none
+    double attenuation_color[3];
+    enum bd_alpha_mode alpha_mode;
+    double alpha_cutoff;
+    bool double_sided, unlit;
+    int32_t textures[BD_MAP_COUNT];
+};
+
+enum {
+    BD_GIVEN_PICTURE = 1u << 0,
+    BD_GIVEN_WRAP_S = 1u << 1,
+    BD_GIVEN_WRAP_T = 1u << 2,
+    BD_GIVEN_NEAREST = 1u << 3,
+};
+
+struct bd_texture_edit {
+    uint32_t given;
+    struct bd_picture *picture; // sealed; in add_texture always given
+    enum bd_wrap wrap_s, wrap_t;
+    bool nearest;
+};
+
+enum {
+    BD_GIVEN_LIGHT_NAME = 1u << 0,
+    BD_GIVEN_LIGHT_KIND = 1u << 1,
+    BD_GIVEN_COLOR = 1u << 2,
+    BD_GIVEN_INTENSITY = 1u << 3,
+    BD_GIVEN_RANGE = 1u << 4,
+    BD_GIVEN_CONE_INNER = 1u << 5,
+    BD_GIVEN_CONE_OUTER = 1u << 6,
+};
+
+// Cones count for spots only, and are kept only there.
+struct bd_light_edit {
+    uint32_t given;
+    const char *name;
+    enum bd_light_kind kind; // not given in add_light: a point light
+    double color[3], intensity, range, cone_inner, cone_outer;
+};
+
+enum {
+    BD_GIVEN_CAMERA_NAME = 1u << 0,
+    BD_GIVEN_ORTHOGRAPHIC = 1u << 1,
+    BD_GIVEN_YFOV = 1u << 2,
+    BD_GIVEN_XMAG = 1u << 3,
+    BD_GIVEN_YMAG = 1u << 4,
+    BD_GIVEN_NEAR = 1u << 5,
+    BD_GIVEN_FAR = 1u << 6,
+};
+
+struct bd_camera_edit {
+    uint32_t given;
+    const char *name;
+    bool orthographic;
+    double yfov, xmag, ymag, near, far; // of the last 0 is none
+};
+
+// Of add_mesh, set_mesh, set_mesh_vertices. `mesh` is sealed; its primitives' materials are ids as
+// in the operations, BD_NONE being a white one (not read of set_mesh_vertices, where the mesh keeps
+// its name and materials, and has to have as many vertices and triangles as before).
+struct bd_mesh_edit {
+    const char *name;     // NULL: keeps it
+    struct bd_mesh *mesh; // NULL in set_mesh: keeps it
+};
+
+struct bd_environment_edit {
+    double radiance[3];
+    struct bd_sky_map *map; // sealed, or NULL
+};
+
+// What the scene shows becomes children of a new node. Nodes that it does not show stay behind.
+struct bd_import_edit {
+    int32_t parent;
+    const char *name;             // NULL: none
+    const struct bd_scene *scene; // finished
+};
+
+// Everything is borrowed for the call.
+struct bd_edit_op {
+    enum bd_edit_kind kind;
+    int32_t id; // of set_ and remove_
+    union {
+        struct bd_node_edit node;
+        struct bd_transform_edit transform;
+        struct bd_mesh_edit mesh;
+        struct bd_material_edit material;
+        struct bd_texture_edit texture;
+        struct bd_light_edit light;
+        struct bd_camera_edit camera;
+        struct bd_environment_edit environment;
+        struct bd_import_edit import;
+    };
+};
+
+struct bd_edit_limits {
+    uint32_t ops;       // of one batch
+    uint32_t objects;   // slots of each kind, empty ones too; at most BD_OBJECT_ID_END
+    uint64_t triangles; // of all nodes' meshes
+};
+extern const struct bd_edit_limits bd_edit_default_limits;
+
+// "set_light"; never NULL.
+const char *bd_edit_kind_name(enum bd_edit_kind kind);
+
+// On success `*out` is the caller's to finish, and `ids` (one of each operation; may be NULL) are
+// those of what was added, else BD_NONE; of an import that of the new node.
+//   BD_ERR_USAGE: a value out of its range, parents in a loop, a reference to a later operation.
+//   BD_ERR_NOT_FOUND: a reference to what is not there, or was removed.
+//   BD_ERR_CONFLICT: a removal of what is used still; the message names by whom.
+//   BD_ERR_LIMIT, BD_ERR_NO_MEMORY.
+BD_MUST_CHECK
+enum bd_err bd_edit_check(const struct bd_scene *base, const struct bd_edit_op *ops,
+                          uint32_t op_count, const struct bd_edit_limits *limits,
+                          struct bd_delta *out, int32_t *ids, struct bd_fault *fault);
+
+// Triangles as a client sends them. Streams are borrowed; only positions have to be there.
+struct bd_primitive_source {
+    int32_t material; // as in the operations; BD_NONE: a white one
+    uint32_t vertex_count, index_count;
+    const float *positions, *normals, *tangents; // 3, 3 and 4 a vertex
+    const float *uv[2], *colors;                 // 2 and 4
+    const uint32_t *indices;                     // NULL: each three vertices are a triangle
+};
+
+// For add_mesh and set_mesh, off the event loop: a sealed mesh. Normals that are not
+// given are smooth over shared vertices, which stay as many as were sent; tangents are made wherever there is uv0. Triangles without area go. Faults name `field`,
+// "ops[0].add_mesh", and the stream in it. The caller owns the result.
+BD_MUST_CHECK
+enum bd_err bd_edit_build_mesh(const struct bd_primitive_source *primitives, uint32_t count,
+                               const char *field, struct bd_mesh **out, struct bd_fault *fault);
+
+// For set_mesh_vertices, off the event loop: a sealed mesh of the same triangles whose primitive
+// `primitive` has its vertices elsewhere. `normals` may be NULL: made anew from the triangles,
+// smooth where they were. Tangents turn with their normals. Faults name `field`, which
+// is the path of the operation: "ops[0].set_mesh_vertices". The caller owns the result.
+BD_MUST_CHECK
+enum bd_err bd_edit_deform_mesh(const struct bd_mesh *mesh, uint32_t primitive,
+                                const float *positions, const float *normals, uint32_t vertex_count,
+                                const char *field, struct bd_mesh **out, struct bd_fault *fault);
+
+#endif

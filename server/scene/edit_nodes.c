@@ -1,0 +1,117 @@
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "scene/edit_parts.h"
+
+// Beyond this, squared lengths overflow the floats that the GPU computes with (finish.c).
+static const double coordinate_max_m = 1e15;
+
+// `inside` is where the transform stands: "transform." in a node, "" alone.
+static void check_components(struct bd_edit *edit, const char *inside, const char *name,
+                             const double *values, int count, double most)
+{
+    char field[48];
+    snprintf(field, sizeof field, "%s%s", inside, name);
+    for (int i = 0; i < count; i++)
+        if (!(fabs(values[i]) <= most))
+            bd_edit_fail(edit, BD_ERR_USAGE, field, "%.9g is not in [%.9g, %.9g]", values[i], -most,
+                         most);
+}
+
+static void set_matrix(struct bd_edit *edit, const char *inside, const struct bd_transform_edit *in,
+                       bd_dmat4 *out)
+{
+    const double *m = in->matrix;
+    char field[48];
+    check_components(edit, inside, "matrix", m, 16, coordinate_max_m);
+    snprintf(field, sizeof field, "%smatrix", inside);
+    if (m[3] != 0 || m[7] != 0 || m[11] != 0 || m[15] != 1)
+        bd_edit_fail(edit, BD_ERR_USAGE, field, "its last row is not 0 0 0 1");
+    if (in->given & ~(uint32_t)BD_GIVEN_MATRIX)
+        bd_edit_fail(edit, BD_ERR_USAGE, field, "excludes translation, rotation and scale");
+    memcpy(out->m, m, sizeof out->m);
+}
+
+static void set_transform(struct bd_edit *edit, const char *inside,
+                          const struct bd_transform_edit *in, bd_dmat4 *out)
+{
+    double translation[3] = {0, 0, 0}, rotation[4] = {0, 0, 0, 1}, scale[3] = {1, 1, 1};
+    if (in->given & BD_GIVEN_MATRIX) {
+        set_matrix(edit, inside, in, out);
+        return;
+    }
+    if (in->given & BD_GIVEN_TRANSLATION) {
+        memcpy(translation, in->translation, sizeof translation);
+        check_components(edit, inside, "translation", translation, 3, coordinate_max_m);
+    }
+    if (in->given & BD_GIVEN_ROTATION) {
+        char field[48];
+        memcpy(rotation, in->rotation, sizeof rotation);
+        check_components(edit, inside, "rotation", rotation, 4, 1e15);
+        snprintf(field, sizeof field, "%srotation", inside);
+        if (!(fabs(rotation[0]) + fabs(rotation[1]) + fabs(rotation[2]) + fabs(rotation[3]) >
+              1e-15))
+            bd_edit_fail(edit, BD_ERR_USAGE, field, "is zero");
+    }
+    if (in->given & BD_GIVEN_SCALE) {
+        memcpy(scale, in->scale, sizeof scale);
+        check_components(edit, inside, "scale", scale, 3, coordinate_max_m);
+    }
+    if (edit->err == BD_ERR_OK) *out = bd_dmat4_from_trs(translation, rotation, scale);
+}
+
+// The draft's parents form a forest at all times, so the walk ends.
+static void set_parent(struct bd_edit *edit, int32_t id, int32_t value)
+{
+    struct bd_node *nodes = edit->draft->nodes;
+    int32_t parent = bd_edit_reference(edit, "parent", BD_OBJECT_NODE, value);
+    for (int32_t n = parent; n != BD_NONE; n = nodes[n].parent)
+        if (n == id) {
+            bd_edit_fail(edit, BD_ERR_USAGE, "parent", "node %d is below node %d itself", parent,
+                         id);
+            return;
+        }
+    if (edit->err == BD_ERR_OK) nodes[id].parent = parent;
+}
+
+static void set_node(struct bd_edit *edit, const struct bd_node_edit *in, int32_t id)
+{
+    struct bd_node *node = &edit->draft->nodes[id];
+    if (in->given & BD_GIVEN_NODE_NAME) bd_edit_name(edit, in->name, node->name);
+    if (in->given & BD_GIVEN_NODE_PARENT) set_parent(edit, id, in->parent);
+    if (in->given & BD_GIVEN_NODE_MESH) {
+        int32_t mesh = bd_edit_reference(edit, "mesh", BD_OBJECT_MESH, in->mesh);
+        // What was baked in world space was the mesh, not the node.
+        if (mesh != node->mesh) node->mesh_is_world_space = false;
+        node->mesh = mesh;
+    }
+    if (in->given & BD_GIVEN_NODE_CAMERA)
+        node->camera = bd_edit_reference(edit, "camera", BD_OBJECT_CAMERA, in->camera);
+    if (in->given & BD_GIVEN_NODE_LIGHT)
+        node->light = bd_edit_reference(edit, "light", BD_OBJECT_LIGHT, in->light);
+    if (in->given & BD_GIVEN_NODE_SHOWN) node->is_hidden = !in->shown;
+    if (in->given & BD_GIVEN_NODE_TRANSFORM)
+        set_transform(edit, "transform.", &in->transform, &node->parent_from_node);
+}
+
+void bd_edit_node(struct bd_edit *edit, const struct bd_edit_op *op)
+{
+    bool adds = op->kind == BD_EDIT_ADD_NODE;
+    int32_t id =
+        adds ? (int32_t)bd_edit_next(edit, BD_OBJECT_NODE) : bd_edit_target(edit, BD_OBJECT_NODE);
+    if (id == BD_NONE) return;
+    struct bd_node *node = &edit->draft->nodes[id];
+    if (op->kind == BD_EDIT_SET_TRANSFORM) {
+        set_transform(edit, "", &op->transform, &node->parent_from_node);
+        return;
+    }
+    if (adds)
+        *node = (struct bd_node){.parent = BD_NONE,
+                                 .mesh = BD_NONE,
+                                 .camera = BD_NONE,
+                                 .light = BD_NONE,
+                                 .parent_from_node = bd_dmat4_identity()};
+    set_node(edit, &op->node, id);
+    if (adds) edit->ids[edit->op] = id;
+}

@@ -1,0 +1,210 @@
+#include "scene/flat_io.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/hash.h"
+
+_Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "the flat forms are little-endian");
+
+static void clear(struct bd_flat_io *io)
+{
+    memset(io, 0, offsetof(struct bd_flat_io, buffer));
+    io->part = "header";
+}
+
+void bd_flat_io_write_to(struct bd_flat_io *io, bd_flat_sink sink, void *user)
+{
+    clear(io);
+    io->sink = sink;
+    io->user = user;
+}
+
+void bd_flat_io_read_from(struct bd_flat_io *io, const void *bytes, size_t size)
+{
+    clear(io);
+    io->reading = true;
+    io->bytes = bytes;
+    io->size = size;
+}
+
+bool bd_flat_io_flush(struct bd_flat_io *io)
+{
+    if (!io->failed && io->used > 0 && !io->sink(io->user, io->buffer, io->used)) io->failed = true;
+    io->used = 0;
+    return !io->failed;
+}
+
+enum bd_err bd_flat_io_verdict(struct bd_flat_io *io, const char *what, struct bd_fault *fault)
+{
+    if (!io->failed && bd_flat_left(io) > 0) bd_flat_fail(io);
+    if (io->no_memory)
+        return bd_fault_set(fault, BD_ERR_NO_MEMORY, io->part, "no memory for the %s", what);
+    if (io->missing) {
+        char hex[BD_SHA256_HEX];
+        bd_sha256_hex(io->missing, hex);
+        return bd_fault_set(fault, BD_ERR_NOT_FOUND, io->part, "content sha256:%s is missing", hex);
+    }
+    if (io->failed)
+        return bd_fault_set(fault, BD_ERR_BAD_INPUT, io->part, "%s is damaged near byte %zu of %zu",
+                            what, io->offset, io->size);
+    return BD_ERR_OK;
+}
+
+void bd_flat_enter(struct bd_flat_io *io, const char *part)
+{
+    if (!io->failed) io->part = part;
+}
+
+void bd_flat_fail(struct bd_flat_io *io)
+{
+    io->failed = true;
+}
+
+void bd_flat_fail_memory(struct bd_flat_io *io)
+{
+    io->no_memory = !io->failed || io->no_memory;
+    io->failed = true;
+}
+
+size_t bd_flat_left(const struct bd_flat_io *io)
+{
+    return io->size - io->offset;
+}
+
+static void write_bytes(struct bd_flat_io *io, const void *bytes, size_t size)
+{
+    if (io->used + size > sizeof io->buffer && !bd_flat_io_flush(io)) return;
+    if (io->failed || size == 0) return;
+    if (size > sizeof io->buffer) {
+        if (!io->sink(io->user, bytes, size)) bd_flat_fail(io);
+        return;
+    }
+    memcpy(io->buffer + io->used, bytes, size);
+    io->used += size;
+}
+
+static void read_bytes(struct bd_flat_io *io, void *bytes, size_t size)
+{
+    if (io->failed || bd_flat_left(io) < size) {
+        memset(bytes, 0, size);
+        bd_flat_fail(io);
+        return;
+    }
+    if (size) memcpy(bytes, io->bytes + io->offset, size);
+    io->offset += size;
+}
+
+void bd_flat_bytes(struct bd_flat_io *io, void *bytes, size_t size)
+{
+    if (io->reading)
+        read_bytes(io, bytes, size);
+    else
+        write_bytes(io, bytes, size);
+}
+
+void bd_flat_u32(struct bd_flat_io *io, uint32_t *value)
+{
+    bd_flat_bytes(io, value, sizeof *value);
+}
+
+void bd_flat_bool(struct bd_flat_io *io, bool *value)
+{
+    uint8_t byte = !io->reading && *value;
+    bd_flat_bytes(io, &byte, 1);
+    if (byte > 1) bd_flat_fail(io);
+    if (io->reading) *value = byte == 1;
+}
+
+uint32_t bd_flat_enum(struct bd_flat_io *io, uint32_t value, uint32_t count)
+{
+    bd_flat_u32(io, &value);
+    if (value < count) return value;
+    bd_flat_fail(io);
+    return 0;
+}
+
+void bd_flat_index(struct bd_flat_io *io, int32_t *index, uint32_t count)
+{
+    bd_flat_bytes(io, index, sizeof *index);
+    if (*index == BD_NONE || (*index >= 0 && (uint32_t)*index < count)) return;
+    bd_flat_fail(io);
+    if (io->reading) *index = BD_NONE;
+}
+
+void bd_flat_f32(struct bd_flat_io *io, float *value, float least, float most)
+{
+    bd_flat_bytes(io, value, sizeof *value);
+    if (!(*value >= least && *value <= most)) bd_flat_fail(io);
+}
+
+void bd_flat_f32s(struct bd_flat_io *io, float *values, int count, float least, float most)
+{
+    for (int i = 0; i < count; i++) bd_flat_f32(io, &values[i], least, most);
+}
+
+void bd_flat_text(struct bd_flat_io *io, char *text, size_t size)
+{
+    bd_flat_bytes(io, text, size);
+    if (io->reading) text[size - 1] = 0;
+}
+
+void bd_flat_magic(struct bd_flat_io *io, const char magic[8])
+{
+    char head[8];
+    memcpy(head, magic, sizeof head);
+    bd_flat_bytes(io, head, sizeof head);
+    if (memcmp(head, magic, sizeof head) != 0) bd_flat_fail(io);
+}
+
+static void *allocate(struct bd_flat_io *io, size_t bytes)
+{
+    void *memory = malloc(bytes ? bytes : 1);
+    if (!memory) bd_flat_fail_memory(io);
+    return memory;
+}
+
+// A vertex further out than the square root of FLT_MAX has no squared distance.
+static const float component_max = 1e18f;
+
+void bd_flat_stream(struct bd_flat_io *io, float **stream, uint32_t vertex_count, uint32_t width,
+                    bool required)
+{
+    size_t count = (size_t)vertex_count * width;
+    bool present = *stream != NULL;
+    bd_flat_bool(io, &present);
+    if (required && !present) bd_flat_fail(io);
+    if (io->failed || !present) return;
+    if (!io->reading) {
+        write_bytes(io, *stream, count * sizeof **stream);
+        return;
+    }
+    if (bd_flat_left(io) / sizeof **stream < count) {
+        bd_flat_fail(io);
+        return;
+    }
+    *stream = allocate(io, count * sizeof **stream);
+    if (!*stream) return;
+    read_bytes(io, *stream, count * sizeof **stream);
+    for (size_t i = 0; i < count; i++)
+        if (!(fabsf((*stream)[i]) <= component_max)) bd_flat_fail(io);
+}
+
+bool bd_flat_items(struct bd_flat_io *io, const char *part, uint32_t *count, void **items,
+                   size_t item_bytes, size_t flat_bytes_min)
+{
+    bd_flat_enter(io, part);
+    bd_flat_u32(io, count);
+    if (!io->reading) return !io->failed;
+    if (io->failed || *count > INT32_MAX || *count > bd_flat_left(io) / flat_bytes_min) {
+        *count = 0;
+        bd_flat_fail(io);
+        return false;
+    }
+    *items = calloc(*count ? *count : 1, item_bytes);
+    if (*items) return true;
+    *count = 0;
+    bd_flat_fail_memory(io);
+    return false;
+}
