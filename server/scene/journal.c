@@ -1,0 +1,85 @@
+#include "scene/journal.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "base/assert.h"
+#include "scene/journal_internal.h"
+
+// Connects and looks for damage; nothing stays open then.
+static enum bd_err try_open(struct bd_journal *journal, char *where, size_t where_bytes,
+                            struct bd_fault *fault)
+{
+    snprintf(where, where_bytes, "its structure");
+    journal->is_damaged = false;
+    enum bd_err err = bd_journal_connect(journal, fault);
+    if (!err) {
+        bd_journal_warn_of_tail(journal);
+        int result = bd_journal_find_damage(journal, where, where_bytes);
+        if (result) err = bd_journal_fault(journal, result, where, fault);
+    }
+    if (err) bd_journal_disconnect(journal);
+    return err;
+}
+
+// SQLite takes a file of less than a page for an empty one, and would begin anew.
+static enum bd_err check_size(const struct bd_journal *journal, struct bd_fault *fault)
+{
+    struct stat info;
+    char rollback[BD_JOURNAL_FILE_BYTES + 32];
+    snprintf(rollback, sizeof rollback, "%s-journal", journal->path);
+    // With a rollback journal beside it, it was being made when the power went.
+    if (stat(journal->path, &info) || info.st_size >= BD_JOURNAL_PAGE_BYTES ||
+        access(rollback, F_OK) == 0)
+        return BD_ERR_OK;
+    char log[BD_JOURNAL_FILE_BYTES + 32];
+    snprintf(log, sizeof log, "%s-wal", journal->path);
+    if (info.st_size == 0 && access(log, F_OK) != 0) return BD_ERR_OK;
+    return bd_fault_set(fault, BD_ERR_IO, "data",
+                        "%s is cut short to %lld bytes, and nothing in it can be read: mend it, or "
+                        "move it away to begin without scenes",
+                        journal->path, (long long)info.st_size);
+}
+
+static enum bd_err open_or_mend(struct bd_journal *journal, struct bd_fault *fault)
+{
+    char where[128] = "as it was met before", suspect[BD_JOURNAL_FILE_BYTES + 32];
+    bd_journal_suspect_path(journal, suspect, sizeof suspect);
+    enum bd_err err = check_size(journal, fault);
+    if (err) return err;
+    bool is_suspect = access(suspect, F_OK) == 0;
+    if (!is_suspect) err = try_open(journal, where, sizeof where, fault);
+    if (!is_suspect && !journal->is_damaged) return err;
+    err = bd_journal_salvage(journal->path, where, fault);
+    if (err) return err;
+    unlink(suspect);
+    return try_open(journal, where, sizeof where, fault);
+}
+
+enum bd_err bd_journal_open(const char *directory, struct bd_journal **out, struct bd_fault *fault)
+{
+    struct bd_journal *journal = calloc(1, sizeof *journal);
+    BD_ASSERT(journal);
+    int length = snprintf(journal->path, sizeof journal->path, "%s/" BD_JOURNAL_FILE, directory);
+    enum bd_err err = BD_ERR_OK;
+    if (length < 0 || (size_t)length >= sizeof journal->path)
+        err = bd_fault_set(fault, BD_ERR_USAGE, "data", "the data directory's path is too long");
+    if (!err) err = open_or_mend(journal, fault);
+    if (err) bd_journal_close(&journal);
+    *out = journal;
+    return err;
+}
+
+void bd_journal_close(struct bd_journal **journal)
+{
+    if (!*journal) return;
+    bd_journal_disconnect(*journal);
+    bd_digests_clear(&(*journal)->pinned);
+    bd_digests_clear(&(*journal)->damaged);
+    bd_digests_clear(&(*journal)->needed);
+    free((*journal)->lent.bytes);
+    free(*journal);
+    *journal = NULL;
+}

@@ -1,0 +1,166 @@
+// The file's format: journals of every version are read, newer and foreign ones are refused and
+// left as they are.
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "scene/journal_internal.h"
+#include "tests/journal/files.h"
+#include "tests/journal/story.h"
+#include "tests/unit/cmocka_all.h"
+
+static char golden[512], directory[64];
+static struct story story;
+
+static int set_up(void **state)
+{
+    (void)state;
+    kit_make_directory(directory);
+    story_make(&story);
+    return 0;
+}
+
+static int tear_down(void **state)
+{
+    (void)state;
+    kit_remove_directory(directory);
+    story_free(&story);
+    return 0;
+}
+
+static void copy_golden(const char *name)
+{
+    struct file_bytes bytes = file_read(golden, name);
+    if (!bytes.data) fail_msg("%s/%s is missing", golden, name);
+    file_write(directory, BD_JOURNAL_FILE, bytes.data, bytes.size);
+    free(bytes.data);
+}
+
+static struct bd_journal *open_journal(void)
+{
+    struct bd_journal *journal;
+    struct bd_fault fault = {0};
+    if (bd_journal_open(directory, &journal, &fault)) fail_msg("%s", fault.message);
+    return journal;
+}
+
+static void golden_journals_are_read(void **state)
+{
+    (void)state;
+    for (int version = 1; version <= BD_JOURNAL_FORMAT; version++) {
+        char name[64], why[256];
+        struct bd_fault fault = {0};
+        snprintf(name, sizeof name, "journal-%d.sqlite", version);
+        copy_golden(name);
+        for (int i = 0; i < 2; i++) {
+            struct bd_journal *journal = open_journal();
+            if (!story_is_whole(&story, journal, why, sizeof why)) fail_msg("%s: %s", name, why);
+            bd_journal_close(&journal);
+        }
+        // And written on.
+        struct bd_journal *journal = open_journal();
+        struct kit_loaded loaded;
+        const struct kit_edit *next = &story.a[STORY_REVISIONS + 1];
+        assert_int_equal(kit_commit(journal, "a", next, &fault), BD_ERR_OK);
+        assert_int_equal(kit_load(journal, "a", 0, &loaded, &fault), BD_ERR_OK);
+        assert_true(loaded.state == next->state);
+        bd_journal_close(&journal);
+    }
+}
+
+static void change(const char *sql)
+{
+    char path[256];
+    sqlite3 *db;
+    snprintf(path, sizeof path, "%s/" BD_JOURNAL_FILE, directory);
+    assert_int_equal(sqlite3_open(path, &db), SQLITE_OK);
+    assert_int_equal(sqlite3_exec(db, sql, NULL, NULL, NULL), SQLITE_OK);
+    sqlite3_close(db);
+}
+
+static void expect_refused(enum bd_err expected, const char *words)
+{
+    struct bd_journal *journal;
+    struct bd_fault fault = {0};
+    struct file_bytes before = file_read(directory, BD_JOURNAL_FILE);
+    assert_int_equal(bd_journal_open(directory, &journal, &fault), expected);
+    assert_null(journal);
+    assert_string_equal(fault.field, "data");
+    if (!strstr(fault.message, words)) fail_msg("%s", fault.message);
+    struct file_bytes after = file_read(directory, BD_JOURNAL_FILE);
+    assert_int_equal(before.size, after.size);
+    assert_memory_equal(before.data, after.data, after.size);
+    free(before.data);
+    free(after.data);
+}
+
+static void a_newer_one_is_refused(void **state)
+{
+    (void)state;
+    copy_golden("journal-1.sqlite");
+    change("PRAGMA user_version=2");
+    expect_refused(BD_ERR_UNSUPPORTED, "format 2, of a newer bounced");
+    change("PRAGMA user_version=1");
+    struct bd_journal *journal = open_journal();
+    bd_journal_close(&journal);
+}
+
+static void a_foreign_one_is_refused(void **state)
+{
+    static char text[8192];
+    memset(text, 'a', sizeof text);
+    (void)state;
+    change("CREATE TABLE cats(name TEXT); INSERT INTO cats VALUES('Minka');");
+    expect_refused(BD_ERR_IO, "is no journal of bounced");
+    file_write(directory, BD_JOURNAL_FILE, text, sizeof text);
+    expect_refused(BD_ERR_IO, "could not be built anew");
+}
+
+static int64_t number(sqlite3 *db, const char *sql)
+{
+    sqlite3_stmt *get;
+    assert_int_equal(sqlite3_prepare_v2(db, sql, -1, &get, NULL), SQLITE_OK);
+    assert_int_equal(sqlite3_step(get), SQLITE_ROW);
+    int64_t value = sqlite3_column_int64(get, 0);
+    sqlite3_finalize(get);
+    return value;
+}
+
+// An older file passes through each step once; one that fails leaves it as it was.
+static void older_ones_are_brought_up(void **state)
+{
+    static const struct bd_journal_step steps[] = {
+        {"CREATE TABLE t(a)"},
+        {"ALTER TABLE t ADD COLUMN b; INSERT INTO t VALUES(1,2)"},
+        {"UPDATE t SET a=a+10"},
+        {"UPDATE t SET a=a+100; SELECT nothing FROM nowhere"},
+    };
+    (void)state;
+    sqlite3 *db;
+    assert_int_equal(sqlite3_open(":memory:", &db), SQLITE_OK);
+    assert_int_equal(bd_journal_migrate(db, 0, steps, 1), SQLITE_OK);
+    assert_int_equal(number(db, "PRAGMA user_version"), 1);
+    assert_int_equal(bd_journal_migrate(db, 1, steps, 3), SQLITE_OK);
+    assert_int_equal(number(db, "PRAGMA user_version"), 3);
+    assert_int_equal(number(db, "SELECT a FROM t"), 11);
+    assert_int_equal(bd_journal_migrate(db, 3, steps, 4), SQLITE_ERROR);
+    assert_int_equal(number(db, "PRAGMA user_version"), 3);
+    assert_int_equal(number(db, "SELECT a FROM t"), 11);
+    assert_int_equal(sqlite3_get_autocommit(db), 1);
+    sqlite3_close(db);
+}
+
+int main(int argc, char **argv)
+{
+    if (argc != 2) return 2;
+    snprintf(golden, sizeof golden, "%s", argv[1]);
+#define TEST(function) cmocka_unit_test_setup_teardown(function, set_up, tear_down)
+    const struct CMUnitTest tests[] = {
+        TEST(golden_journals_are_read),
+        TEST(a_newer_one_is_refused),
+        TEST(a_foreign_one_is_refused),
+        TEST(older_ones_are_brought_up),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
