@@ -1,96 +1,180 @@
-#include "scene/store.h"
-
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/random.h>
 
 #include "base/assert.h"
+#include "scene/store_parts.h"
 
-struct bd_store {
-    uint32_t count, count_max;
-    struct bd_store_entry *entries; // in order of addition
-};
+// --- slots ----------------------------------------------------------------------------------
 
 struct bd_store *bd_store_create(uint32_t scene_count_max)
 {
     struct bd_store *store = calloc(1, sizeof *store);
     BD_ASSERT(store);
     store->count_max = scene_count_max;
+    store->staged_end = &store->staged;
     return store;
+}
+
+static void free_slot(struct bd_slot *slot)
+{
+    bd_scene_release(&slot->shown.scene);
+    bd_scene_release(&slot->durable);
+    bd_scene_release(&slot->head);
+    bd_delta_finish(&slot->committing);
+    bd_delta_finish(&slot->overlay);
+    bd_history_finish(&slot->history);
+    free(slot);
 }
 
 void bd_store_destroy(struct bd_store **store)
 {
     if (!*store) return;
-    for (uint32_t i = 0; i < (*store)->count; i++) bd_scene_release(&(*store)->entries[i].scene);
-    free((*store)->entries);
+    for (uint32_t i = 0; i < (*store)->in_flight_count; i++) bd_batch_free(&(*store)->in_flight[i]);
+    for (uint32_t i = 0; i < (*store)->count; i++) free_slot((*store)->slots[i]);
+    free((*store)->in_flight);
+    free((*store)->slots);
     free(*store);
     *store = NULL;
 }
 
-static void make_id(char id[BD_SCENE_ID_BYTES])
-{
-    uint64_t random;
-    ssize_t size = getrandom(&random, sizeof random, 0);
-    BD_ASSERT_CMP(size, ==, (ssize_t)sizeof random);
-    snprintf(id, BD_SCENE_ID_BYTES, "%016llx", (unsigned long long)random);
-}
-
-enum bd_err bd_store_add(struct bd_store *store, struct bd_scene *scene, const char *name,
-                         const struct bd_store_entry **out, struct bd_fault *fault)
-{
-    if (store->count >= store->count_max)
-        return bd_fault_set(fault, BD_ERR_LIMIT, "scenes",
-                            "%u scenes are held, which is the limit scenes: remove one first",
-                            store->count);
-    struct bd_store_entry *entries =
-        realloc(store->entries, (store->count + 1) * sizeof *store->entries);
-    BD_ASSERT(entries);
-    store->entries = entries;
-    struct bd_store_entry *entry = &entries[store->count++];
-    *entry = (struct bd_store_entry){.revision = 1, .scene = bd_scene_retain(scene)};
-    make_id(entry->id);
-    snprintf(entry->name, sizeof entry->name, "%s", name);
-    *out = entry;
-    return BD_ERR_OK;
-}
-
-static int find(const struct bd_store *store, const char *id)
+struct bd_slot *bd_slot_find(const struct bd_store *store, const char *id)
 {
     for (uint32_t i = 0; i < store->count; i++)
-        if (strcmp(store->entries[i].id, id) == 0) return (int)i;
-    return -1;
+        if (strcmp(store->slots[i]->shown.id, id) == 0) return store->slots[i];
+    return NULL;
+}
+
+struct bd_slot *bd_slot_get(const struct bd_store *store, const char *id, struct bd_fault *fault)
+{
+    struct bd_slot *slot = bd_slot_find(store, id);
+    if (slot && slot->is_listed && !slot->is_leaving) return slot;
+    bd_fault_set(fault, BD_ERR_NOT_FOUND, "scene", "there is no scene \"%.32s\"", id);
+    return NULL;
+}
+
+struct bd_slot *bd_slot_append(struct bd_store *store)
+{
+    struct bd_slot **slots = realloc(store->slots, (store->count + 1) * sizeof *slots);
+    struct bd_slot *slot = calloc(1, sizeof *slot);
+    BD_ASSERT(slots && slot);
+    store->slots = slots;
+    slots[store->count++] = slot;
+    return slot;
+}
+
+void bd_slot_drop(struct bd_store *store, struct bd_slot *slot)
+{
+    uint32_t i = 0;
+    while (store->slots[i] != slot) i++;
+    memmove(store->slots + i, store->slots + i + 1, (--store->count - i) * sizeof *store->slots);
+    free_slot(slot);
 }
 
 enum bd_err bd_store_get(const struct bd_store *store, const char *id,
                          const struct bd_store_entry **out, struct bd_fault *fault)
 {
-    int index = find(store, id);
-    if (index < 0)
-        return bd_fault_set(fault, BD_ERR_NOT_FOUND, "scene", "there is no scene \"%.64s\"", id);
-    *out = &store->entries[index];
-    return BD_ERR_OK;
-}
-
-enum bd_err bd_store_remove(struct bd_store *store, const char *id, struct bd_fault *fault)
-{
-    int index = find(store, id);
-    if (index < 0)
-        return bd_fault_set(fault, BD_ERR_NOT_FOUND, "scene", "there is no scene \"%.64s\"", id);
-    bd_scene_release(&store->entries[index].scene);
-    store->count--;
-    memmove(&store->entries[index], &store->entries[index + 1],
-            (store->count - (uint32_t)index) * sizeof *store->entries);
+    struct bd_slot *slot = bd_slot_find(store, id);
+    if (!slot || !slot->is_listed)
+        return bd_fault_set(fault, BD_ERR_NOT_FOUND, "scene", "there is no scene \"%.32s\"", id);
+    *out = &slot->shown;
     return BD_ERR_OK;
 }
 
 uint32_t bd_store_count(const struct bd_store *store)
 {
-    return store->count;
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < store->count; i++) count += store->slots[i]->is_listed;
+    return count;
 }
 
 const struct bd_store_entry *bd_store_at(const struct bd_store *store, uint32_t index)
 {
-    return index < store->count ? &store->entries[index] : NULL;
+    for (uint32_t i = 0; i < store->count; i++)
+        if (store->slots[i]->is_listed && index-- == 0) return &store->slots[i]->shown;
+    return NULL;
+}
+
+struct bd_store_holdings bd_store_holdings(const struct bd_store *store, const char *owner,
+                                           const char *but_bytes_of)
+{
+    struct bd_store_holdings held = {0};
+    for (uint32_t i = 0; i < store->count; i++) {
+        const struct bd_slot *slot = store->slots[i];
+        if (strcmp(slot->shown.owner, owner) != 0) continue;
+        held.scenes++;
+        if (strcmp(slot->shown.id, but_bytes_of) != 0) held.bytes += bd_scene_bytes(slot->head);
+    }
+    return held;
+}
+
+void bd_slot_set_head(struct bd_slot *slot, struct bd_scene *scene, uint64_t revision)
+{
+    bd_scene_retain(scene);
+    bd_scene_release(&slot->head);
+    slot->head = scene;
+    slot->head_revision = revision;
+}
+
+enum bd_err bd_store_check_room(const struct bd_store *store, struct bd_fault *fault)
+{
+    if (store->count < store->count_max) return BD_ERR_OK;
+    return bd_fault_set(fault, BD_ERR_LIMIT, "scenes",
+                        "%u scenes are held, which is the limit scenes: remove one first",
+                        store->count);
+}
+
+// --- history --------------------------------------------------------------------------------
+
+enum bd_err bd_store_undo_target(const struct bd_store *store, const char *id, bool redo,
+                                 uint64_t *out, struct bd_fault *fault)
+{
+    struct bd_slot *slot = bd_slot_get(store, id, fault);
+    if (!slot) return BD_ERR_NOT_FOUND;
+    if (slot->staged_count > 0)
+        return bd_fault_set(fault, BD_ERR_BUSY, redo ? "redo" : "undo",
+                            "an edit of this scene is on its way to the disk");
+    *out = bd_history_undo_target(&slot->history, redo);
+    if (*out) return BD_ERR_OK;
+    return bd_fault_set(fault, BD_ERR_CONFLICT, redo ? "redo" : "undo", "there is nothing to %s",
+                        redo ? "redo" : "undo");
+}
+
+static bool is_in_flight(const struct bd_store *store, const char *id, const char *client_edit_id)
+{
+    for (uint32_t i = 0; i < store->in_flight_count; i++)
+        if (strcmp(store->in_flight[i]->scene_id, id) == 0 &&
+            strcmp(store->in_flight[i]->client_edit_id, client_edit_id) == 0)
+            return true;
+    return false;
+}
+
+enum bd_err bd_store_find_edit(const struct bd_store *store, const char *id,
+                               const char *client_edit_id, uint64_t *revision,
+                               struct bd_fault *fault)
+{
+    struct bd_slot *slot = bd_slot_get(store, id, fault);
+    if (!slot) return BD_ERR_NOT_FOUND;
+    if (is_in_flight(store, id, client_edit_id))
+        return bd_fault_set(fault, BD_ERR_BUSY, "client_edit_id",
+                            "an edit of this id is on its way to the disk: ask again");
+    *revision = bd_history_find(&slot->history, client_edit_id);
+    return BD_ERR_OK;
+}
+
+enum bd_err bd_store_restore(struct bd_store *store, const struct bd_store_entry *entry,
+                             const struct bd_store_past *past, uint32_t past_count,
+                             struct bd_fault *fault)
+{
+    enum bd_err err = bd_store_check_room(store, fault);
+    if (err) return err;
+    BD_ASSERT(!bd_slot_find(store, entry->id));
+    struct bd_slot *slot = bd_slot_append(store);
+    slot->shown = *entry;
+    slot->shown.scene = bd_scene_retain(entry->scene);
+    slot->shown.transient = 0;
+    slot->durable = bd_scene_retain(entry->scene);
+    bd_slot_set_head(slot, entry->scene, entry->revision);
+    slot->is_listed = true;
+    for (uint32_t i = 0; i < past_count; i++) bd_history_add(&slot->history, &past[i]);
+    return BD_ERR_OK;
 }

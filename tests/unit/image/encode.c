@@ -10,6 +10,7 @@
 #include "base/sanitizer.h"
 #include "image/encode.h"
 #include "image/exr.h"
+#include "image/half.h"
 #include "image/png.h"
 #include "tests/unit/cmocka_all.h"
 
@@ -199,6 +200,55 @@ static void half_never_makes_infinity_or_black(void **state)
     assert_true(through_half(1e-9f, 1) == 0); // small against its neighbours
 }
 
+static float float_of_half(uint16_t half)
+{
+    int exponent = half >> 10 & 31;
+    float mantissa = (float)(half & 1023) + (exponent ? 1024 : 0);
+    float size = ldexpf(mantissa, (exponent ? exponent : 1) - 25);
+    return half & 0x8000 ? -size : size;
+}
+
+static void halves_are_the_nearest(void **state)
+{
+    (void)state;
+    for (uint32_t half = 0; half < 0x7c00; half++) {
+        float value = float_of_half((uint16_t)half);
+        assert_int_equal(bd_half_from_float(value), half);
+        assert_int_equal(bd_half_from_float(-value), half | 0x8000);
+        if (half == 0x7bff) break;
+        float middle = 0.5f * (value + float_of_half((uint16_t)(half + 1)));
+        assert_int_equal(bd_half_from_float(middle), half + (half & 1)); // ties to even
+        assert_int_equal(bd_half_from_float(nextafterf(middle, 0)), half);
+        assert_int_equal(bd_half_from_float(nextafterf(middle, 1e9f)), half + 1);
+    }
+    assert_int_equal(bd_half_from_float(INFINITY), 0x7bff);
+    assert_int_equal(bd_half_from_float(-1e30f), 0xfbff);
+    assert_int_equal(bd_half_from_float(NAN), 0);
+}
+
+static void half_pictures_have_four_channels(void **state)
+{
+    (void)state;
+    struct bd_encode_request request = bd_encode_request_default;
+    request.format = BD_ENCODE_HALF;
+    for (uint32_t channels = 1; channels <= 4; channels++) {
+        if (channels == 2) continue;
+        struct bd_image *image = ramp(5, 3, channels);
+        struct bd_encoded out = encode_one(&request, "beauty", image);
+        assert_int_equal(out.bytes.size_bytes, 5 * 3 * 4 * 2);
+        for (uint32_t i = 0; i < 5 * 3 * 4; i++) {
+            uint32_t channel = channels == 1 ? 0 : i % 4;
+            float want = channel >= channels || (channels == 1 && i % 4 == 3)
+                             ? 1
+                             : image->pixels[i / 4 * channels + channel];
+            uint16_t got = (uint16_t)(out.bytes.data[2 * i] | out.bytes.data[2 * i + 1] << 8);
+            assert_int_equal(got, bd_half_from_float(want));
+        }
+        bd_bytes_finish(&out.bytes);
+        bd_image_destroy(&image);
+    }
+}
+
 static void same_arguments_same_bytes(void **state)
 {
     (void)state;
@@ -338,6 +388,8 @@ int main(void)
         cmocka_unit_test(jpeg_is_close_and_carries_a_comment),
         cmocka_unit_test(exr_keeps_light_unexposed),
         cmocka_unit_test(half_never_makes_infinity_or_black),
+        cmocka_unit_test(halves_are_the_nearest),
+        cmocka_unit_test(half_pictures_have_four_channels),
         cmocka_unit_test(same_arguments_same_bytes),
         cmocka_unit_test(other_layers_are_shown_as_documented),
         cmocka_unit_test(exposure_comes_from_beauty),

@@ -74,6 +74,11 @@ static void cameras_are_found_by_name(void **state)
     assert_int_equal(bd_scene_find_camera(scene, "3"), BD_NONE);
     assert_int_equal(bd_scene_find_camera(scene, "4294967296"), BD_NONE);
     assert_int_equal(bd_scene_find_camera(scene, "0x"), BD_NONE);
+    int32_t first;
+    assert_int_equal(bd_scene_count_cameras(scene, "Left", &first), 1);
+    assert_int_equal(bd_scene_count_cameras(scene, "7", &first), 2); // of two nodes without a name
+    assert_int_equal(first, 1);
+    assert_int_equal(bd_scene_count_cameras(scene, "2", &first), 0); // an index is no name
     bd_scene_release(&scene);
 }
 

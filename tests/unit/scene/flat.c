@@ -2,6 +2,8 @@
 
 #include <stdio.h>
 
+#include "base/hash.h"
+#include "scene/content.h"
 #include "scene/flat.h"
 #include "tests/unit/scene/read_text.h"
 
@@ -128,7 +130,7 @@ static void counts_are_not_believed(void **state)
     (void)state;
     static const uint32_t counts[] = {0xffffffff, 0x7fffffff, 0x10000000, 1000};
     for (size_t i = 0; i < sizeof counts / sizeof counts[0]; i++) {
-        uint8_t flat[128] = "BDFLAT02"; // then the number of pictures
+        uint8_t flat[128] = "BDFLAT03"; // then the number of pictures
         struct bd_scene *scene;
         struct bd_fault fault = {0};
         memcpy(flat + 8, &counts[i], sizeof counts[i]);
@@ -152,12 +154,196 @@ static void loops_of_nodes_are_refused(void **state)
     bd_scene_release(&scene);
 }
 
+// --- index and content ----------------------------------------------------------------------
+
+static struct bytes index_of(const struct bd_scene *scene)
+{
+    struct bytes out = {NULL, 0, SIZE_MAX};
+    assert_true(bd_flat_write_index(scene, collect, &out));
+    return out;
+}
+
+struct search {
+    const uint8_t *wanted;
+    struct bd_content *found;
+};
+
+static void compare(void *user, const struct bd_content *content)
+{
+    struct search *search = user;
+    if (content->kind != search->found->kind || bd_content_sha256(search->found)) return;
+    if (memcmp(bd_content_sha256(content), search->wanted, 32) == 0)
+        *search->found = bd_content_retain(content);
+}
+
+// Looks in the scene that is `user`.
+static bool find_in_scene(void *user, const uint8_t sha256[32], struct bd_content *out)
+{
+    bd_content_of_scene(user, compare, &(struct search){sha256, out});
+    return bd_content_sha256(out) != NULL;
+}
+
+static bool find_nothing(void *user, const uint8_t sha256[32], struct bd_content *out)
+{
+    (void)user, (void)sha256, (void)out;
+    return false;
+}
+
+static void an_index_names_what_is_heavy(void **state)
+{
+    (void)state;
+    struct bd_scene *scene = rich_scene(), *again;
+    struct bd_fault fault = {0};
+    bd_scene_set_hash(scene);
+    struct bytes index = index_of(scene), whole = flatten(scene);
+    assert_int_equal(
+        bd_flat_read_index(index.data, index.size, find_in_scene, scene, &again, &fault),
+        BD_ERR_OK);
+    struct bytes whole_again = flatten(again);
+    assert_int_equal(whole.size, whole_again.size);
+    assert_memory_equal(whole.data, whole_again.data, whole.size);
+    assert_memory_equal(scene->content_sha256, again->content_sha256, 32);
+    uint8_t digest[32];
+    bd_sha256_of(index.data, index.size, digest);
+    assert_memory_equal(digest, scene->content_sha256, 32);
+    assert_ptr_equal(again->pictures[0], scene->pictures[0]);
+    assert_ptr_equal(again->meshes[0]->primitives[0].position,
+                     scene->meshes[0]->primitives[0].position);
+    bd_scene_release(&scene); // the streams live on with their alias
+    assert_int_equal(bd_scene_finish(again, &fault), BD_ERR_OK);
+    assert_int_equal(bd_flat_read_index(index.data, index.size, find_nothing, NULL, &scene, &fault),
+                     BD_ERR_NOT_FOUND);
+    assert_string_equal(fault.field, "pictures");
+    free(index.data), free(whole.data), free(whole_again.data);
+    bd_scene_release(&again);
+}
+
+static void empty_slots_at_the_end_are_no_content(void **state)
+{
+    (void)state;
+    struct bd_scene *scene = rich_scene(), *again;
+    struct bd_fault fault = {0};
+    bd_scene_set_hash(scene);
+    uint8_t before[32];
+    memcpy(before, scene->content_sha256, sizeof before);
+    scene->lights = realloc(scene->lights, 4 * sizeof *scene->lights);
+    assert_non_null(scene->lights);
+    scene->lights[1] = scene->lights[2] = (struct bd_light){.is_removed = true};
+    scene->authored_light_count = 3;
+    bd_scene_set_hash(scene);
+    assert_memory_equal(before, scene->content_sha256, 32);
+    // In the middle they count: the ids behind them have to stay.
+    scene->lights[2] = scene->lights[0];
+    bd_scene_set_hash(scene);
+    assert_memory_not_equal(before, scene->content_sha256, 32);
+    assert_int_equal(bd_scene_count(scene).lights, 2);
+    struct bytes flat = flatten(scene);
+    assert_int_equal(bd_flat_read(flat.data, flat.size, &again, &fault), BD_ERR_OK);
+    assert_int_equal(again->light_count, 3);
+    assert_true(again->lights[1].is_removed && !again->lights[2].is_removed);
+    free(flat.data);
+    bd_scene_release(&again);
+    scene->lights[0] = (struct bd_light){.is_removed = true}; // which node 1 holds
+    flat = flatten(scene);
+    assert_int_equal(bd_flat_read(flat.data, flat.size, &again, &fault), BD_ERR_BAD_INPUT);
+    assert_string_equal(fault.field, "nodes[1].light");
+    free(flat.data);
+    bd_scene_release(&scene);
+}
+
+static void damaged_indices_are_refused(void **state)
+{
+    (void)state;
+    struct bd_scene *scene = rich_scene(), *again;
+    struct bytes index = index_of(scene);
+    struct bd_fault fault = {0};
+    for (size_t size = 0; size < index.size; size++) {
+        uint8_t *cut = malloc(size ? size : 1);
+        assert_non_null(cut);
+        memcpy(cut, index.data, size);
+        assert_int_not_equal(bd_flat_read_index(cut, size, find_in_scene, scene, &again, &fault),
+                             BD_ERR_OK);
+        free(cut);
+    }
+    unsigned read = 0;
+    for (size_t bit = 0; bit < 8 * index.size; bit++) {
+        index.data[bit / 8] ^= (uint8_t)(1 << bit % 8);
+        if (bd_flat_read_index(index.data, index.size, find_in_scene, scene, &again, &fault) ==
+            BD_ERR_OK) {
+            assert_memory_not_equal(again->content_sha256, scene->content_sha256, 32);
+            assert_int_equal(bd_scene_finish(again, &fault), BD_ERR_OK);
+            bd_scene_release(&again);
+            read++;
+        }
+        index.data[bit / 8] ^= (uint8_t)(1 << bit % 8);
+    }
+    assert_in_range(read, 1, 8 * index.size - 1);
+    free(index.data);
+    bd_scene_release(&scene);
+}
+
+static void content_survives(void *user, const struct bd_content *content)
+{
+    struct bytes bytes = {NULL, 0, SIZE_MAX};
+    struct bd_content again;
+    struct bd_fault fault = {0};
+    uint8_t digest[32];
+    assert_true(bd_content_write(content, collect, &bytes));
+    bd_sha256_of(bytes.data, bytes.size, digest);
+    assert_memory_equal(digest, bd_content_sha256(content), 32);
+    assert_int_equal(bd_content_read(bytes.data, bytes.size, &again, &fault), BD_ERR_OK);
+    assert_int_equal(again.kind, content->kind);
+    assert_memory_equal(bd_content_sha256(&again), digest, 32);
+    bd_content_release(&again);
+    for (size_t size = 0; size < bytes.size; size++) {
+        uint8_t *cut = malloc(size ? size : 1);
+        assert_non_null(cut);
+        memcpy(cut, bytes.data, size);
+        assert_int_equal(bd_content_read(cut, size, &again, &fault), BD_ERR_BAD_INPUT);
+        free(cut);
+    }
+    for (size_t bit = 0; bit < 8 * bytes.size; bit++) {
+        bytes.data[bit / 8] ^= (uint8_t)(1 << bit % 8);
+        if (bd_content_read(bytes.data, bytes.size, &again, &fault) == BD_ERR_OK) {
+            assert_memory_not_equal(bd_content_sha256(&again), digest, 32);
+            bd_content_release(&again);
+        }
+        bytes.data[bit / 8] ^= (uint8_t)(1 << bit % 8);
+    }
+    free(bytes.data);
+    ++*(unsigned *)user;
+}
+
+static void content_is_named_by_its_bytes(void **state)
+{
+    (void)state;
+    struct bd_scene *scene = rich_scene();
+    struct bd_sky_map *map = calloc(1, sizeof *map);
+    assert_non_null(map);
+    *map = (struct bd_sky_map){.reference_count = 1, .width_px = 2, .height_px = 1};
+    map->rgb = calloc(6, sizeof *map->rgb);
+    assert_non_null(map->rgb);
+    map->rgb[4] = 2;
+    bd_sky_map_seal(map);
+    scene->environment.map = map;
+    unsigned count = 0;
+    bd_content_of_scene(scene, content_survives, &count);
+    assert_int_equal(count, 3);
+    bd_scene_release(&scene);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_scene_survives),           cmocka_unit_test(every_cut_is_refused),
-        cmocka_unit_test(changed_bytes_do_no_harm),   cmocka_unit_test(counts_are_not_believed),
+        cmocka_unit_test(a_scene_survives),
+        cmocka_unit_test(every_cut_is_refused),
+        cmocka_unit_test(changed_bytes_do_no_harm),
+        cmocka_unit_test(counts_are_not_believed),
         cmocka_unit_test(loops_of_nodes_are_refused),
+        cmocka_unit_test(an_index_names_what_is_heavy),
+        cmocka_unit_test(empty_slots_at_the_end_are_no_content),
+        cmocka_unit_test(damaged_indices_are_refused),
+        cmocka_unit_test(content_is_named_by_its_bytes),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

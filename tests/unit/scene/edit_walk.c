@@ -1,0 +1,318 @@
+// Random walks through edits of bundled scenes, from a fixed seed: whatever is accepted can be
+// taken back, comes back from bytes, and is what finishing from nothing makes of it.
+//
+// usage: edit_walk OWN_SCENES [SHARED_SCENES]; with SHARED_SCENES it also times one edit.
+
+#include <math.h>
+
+#include "base/clock.h"
+#include "scene/edit.h"
+#include "tests/unit/scene/snapshots.h"
+
+static const char *own_scenes, *shared_scenes;
+
+static uint32_t random_state;
+
+static uint32_t random_below(uint32_t end)
+{
+    random_state = random_state * 1664525u + 1013904223u;
+    return (uint32_t)((uint64_t)random_state * end >> 32);
+}
+
+static double random_real(void)
+{
+    return random_below(1u << 20) / (double)(1u << 20);
+}
+
+// Any slot, sometimes one past the end, sometimes none: refusals are part of the walk.
+static int32_t random_id(uint32_t count)
+{
+    return (int32_t)random_below(count + 2) - 1;
+}
+
+static struct bd_node_edit random_node(const struct bd_scene *s)
+{
+    struct bd_node_edit node = {
+        .given = random_below(128),
+        .name = random_below(2) ? "walk" : "",
+        .parent = random_id(s->node_count),
+        .mesh = random_id(s->mesh_count),
+        .camera = random_below(4) ? BD_NONE : random_id(s->authored_camera_count),
+        .light = random_below(4) ? BD_NONE : random_id(s->authored_light_count),
+        .shown = random_below(4) != 0,
+        .transform = {.given = random_below(8)},
+    };
+    for (int i = 0; i < 3; i++) {
+        node.transform.translation[i] = 4 * random_real() - 2;
+        node.transform.scale[i] = 2 * random_real() - 0.5;
+        node.transform.rotation[i] = random_real() - 0.5;
+    }
+    node.transform.rotation[3] = 1;
+    return node;
+}
+
+static struct bd_material_edit random_material(const struct bd_scene *s)
+{
+    struct bd_material_edit material = {
+        .given = random_below(1u << 20),
+        .name = "walk",
+        .base_color = {random_real(), random_real(), random_real(), 1},
+        .metallic = random_real(),
+        .roughness = random_real(),
+        .emissive = {0, 0, random_below(4) ? 0 : 3 * random_real()},
+        .normal_scale = 1,
+        .ior = 1 + random_real(),
+        .transmission = random_real(),
+        .thickness = random_real(),
+        .alpha_mode = (enum bd_alpha_mode)random_below(3),
+        .alpha_cutoff = random_real(),
+        .double_sided = random_below(2),
+        .unlit = random_below(8) == 0,
+    };
+    for (int i = 0; i < BD_MAP_COUNT; i++) material.textures[i] = random_id(s->texture_count);
+    return material;
+}
+
+static struct bd_light_edit random_light(void)
+{
+    return (struct bd_light_edit){
+        .given = random_below(128),
+        .name = "walk",
+        .kind = (enum bd_light_kind)random_below(3),
+        .color = {random_real(), random_real(), random_real()},
+        .intensity = 100 * random_real(),
+        .range = random_below(2) ? 0 : 10 * random_real(),
+        .cone_inner = 0.5 * random_real(),
+        .cone_outer = 1.2 * random_real(),
+    };
+}
+
+static struct bd_camera_edit random_camera(void)
+{
+    return (struct bd_camera_edit){
+        .given = random_below(128),
+        .name = "walk",
+        .orthographic = random_below(4) == 0,
+        .yfov = 2 * random_real(),
+        .xmag = random_real(),
+        .ymag = random_real(),
+        .near = 0.1 * random_real(),
+        .far = random_below(2) ? 0 : 10 * random_real(),
+    };
+}
+
+static struct bd_edit_op random_op(const struct bd_scene *s, const struct bd_scene *other)
+{
+    struct bd_edit_op op = {.kind = (enum bd_edit_kind)random_below(BD_EDIT_KIND_COUNT)};
+    op.id = random_id(s->node_count);
+    switch (op.kind) {
+    case BD_EDIT_ADD_NODE:
+    case BD_EDIT_SET_NODE:
+        op.node = random_node(s);
+        break;
+    case BD_EDIT_SET_TRANSFORM:
+        op.transform = random_node(s).transform;
+        break;
+    case BD_EDIT_ADD_MESH:
+    case BD_EDIT_SET_MESH:
+        op.id = random_id(s->mesh_count);
+        op.mesh = (struct bd_mesh_edit){"walk", s->meshes[random_below(s->mesh_count)]};
+        break;
+    case BD_EDIT_SET_MESH_VERTICES:
+        op.id = random_id(s->mesh_count);
+        op.mesh.mesh = s->meshes[random_below(s->mesh_count)];
+        break;
+    case BD_EDIT_REMOVE_MESH:
+        op.id = random_id(s->mesh_count);
+        break;
+    case BD_EDIT_ADD_MATERIAL:
+    case BD_EDIT_SET_MATERIAL:
+    case BD_EDIT_REMOVE_MATERIAL:
+        op.id = random_id(s->material_count);
+        op.material = random_material(s);
+        break;
+    case BD_EDIT_ADD_TEXTURE:
+    case BD_EDIT_SET_TEXTURE:
+    case BD_EDIT_REMOVE_TEXTURE:
+        op.id = random_id(s->texture_count);
+        op.texture.given = s->picture_count ? random_below(16) : 0;
+        if (s->picture_count) op.texture.picture = s->pictures[random_below(s->picture_count)];
+        if (op.texture.picture && op.texture.picture->is_removed) op.texture.given = 0;
+        break;
+    case BD_EDIT_ADD_LIGHT:
+    case BD_EDIT_SET_LIGHT:
+    case BD_EDIT_REMOVE_LIGHT:
+        op.id = random_id(s->authored_light_count);
+        op.light = random_light();
+        break;
+    case BD_EDIT_ADD_CAMERA:
+    case BD_EDIT_SET_CAMERA:
+    case BD_EDIT_REMOVE_CAMERA:
+        op.id = random_id(s->authored_camera_count);
+        op.camera = random_camera();
+        break;
+    case BD_EDIT_SET_ENVIRONMENT:
+        op.environment.radiance[random_below(3)] = random_below(2) ? random_real() : 0;
+        break;
+    case BD_EDIT_IMPORT: // seldom: it makes the scene grow
+        op.import = (struct bd_import_edit){random_id(s->node_count), "in", other};
+        if (random_below(20))
+            op = (struct bd_edit_op){.kind = BD_EDIT_ADD_NODE, .node = {.given = 0}};
+        break;
+    case BD_EDIT_REMOVE_NODE:
+    case BD_EDIT_KIND_COUNT:
+        break;
+    }
+    return op;
+}
+
+struct walk {
+    struct bd_scene *scene;  // by deltas
+    struct bd_scene *replay; // by deltas that were written and read, from the first index
+    struct shelf shelf;
+    unsigned accepted;
+};
+
+static struct bd_delta by_bytes(struct walk *walk, const struct bd_delta *delta)
+{
+    struct bytes bytes = {0};
+    struct bd_delta again;
+    struct bd_fault fault = {0};
+    bd_content_of_delta(delta, keep_content, &walk->shelf);
+    assert_true(bd_delta_write(delta, collect, &bytes));
+    if (bd_delta_read(bytes.data, bytes.size, find_on_shelf, &walk->shelf, &again, &fault) !=
+        BD_ERR_OK)
+        fail_msg("%s: %s", fault.field, fault.message);
+    free(bytes.data);
+    return again;
+}
+
+static void replace(struct bd_scene **scene, struct bd_scene *with)
+{
+    bd_scene_release(scene);
+    *scene = with;
+}
+
+static struct bd_scene *applied(const struct bd_scene *base, const struct bd_delta *delta)
+{
+    struct bd_scene *out;
+    struct bd_fault fault = {0};
+    if (bd_delta_apply(base, delta, &out, &fault) != BD_ERR_OK)
+        fail_msg("%s: %s", fault.field, fault.message);
+    return out;
+}
+
+static void step(struct walk *walk, const struct bd_scene *other)
+{
+    struct bd_edit_op ops[3];
+    struct bd_delta delta, inverse;
+    struct bd_fault fault = {0};
+    const uint32_t count = 1 + random_below(3);
+    for (uint32_t i = 0; i < count; i++) ops[i] = random_op(walk->scene, other);
+    if (bd_edit_check(walk->scene, ops, count, &bd_edit_default_limits, &delta, NULL, &fault) !=
+        BD_ERR_OK) {
+        assert_true(strncmp(fault.field, "ops[", 4) == 0 && fault.message[0]);
+        return;
+    }
+    struct bd_scene *after = applied(walk->scene, &delta);
+    assert_true(bd_delta_invert(walk->scene, &delta, &inverse));
+    struct bd_scene *back = applied(after, &inverse);
+    assert_memory_equal(back->content_sha256, walk->scene->content_sha256, 32);
+    assert_as_from_scratch(after);
+    struct bd_delta read = by_bytes(walk, &delta);
+    replace(&walk->replay, applied(walk->replay, &read));
+    assert_memory_equal(walk->replay->content_sha256, after->content_sha256, 32);
+    assert_same_derived(walk->replay, after);
+    replace(&walk->scene, after);
+    bd_scene_release(&back);
+    bd_delta_finish(&delta), bd_delta_finish(&inverse), bd_delta_finish(&read);
+    walk->accepted++;
+}
+
+static struct bd_scene *from_index(struct walk *walk)
+{
+    struct bytes index = {0};
+    struct bd_scene *scene;
+    struct bd_fault fault = {0};
+    bd_content_of_scene(walk->scene, keep_content, &walk->shelf);
+    assert_true(bd_flat_write_index(walk->scene, collect, &index));
+    assert_int_equal(
+        bd_flat_read_index(index.data, index.size, find_on_shelf, &walk->shelf, &scene, &fault),
+        BD_ERR_OK);
+    assert_int_equal(bd_scene_finish(scene, &fault), BD_ERR_OK);
+    assert_memory_equal(scene->content_sha256, walk->scene->content_sha256, 32);
+    free(index.data);
+    return scene;
+}
+
+static void walk_through(const char *name, uint32_t seed, unsigned steps)
+{
+    struct walk walk = {.scene = load(own_scenes, name)};
+    struct bd_scene *other = load(own_scenes, "checker.glb");
+    assert_non_null(walk.scene);
+    walk.replay = from_index(&walk);
+    random_state = seed;
+    for (unsigned i = 0; i < steps; i++) step(&walk, other);
+    print_message("%s, seed %u: %u of %u batches accepted\n", name, seed, walk.accepted, steps);
+    assert_true(walk.accepted > steps / 10);
+    struct bd_scene *last = from_index(&walk);
+    bd_scene_release(&last), bd_scene_release(&other);
+    bd_scene_release(&walk.scene), bd_scene_release(&walk.replay);
+    clear_shelf(&walk.shelf);
+}
+
+static void walks(void **state)
+{
+    (void)state;
+    walk_through("two_lights.glb", 1, 4000);
+    walk_through("checker.glb", 2, 4000);
+    walk_through("cornell.glb", 3, 2000);
+}
+
+// --- time -----------------------------------------------------------------------------------
+
+static void one_edit_is_quick(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"cornell_box.glb", "sponza_dabrovic.glb"};
+    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
+        struct bd_scene *scene = shared_scenes ? load(shared_scenes, names[i]) : NULL;
+        if (!scene) {
+            print_message("skipped: no %s\n", names[i]);
+            continue;
+        }
+        double best_ms = INFINITY;
+        for (int round = 0; round < 20; round++) {
+            struct bd_edit_op op = {
+                .kind = BD_EDIT_SET_TRANSFORM,
+                .id = scene->placed_lights[0].node,
+                .transform = {.given = BD_GIVEN_TRANSLATION, .translation = {0, round, 0}}};
+            if (op.id == BD_NONE) op.id = 0;
+            struct bd_delta delta;
+            struct bd_fault fault = {0};
+            uint64_t start_ns = bd_clock_ns();
+            assert_int_equal(
+                bd_edit_check(scene, &op, 1, &bd_edit_default_limits, &delta, NULL, &fault),
+                BD_ERR_OK);
+            struct bd_scene *after = applied(scene, &delta);
+            best_ms = fmin(best_ms, bd_ms_since(start_ns));
+            bd_delta_finish(&delta);
+            replace(&scene, after);
+        }
+        print_message("%s: a light's move, checked and applied: %.3f ms\n", names[i], best_ms);
+        assert_true(best_ms < 100); // far above what it takes, far below hashing the scene's bytes
+        bd_scene_release(&scene);
+    }
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(walks),
+        cmocka_unit_test(one_edit_is_quick),
+    };
+    if (argc < 2) return 2;
+    own_scenes = argv[1];
+    shared_scenes = argc > 2 ? argv[2] : NULL;
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

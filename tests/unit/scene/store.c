@@ -1,0 +1,433 @@
+// The store: what is staged is seen by nobody, what is published by everybody, what fails by none;
+// what is transient lies over it.
+
+#include "scene/store.h"
+
+#include "tests/unit/scene/snapshots.h"
+
+static const char *own_scenes;
+
+// --- a store with one scene -----------------------------------------------------------------
+
+struct world {
+    struct bd_store *store;
+    char id[BD_SCENE_ID_BYTES];
+};
+
+static void publish_all(struct bd_store *store)
+{
+    struct bd_batch *batch = bd_store_take_staged(store);
+    while (batch) {
+        struct bd_batch *next = batch->next;
+        bd_store_publish(store, batch);
+        bd_batch_free(&batch);
+        batch = next;
+    }
+}
+
+static void fail_all(struct bd_store *store)
+{
+    struct bd_batch *batch = bd_store_take_staged(store);
+    while (batch) {
+        struct bd_batch *next = batch->next;
+        bd_store_fail(store, batch);
+        bd_batch_free(&batch);
+        batch = next;
+    }
+}
+
+static struct world open_world(void)
+{
+    struct world world = {.store = bd_store_create(4)};
+    struct bd_scene *scene = load(own_scenes, "two_lights.glb");
+    struct bd_batch *batch;
+    assert_non_null(scene);
+    assert_int_equal(bd_store_stage_add(world.store, scene, "two", "me", &batch, NULL), BD_ERR_OK);
+    memcpy(world.id, batch->scene_id, sizeof world.id);
+    bd_scene_release(&scene);
+    publish_all(world.store);
+    return world;
+}
+
+static const struct bd_store_entry *entry_of(const struct world *world)
+{
+    const struct bd_store_entry *entry;
+    assert_int_equal(bd_store_get(world->store, world->id, &entry, NULL), BD_ERR_OK);
+    return entry;
+}
+
+static float shown_intensity(const struct world *world, uint32_t light)
+{
+    return entry_of(world)->scene->lights[light].intensity;
+}
+
+// The head's light with another intensity.
+static struct bd_delta dimmed(const struct world *world, uint32_t light, float intensity)
+{
+    struct bd_delta delta = {0};
+    const struct bd_scene *head;
+    uint64_t revision;
+    assert_int_equal(bd_store_head(world->store, world->id, &head, &revision, NULL), BD_ERR_OK);
+    assert_true(bd_delta_take(&delta, head, BD_OBJECT_LIGHT, light));
+    delta.changes[0].light.intensity = intensity;
+    return delta;
+}
+
+static enum bd_err stage_as(const struct world *world, enum bd_batch_kind kind, uint64_t base,
+                            const char *edit_id, struct bd_delta delta, struct bd_fault *fault)
+{
+    const struct bd_store_change change = {.scene_id = world->id,
+                                           .kind = kind,
+                                           .base_revision = base,
+                                           .client_edit_id = edit_id,
+                                           .delta = &delta};
+    struct bd_batch *batch;
+    enum bd_err err = bd_store_stage(world->store, &change, &batch, fault);
+    bd_delta_finish(&delta);
+    return err;
+}
+
+static void dim(const struct world *world, float intensity)
+{
+    struct bd_delta delta = dimmed(world, 0, intensity);
+    assert_int_equal(stage_as(world, BD_BATCH_EDIT, 0, NULL, delta, NULL), BD_ERR_OK);
+}
+
+static void lay(const struct world *world, uint32_t light, float intensity)
+{
+    const struct bd_store_entry *entry;
+    struct bd_delta delta = dimmed(world, light, intensity);
+    assert_int_equal(bd_store_lay(world->store, world->id, &delta, &entry, NULL), BD_ERR_OK);
+    bd_delta_finish(&delta);
+}
+
+static struct bd_batch *commit(const struct world *world)
+{
+    struct bd_batch *batch;
+    assert_int_equal(bd_store_stage_commit(world->store, world->id, "drag", &batch, NULL),
+                     BD_ERR_OK);
+    return batch;
+}
+
+// --- tests ----------------------------------------------------------------------------------
+
+static void holds_so_many_scenes(void **state)
+{
+    (void)state;
+    struct bd_store *store = bd_store_create(2);
+    struct bd_scene *scene = bd_scene_create();
+    struct bd_batch *one, *two, *three;
+    struct bd_fault fault;
+    assert_int_equal(bd_store_stage_add(store, scene, "one", "", &one, NULL), BD_ERR_OK);
+    assert_int_equal(bd_store_stage_add(store, scene, "two", "", &two, NULL), BD_ERR_OK);
+    assert_string_not_equal(one->scene_id, two->scene_id);
+    // Those on their way count.
+    assert_int_equal(bd_store_stage_add(store, scene, "three", "", &three, &fault), BD_ERR_LIMIT);
+    assert_string_equal(fault.field, "scenes");
+    bd_store_destroy(&store);
+    assert_int_equal(scene->reference_count, 1);
+    bd_scene_release(&scene);
+}
+
+static void nobody_sees_what_is_staged(void **state)
+{
+    (void)state;
+    struct bd_store *store = bd_store_create(2);
+    struct bd_scene *scene = bd_scene_create();
+    const struct bd_store_entry *entry;
+    struct bd_batch *batch;
+    char id[BD_SCENE_ID_BYTES];
+    assert_int_equal(bd_store_stage_add(store, scene, "one", "", &batch, NULL), BD_ERR_OK);
+    memcpy(id, batch->scene_id, sizeof id);
+    assert_int_equal(bd_store_get(store, id, &entry, NULL), BD_ERR_NOT_FOUND);
+    assert_int_equal(bd_store_count(store), 0);
+    publish_all(store);
+    assert_int_equal(bd_store_get(store, id, &entry, NULL), BD_ERR_OK);
+    assert_int_equal(entry->revision, 1);
+    assert_string_equal(bd_store_at(store, 0)->name, "one");
+    assert_null(bd_store_at(store, 1));
+
+    // One that is about to go is there until it is gone, but nothing can be changed in it.
+    assert_int_equal(bd_store_stage_remove(store, id, &batch, NULL), BD_ERR_OK);
+    assert_int_equal(bd_store_get(store, id, &entry, NULL), BD_ERR_OK);
+    assert_int_equal(bd_store_stage_remove(store, id, &batch, NULL), BD_ERR_NOT_FOUND);
+    fail_all(store);
+    assert_int_equal(bd_store_stage_remove(store, id, &batch, NULL), BD_ERR_OK);
+    publish_all(store);
+    assert_int_equal(bd_store_get(store, id, &entry, NULL), BD_ERR_NOT_FOUND);
+    bd_store_destroy(&store);
+    bd_scene_release(&scene);
+}
+
+static void edits_are_shown_once_they_are_durable(void **state)
+{
+    (void)state;
+    struct world world = open_world();
+    const float before = shown_intensity(&world, 0);
+    dim(&world, 3);
+    dim(&world, 4); // on top of the first
+    assert_true(shown_intensity(&world, 0) == before);
+    assert_int_equal(entry_of(&world)->revision, 1);
+    publish_all(world.store);
+    assert_true(shown_intensity(&world, 0) == 4);
+    assert_int_equal(entry_of(&world)->revision, 3);
+    bd_store_destroy(&world.store);
+}
+
+static void what_fails_was_never_there(void **state)
+{
+    (void)state;
+    struct world world = open_world();
+    const float before = shown_intensity(&world, 0);
+    dim(&world, 3);
+    dim(&world, 4);
+    fail_all(world.store);
+    assert_true(shown_intensity(&world, 0) == before);
+    dim(&world, 5);
+    publish_all(world.store);
+    assert_true(shown_intensity(&world, 0) == 5);
+    assert_int_equal(entry_of(&world)->revision, 2); // the numbers were not used up
+    bd_store_destroy(&world.store);
+}
+
+// Both were one transaction: the name could not be given, the edit is on the disk.
+static void a_name_that_fails_takes_no_edit_back(void **state)
+{
+    (void)state;
+    struct world world = open_world();
+    struct bd_batch *name;
+    const struct bd_scene *head;
+    uint64_t revision;
+    dim(&world, 5);
+    assert_int_equal(bd_store_stage_name(world.store, world.id, "none", 0, true, &name, NULL),
+                     BD_ERR_OK);
+    dim(&world, 6);
+    struct bd_batch *first = bd_store_take_staged(world.store), *last = name->next;
+    assert_ptr_equal(first->next, name);
+    bd_store_fail(world.store, name);
+    bd_batch_free(&name);
+    assert_int_equal(bd_store_head(world.store, world.id, &head, &revision, NULL), BD_ERR_OK);
+    assert_int_equal(revision, 3);
+    assert_true(head->lights[0].intensity == 6);
+    bd_store_publish(world.store, first);
+    bd_store_publish(world.store, last);
+    bd_batch_free(&first);
+    bd_batch_free(&last);
+    assert_int_equal(entry_of(&world)->revision, 3);
+    bd_store_destroy(&world.store);
+}
+
+static void holdings_count_what_is_on_its_way(void **state)
+{
+    (void)state;
+    struct world world = open_world();
+    struct bd_scene *scene = load(own_scenes, "two_lights.glb");
+    struct bd_batch *batch;
+    assert_non_null(scene);
+    const uint64_t bytes = bd_scene_bytes(scene);
+    assert_int_equal(bd_store_stage_add(world.store, scene, "three", "me", &batch, NULL),
+                     BD_ERR_OK);
+    struct bd_store_holdings all = bd_store_holdings(world.store, "me", "");
+    struct bd_store_holdings but = bd_store_holdings(world.store, "me", world.id);
+    struct bd_store_holdings none = bd_store_holdings(world.store, "you", "");
+    assert_true(all.scenes == 2 && all.bytes == 2 * bytes);
+    assert_true(but.scenes == 2 && but.bytes == bytes);
+    assert_true(none.scenes == 0 && none.bytes == 0);
+    bd_scene_release(&scene);
+    fail_all(world.store);
+    assert_int_equal(bd_store_holdings(world.store, "me", "").scenes, 1);
+    bd_store_destroy(&world.store);
+}
+
+static void a_stale_base_is_refused(void **state)
+{
+    (void)state;
+    struct world world = open_world();
+    struct bd_fault fault;
+    assert_int_equal(stage_as(&world, BD_BATCH_EDIT, 1, NULL, dimmed(&world, 0, 3), NULL),
+                     BD_ERR_OK);
+    // Already while the first is on its way.
+    assert_int_equal(stage_as(&world, BD_BATCH_EDIT, 1, NULL, dimmed(&world, 0, 4), &fault),
+                     BD_ERR_CONFLICT);
+    assert_string_equal(fault.field, "base_revision");
+    assert_string_equal(fault.message, "the scene is at revision 2, not 1");
+    publish_all(world.store);
+    assert_true(shown_intensity(&world, 0) == 3);
+    bd_store_destroy(&world.store);
+}
+
+static void transient_changes_lie_over_it(void **state)
+{
+    (void)state;
+    struct world world = open_world();
+    lay(&world, 0, 7);
+    lay(&world, 0, 8);
+    assert_true(shown_intensity(&world, 0) == 8);
+    assert_int_equal(entry_of(&world)->revision, 1);
+    assert_int_equal(entry_of(&world)->transient, 2);
+
+    // An edit of another object leaves them; one of the same object wins.
+    struct bd_delta other = dimmed(&world, 1, 3);
+    assert_int_equal(stage_as(&world, BD_BATCH_EDIT, 0, NULL, other, NULL), BD_ERR_OK);
+    publish_all(world.store);
+    assert_true(shown_intensity(&world, 0) == 8 && shown_intensity(&world, 1) == 3);
+    dim(&world, 5);
+    publish_all(world.store);
+    assert_true(shown_intensity(&world, 0) == 5);
+    assert_int_equal(entry_of(&world)->transient, 0);
+    bd_store_destroy(&world.store);
+}
+
+// A drag in one place takes no edit back that is made in another, on the disk or on its way to it.
+static void a_commit_holds_what_was_laid_and_no_more(void **state)
+{
+    (void)state;
+    struct world world = open_world();
+    struct bd_fault fault;
+    struct bd_batch *batch;
+    lay(&world, 0, 7);
+    assert_int_equal(stage_as(&world, BD_BATCH_EDIT, 0, NULL, dimmed(&world, 1, 3), NULL),
+                     BD_ERR_OK);
+    publish_all(world.store);
+    assert_int_equal(stage_as(&world, BD_BATCH_EDIT, 0, NULL, dimmed(&world, 1, 4), NULL),
+                     BD_ERR_OK);
+    assert_int_equal(bd_store_stage_commit(world.store, world.id, NULL, &batch, &fault),
+                     BD_ERR_BUSY);
+    assert_string_equal(fault.field, "commit");
+    publish_all(world.store);
+    batch = commit(&world);
+    assert_int_equal(batch->forward.count, 1);
+    publish_all(world.store);
+    assert_true(shown_intensity(&world, 0) == 7 && shown_intensity(&world, 1) == 4);
+    bd_store_destroy(&world.store);
+}
+
+static void a_commit_makes_one_batch_of_them(void **state)
+{
+    (void)state;
+    struct world world = open_world();
+    const float before = shown_intensity(&world, 0);
+    lay(&world, 0, 7);
+    lay(&world, 1, 8);
+    struct bd_batch *batch = commit(&world);
+    assert_int_equal(batch->forward.count, 2);
+    assert_int_equal(batch->revision, 2);
+    // The inverse leads to what was durable, not to a step of the drag.
+    assert_true(batch->inverse.changes[0].light.intensity == before);
+    // Until it is durable it is shown, as transient.
+    assert_true(shown_intensity(&world, 0) == 7);
+    assert_int_equal(entry_of(&world)->transient, 2);
+    lay(&world, 0, 9); // the drag goes on meanwhile
+    publish_all(world.store);
+    assert_int_equal(entry_of(&world)->revision, 2);
+    assert_int_equal(entry_of(&world)->transient, 1);
+    assert_true(shown_intensity(&world, 0) == 9 && shown_intensity(&world, 1) == 8);
+    assert_non_null(commit(&world));
+    publish_all(world.store);
+    assert_int_equal(entry_of(&world)->transient, 0);
+    assert_null(commit(&world)); // nothing lies there
+    bd_store_destroy(&world.store);
+}
+
+static void a_commit_that_fails_loses_nothing(void **state)
+{
+    (void)state;
+    struct world world = open_world();
+    lay(&world, 0, 7);
+    lay(&world, 1, 8);
+    assert_non_null(commit(&world));
+    lay(&world, 0, 9);
+    fail_all(world.store);
+    assert_true(shown_intensity(&world, 0) == 9 && shown_intensity(&world, 1) == 8);
+    assert_int_equal(entry_of(&world)->transient, 3);
+    lay(&world, 1, 6);
+    assert_int_equal(entry_of(&world)->transient, 4);
+    struct bd_batch *batch = commit(&world);
+    assert_int_equal(batch->forward.count, 2);
+    assert_true(batch->forward.changes[0].light.intensity == 9);
+    publish_all(world.store);
+    assert_int_equal(entry_of(&world)->revision, 2);
+    bd_store_destroy(&world.store);
+}
+
+static void undo_and_redo_find_their_revisions(void **state)
+{
+    (void)state;
+    struct world world = open_world();
+    struct bd_fault fault;
+    uint64_t target;
+    assert_int_equal(bd_store_undo_target(world.store, world.id, false, &target, &fault),
+                     BD_ERR_CONFLICT);
+    assert_string_equal(fault.message, "there is nothing to undo");
+    dim(&world, 3); // 2
+    assert_int_equal(bd_store_undo_target(world.store, world.id, false, &target, &fault),
+                     BD_ERR_BUSY);
+    dim(&world, 4); // 3
+    publish_all(world.store);
+    static const struct {
+        enum bd_batch_kind kind;
+        uint64_t undo, redo; // after it; 0: nothing
+    } steps[] = {
+        {BD_BATCH_UNDO, 2, 4}, // 4 takes back 3
+        {BD_BATCH_UNDO, 0, 5}, // 5 takes back 2
+        {BD_BATCH_REDO, 6, 4}, // 6 takes back 5
+        {BD_BATCH_EDIT, 7, 0}, // a new edit ends what could be redone
+        {BD_BATCH_UNDO, 6, 8},
+    };
+    for (size_t i = 0; i < sizeof steps / sizeof steps[0]; i++) {
+        struct bd_delta delta = dimmed(&world, 0, 10 + (float)i);
+        assert_int_equal(stage_as(&world, steps[i].kind, 0, NULL, delta, NULL), BD_ERR_OK);
+        publish_all(world.store);
+        enum bd_err undo = bd_store_undo_target(world.store, world.id, false, &target, NULL);
+        assert_int_equal(undo ? 0 : target, steps[i].undo);
+        enum bd_err redo = bd_store_undo_target(world.store, world.id, true, &target, NULL);
+        assert_int_equal(redo ? 0 : target, steps[i].redo);
+    }
+    bd_store_destroy(&world.store);
+}
+
+static void an_edit_id_is_used_once(void **state)
+{
+    (void)state;
+    struct world world = open_world();
+    struct bd_fault fault;
+    uint64_t revision;
+    assert_int_equal(stage_as(&world, BD_BATCH_EDIT, 0, "e1", dimmed(&world, 0, 3), NULL),
+                     BD_ERR_OK);
+    assert_int_equal(bd_store_find_edit(world.store, world.id, "e1", &revision, &fault),
+                     BD_ERR_BUSY);
+    publish_all(world.store);
+    assert_int_equal(bd_store_find_edit(world.store, world.id, "e1", &revision, NULL), BD_ERR_OK);
+    assert_int_equal(revision, 2);
+    assert_int_equal(bd_store_find_edit(world.store, world.id, "e2", &revision, NULL), BD_ERR_OK);
+    assert_int_equal(revision, 0);
+    // One that failed may be tried again.
+    assert_int_equal(stage_as(&world, BD_BATCH_EDIT, 0, "e2", dimmed(&world, 0, 4), NULL),
+                     BD_ERR_OK);
+    fail_all(world.store);
+    assert_int_equal(bd_store_find_edit(world.store, world.id, "e2", &revision, NULL), BD_ERR_OK);
+    assert_int_equal(revision, 0);
+    bd_store_destroy(&world.store);
+}
+
+int main(int argc, char **argv)
+{
+    assert_true(argc > 1);
+    own_scenes = argv[1];
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(holds_so_many_scenes),
+        cmocka_unit_test(nobody_sees_what_is_staged),
+        cmocka_unit_test(edits_are_shown_once_they_are_durable),
+        cmocka_unit_test(what_fails_was_never_there),
+        cmocka_unit_test(a_name_that_fails_takes_no_edit_back),
+        cmocka_unit_test(holdings_count_what_is_on_its_way),
+        cmocka_unit_test(a_stale_base_is_refused),
+        cmocka_unit_test(transient_changes_lie_over_it),
+        cmocka_unit_test(a_commit_holds_what_was_laid_and_no_more),
+        cmocka_unit_test(a_commit_makes_one_batch_of_them),
+        cmocka_unit_test(a_commit_that_fails_loses_nothing),
+        cmocka_unit_test(undo_and_redo_find_their_revisions),
+        cmocka_unit_test(an_edit_id_is_used_once),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
