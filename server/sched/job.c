@@ -12,6 +12,7 @@ struct bd_job *bd_job_create(const struct bd_job_request *request)
     BD_ASSERT(job);
     atomic_init(&job->reference_count, 2);
     atomic_init(&job->cancelled, false);
+    atomic_init(&job->yields, false);
     atomic_init(&job->progress_ppm, 0);
     atomic_init(&job->checking, false);
     job->request = *request;
@@ -39,7 +40,7 @@ void bd_job_drop(struct bd_job *job)
 enum bd_err bd_job_should_stop(void *user)
 {
     const struct bd_job *job = user;
-    if (atomic_load(&job->cancelled)) return BD_ERR_CANCELLED;
+    if (atomic_load(&job->cancelled) || atomic_load(&job->yields)) return BD_ERR_CANCELLED;
     if (job->deadline_ns && bd_clock_ns() > job->deadline_ns) return BD_ERR_DEADLINE;
     return BD_ERR_OK;
 }

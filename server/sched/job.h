@@ -12,6 +12,8 @@
 struct bd_job {
     atomic_uint reference_count;
     atomic_bool cancelled;
+    atomic_bool yields;  // to a job of higher priority: it stops, and begins anew later
+    uint32_t yield_count; // render thread and submitters, under the scheduler's lock
     struct bd_job_request request;
     uint64_t deadline_ns;      // 0 = none
     atomic_uint progress_ppm;  // share of the work that is done, in millionths

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/assert.h"
+#include "base/hash.h"
 #include "sched/job.h"
 
 void bd_job_queue_init(struct bd_job_queue *queue, uint32_t capacity)
@@ -26,12 +27,14 @@ void bd_job_queue_return(struct bd_job_queue *queue, struct bd_job *job)
         queue->jobs = realloc(queue->jobs, queue->room * sizeof(struct bd_job *));
         BD_ASSERT(queue->jobs);
     }
-    uint32_t at = 0;
-    // Behind every job of the same priority: nearer to the front of the array.
-    while (at < queue->count && queue->jobs[at]->request.priority < job->request.priority) at++;
-    memmove(queue->jobs + at + 1, queue->jobs + at, (queue->count - at) * sizeof(struct bd_job *));
-    queue->jobs[at] = job;
-    queue->count++;
+    queue->jobs[queue->count++] = job;
+}
+
+void bd_job_queue_put_back(struct bd_job_queue *queue, struct bd_job *job)
+{
+    bd_job_queue_return(queue, job);
+    memmove(queue->jobs + 1, queue->jobs, (queue->count - 1) * sizeof(struct bd_job *));
+    queue->jobs[0] = job;
 }
 
 bool bd_job_queue_push(struct bd_job_queue *queue, struct bd_job *job)
@@ -41,9 +44,32 @@ bool bd_job_queue_push(struct bd_job_queue *queue, struct bd_job *job)
     return true;
 }
 
+static uint64_t *served_at(struct bd_job_queue *queue, const struct bd_job *job)
+{
+    uint64_t turn = job->request.turn;
+    return &queue->served[bd_hash64(&turn, sizeof turn, 0) % BD_JOB_QUEUE_TURNS];
+}
+
+static bool goes_before(struct bd_job_queue *queue, const struct bd_job *job,
+                        const struct bd_job *other)
+{
+    int priority = job->request.priority, others = other->request.priority;
+    if (priority != others) return priority > others;
+    return *served_at(queue, job) < *served_at(queue, other);
+}
+
 struct bd_job *bd_job_queue_pop(struct bd_job_queue *queue)
 {
-    return queue->count > 0 ? queue->jobs[--queue->count] : NULL;
+    if (queue->count == 0) return NULL;
+    uint32_t best = 0;
+    for (uint32_t i = 1; i < queue->count; i++)
+        if (goes_before(queue, queue->jobs[i], queue->jobs[best])) best = i;
+    struct bd_job *job = queue->jobs[best];
+    queue->count--;
+    memmove(queue->jobs + best, queue->jobs + best + 1,
+            (queue->count - best) * sizeof(struct bd_job *));
+    *served_at(queue, job) = ++queue->clock;
+    return job;
 }
 
 void bd_job_queue_fail_all(struct bd_job_queue *queue)

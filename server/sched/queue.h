@@ -1,4 +1,7 @@
-// The queue of waiting jobs: bounded, higher priority first, then in order of submission.
+// The queue of waiting jobs: bounded, higher priority first; among equals the owner (`turn`) that was
+// served longest ago, and of one owner's the one that came first. So whoever asks for a hundred
+// frames does not keep the next one waiting for a hundred.
+//
 // Not locked: the scheduler holds its lock around every call.
 
 #ifndef BD_SCHED_QUEUE_H
@@ -9,9 +12,14 @@
 
 struct bd_job;
 
+#define BD_JOB_QUEUE_TURNS 256
+
 struct bd_job_queue {
-    struct bd_job **jobs; // sorted: the next one last
+    struct bd_job **jobs; // in order of arrival
     uint32_t count, capacity, room; // jobs waiting, their bound, and what `jobs` has room for
+    // When each owner was last served, by a hash of its number: two that fall together share a turn.
+    uint64_t served[BD_JOB_QUEUE_TURNS];
+    uint64_t clock;
 };
 
 void bd_job_queue_init(struct bd_job_queue *queue, uint32_t capacity);
@@ -19,8 +27,10 @@ void bd_job_queue_finish(struct bd_job_queue *queue);
 
 // False if the queue is full.
 bool bd_job_queue_push(struct bd_job_queue *queue, struct bd_job *job);
-// Takes back a job that was popped, whatever the bound: behind its priority.
+// Takes back a job that was popped, whatever the bound: as if it had just come.
 void bd_job_queue_return(struct bd_job_queue *queue, struct bd_job *job);
+// The same for one that gave way to others: before its equals.
+void bd_job_queue_put_back(struct bd_job_queue *queue, struct bd_job *job);
 // NULL if the queue is empty.
 struct bd_job *bd_job_queue_pop(struct bd_job_queue *queue);
 // Ends every job in it: the daemon is stopping.

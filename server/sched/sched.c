@@ -17,6 +17,8 @@
 #include "sched/worker.h"
 
 #define GPU_MEMORY_UNKNOWN_MIB 2048
+// So often may a job begin anew for others: then it is its turn.
+#define YIELDS_MAX 32
 // Share of the memory limit that may hold outputs for frames to come; and no more than so much of a
 // software device's, which is the host's own memory and shows as the daemon's.
 #define MEMO_SHARE        0.6
@@ -247,12 +249,27 @@ static bool is_at_its_end(struct bd_sched *sched, struct bd_job *job)
     return true;
 }
 
+// Under the lock. A job that ended before it noticed has not.
+static bool has_yielded(const struct bd_sched *sched, struct bd_job *job)
+{
+    bool asked = atomic_exchange(&job->yields, false);
+    if (!asked || job->result.err != BD_ERR_CANCELLED) return false;
+    if (sched->stopping || atomic_load(&job->cancelled)) return false;
+    job->yield_count++;
+    job->result.err = BD_ERR_OK;
+    job->result.fault = (struct bd_fault){0};
+    return true;
+}
+
 static void finish_job(struct bd_sched *sched, struct bd_job *job)
 {
     pthread_mutex_lock(&sched->lock);
     sched->running = NULL;
     account_memory(sched, job);
+    bool waits_again = has_yielded(sched, job);
+    if (waits_again) bd_job_queue_put_back(&sched->queue, job);
     pthread_mutex_unlock(&sched->lock);
+    if (waits_again) return;
     if (is_at_its_end(sched, job)) end_job(sched, job);
 }
 
@@ -345,10 +362,21 @@ void bd_sched_destroy(struct bd_sched **sched)
     free_sched(s);
 }
 
+// A long frame must not keep one of higher priority waiting for all of its time: it stops at its
+// next slice and begins anew, over the passes that it had finished. A bounded number of times.
+static void make_way(struct bd_sched *sched, const struct bd_job *job)
+{
+    struct bd_job *running = sched->running;
+    if (!running || running->request.priority >= job->request.priority) return;
+    if (running->check || running->yield_count >= YIELDS_MAX) return;
+    atomic_store(&running->yields, true);
+}
+
 static bool push(struct bd_sched *sched, struct bd_job *job)
 {
     pthread_mutex_lock(&sched->lock);
     bool queued = !sched->stopping && bd_job_queue_push(&sched->queue, job);
+    if (queued) make_way(sched, job);
     pthread_cond_signal(&sched->work_changed);
     pthread_mutex_unlock(&sched->lock);
     return queued;

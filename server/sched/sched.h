@@ -2,7 +2,9 @@
 //
 // A job is a snapshot and a request. Jobs of technique reference, which the processor traces, have
 // a queue and threads of their own (sched/reference_runner.h). The others wait in one bounded queue, higher priority first, then
-// in order of submission. Cancel and deadlines are checked between slices of about 20 ms. When
+// owner after owner (sched/queue.h). Cancel and deadlines are checked between slices of about 20 ms;
+// there a job also gives way to one of higher priority, a bounded number of times, and begins anew
+// later, over the passes that it had finished. When
 // the device is lost, or an error sticks to it, the context is rebuilt and the job tried once more.
 //
 // Thread: every function may be called from any thread, unless it says otherwise.
@@ -43,6 +45,7 @@ struct bd_job_request {
     struct bd_scene *scene;        // the job takes its own reference
     struct bd_frame_request frame; // checked by bd_sched_submit
     int priority;                  // higher first; 0 = batch, 10 = interactive
+    uint64_t turn; // whose it is: among jobs of one priority, owners take turns. 0 = one more owner
     // Called once, on the thread that ran the job, when it ended: only enqueue, then return. NULL
     // is fine for who waits.
     void (*done)(void *user, struct bd_job *job);

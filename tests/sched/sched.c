@@ -222,9 +222,13 @@ static void higher_priority_goes_first(void **state)
         if (i == 0) sleep_ms(50);
     }
     for (int i = 0; i < 4; i++) bd_job_wait(jobs[i]);
+    for (int i = 0; i < 4; i++) {
+        assert_int_equal(bd_job_result(jobs[i])->err, BD_ERR_OK);
+        assert_non_null(bd_job_result(jobs[i])->layers[BD_LAYER_BEAUTY]);
+    }
     for (int i = 0; i < 4; i++) bd_job_release(&jobs[i]);
     while (atomic_load(&ended_count) < 4) sleep_ms(1); // `done` comes after the wait's end
-    const int expected[4] = {0, 2, 1, 3};
+    const int expected[4] = {2, 0, 1, 3}; // the long one gives way, and begins anew
     assert_memory_equal(ended_order, expected, sizeof expected);
     bd_scene_release(&scene);
 }
@@ -254,6 +258,67 @@ static void oversize_is_refused_by_name(void **state)
     struct bd_fault fault = {0};
     assert_int_equal(bd_sched_submit(*state, &request, &job, &fault), BD_ERR_LIMIT);
     assert_string_equal(fault.field, "size");
+    bd_scene_release(&scene);
+}
+
+static bool was_reused(const struct bd_job *job, const char *pass)
+{
+    const struct bd_report *report = &bd_job_result(job)->report;
+    for (uint32_t p = 0; p < report->pass_count; p++)
+        if (strcmp(report->passes[p].name, pass) == 0)
+            return report->passes[p].state == BD_PASS_REUSED;
+    fail_msg("no pass %s", pass);
+    return false;
+}
+
+static struct bd_job *rendered(struct bd_sched *sched, const struct bd_job_request *request)
+{
+    struct bd_job *job = submit(sched, request);
+    bd_job_wait(job);
+    assert_int_equal(bd_job_result(job)->err, BD_ERR_OK);
+    return job;
+}
+
+// What a pose sees follows from its numbers, and so does what is reused.
+static void a_pose_sees_what_its_camera_sees(void **state)
+{
+    struct bd_scene *scene = create_scene();
+    struct bd_job_request request = request_of(scene, 32, "vpls=96");
+    struct bd_job *by_camera = rendered(*state, &request);
+    const struct bd_placement *placed = &scene->placed_cameras[0];
+    request.frame.pose = (struct bd_pose){
+        .is_set = true,
+        .eye_m = placed->position,
+        .target_m = bd_dvec3_sub(placed->position, bd_dvec3_scale(placed->axis_z, 0.3)),
+        .up = bd_dvec3_scale(placed->axis_y, 7),
+    };
+    struct bd_job *by_pose = rendered(*state, &request), *again = rendered(*state, &request);
+    request.frame.pose.eye_m.x += 1e-3;
+    struct bd_job *moved = rendered(*state, &request);
+    const float *a = bd_job_result(by_camera)->layers[BD_LAYER_BEAUTY]->pixels;
+    const float *b = bd_job_result(by_pose)->layers[BD_LAYER_BEAUTY]->pixels;
+    for (int i = 0; i < 32 * 32 * 4; i++) assert_true(fabsf(a[i] - b[i]) <= 1e-3f * (1 + a[i]));
+    assert_string_equal(bd_job_result(by_pose)->report.camera, "pose");
+    assert_true(was_reused(again, "gbuffer") && !was_reused(moved, "gbuffer"));
+    assert_true(was_reused(moved, "rsm")); // the light has not moved
+    bd_job_release(&by_camera);
+    bd_job_release(&by_pose);
+    bd_job_release(&again);
+    bd_job_release(&moved);
+    bd_scene_release(&scene);
+}
+
+static void a_pose_is_not_for_what_is_traced(void **state)
+{
+    struct bd_scene *scene = create_scene();
+    struct bd_job_request request = request_of(scene, 32, "vpls=96");
+    request.frame.pose =
+        (struct bd_pose){.is_set = true, .target_m = {0, 0, 1}, .up = {0, 1, 0}};
+    struct bd_job *job;
+    struct bd_fault fault = {0};
+    request.frame.check_pixels = 64;
+    assert_int_equal(bd_sched_submit(*state, &request, &job, &fault), BD_ERR_USAGE);
+    assert_string_equal(fault.field, "pose");
     bd_scene_release(&scene);
 }
 
@@ -291,6 +356,8 @@ int main(void)
         WITH_SCHED(higher_priority_goes_first),
         WITH_SCHED(a_full_queue_says_so),
         WITH_SCHED(oversize_is_refused_by_name),
+        WITH_SCHED(a_pose_sees_what_its_camera_sees),
+        WITH_SCHED(a_pose_is_not_for_what_is_traced),
         cmocka_unit_test(no_such_device_says_what_was_tried),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
