@@ -102,8 +102,7 @@ static enum bd_err composite(struct bd_frame *frame, uint32_t sub_frame,
     bd_gpu_pass_begin(frame->context.gpu, "composite");
     enum bd_err err = BD_ERR_OK;
     for (uint32_t l = 0; !err && l < BD_LAYER_COUNT; l++)
-        if (layers[l])
-            err = bd_composite_run(&frame->context, &inputs, l, layers[l], frame->fault);
+        if (layers[l]) err = bd_composite_run(&frame->context, &inputs, l, layers[l], frame->fault);
     bd_gpu_pass_end(frame->context.gpu);
     return err;
 }
@@ -116,7 +115,8 @@ static void count_indirect(struct bd_frame *frame)
     frame->report->counts.subsplats_tested += subsplats->tested;
     frame->report->counts.subsplats_split += subsplats->split;
     if (subsplats->is_limited && !frame->subsplats_limited)
-        bd_report_flag(frame->report, "subsplats_limited: coarser than radiance_threshold asks for");
+        bd_report_flag(frame->report,
+                       "subsplats_limited: coarser than radiance_threshold asks for");
     frame->subsplats_limited |= subsplats->is_limited;
 }
 
@@ -139,9 +139,13 @@ static enum bd_err run_sub_frame(struct bd_frame *frame, uint32_t index,
 static enum bd_err run_camera_side(struct bd_frame *frame, struct bd_tex *layers[BD_LAYER_COUNT])
 {
     frame->anew = frame->request->fresh != BD_FRESH_NONE;
+    const struct bd_frame_request *request = frame->request;
     frame->viewpoint =
-        bd_viewpoint_of_camera(frame->snapshot, (uint32_t)frame->plan->camera,
-                               frame->request->width_px, frame->request->height_px);
+        request->pose.is_set
+            ? bd_viewpoint_of_pose(frame->snapshot, &request->pose, request->width_px,
+                                   request->height_px)
+            : bd_viewpoint_of_camera(frame->snapshot, (uint32_t)frame->plan->camera,
+                                     request->width_px, request->height_px);
     for (uint32_t s = 0; s < frame->request->aa; s++) {
         enum bd_err err = run_sub_frame(frame, s, layers);
         if (err) return err;
@@ -185,7 +189,8 @@ static enum bd_err read_layers(struct bd_frame *frame, struct bd_tex *textures[B
     bd_report_mark(frame->report, "readback", BD_PASS_RAN);
     bd_gpu_pass_begin(gpu, "readback");
     for (uint32_t l = 0; !err && l < BD_LAYER_COUNT; l++)
-        if (textures[l]) err = bd_gpu_readback_start(gpu, textures[l], 0, &pending[l], frame->fault);
+        if (textures[l])
+            err = bd_gpu_readback_start(gpu, textures[l], 0, &pending[l], frame->fault);
     bd_gpu_pass_end(gpu);
     // Every started readback is finished, also after an error: finishing is what frees it.
     for (uint32_t l = 0; l < BD_LAYER_COUNT; l++) {
@@ -241,8 +246,7 @@ static enum bd_err run_frame(struct bd_frame *frame, struct bd_image *layers[BD_
     if (!err) err = create_layers(frame, textures);
     if (!err) err = run_camera_side(frame, textures);
     if (!err) err = read_layers(frame, textures, layers);
-    for (uint32_t l = 0; l < BD_LAYER_COUNT; l++)
-        bd_tex_destroy(frame->context.gpu, &textures[l]);
+    for (uint32_t l = 0; l < BD_LAYER_COUNT; l++) bd_tex_destroy(frame->context.gpu, &textures[l]);
     free(frame->lights);
     frame->lights = NULL;
     frame->light_count = 0;

@@ -86,7 +86,8 @@ static bool is_above(const char *const *ladder, const char *rung, const struct b
         const char *value = value_of(given, pair.pairs[0].key);
         if (!value) continue;
         double better = direction_of(ladder, pair.pairs[0].key);
-        double has = better * strtod(value, NULL), would = better * strtod(pair.pairs[0].value, NULL);
+        double has = better * strtod(value, NULL);
+        double would = better * strtod(pair.pairs[0].value, NULL);
         if (would < has) return false;
         above = above || would > has;
     }

@@ -149,17 +149,15 @@ static void list_omitted(const struct bd_plan *plan, const struct bd_scene *scen
     bool maps = f->has_base_color_map || f->has_metallic_roughness_map || f->has_normal_map ||
                 f->has_emissive_map;
     omit(report, !maps, "gbuffer", "texture code: no material has a map");
-    omit(report, !f->has_mask && !f->has_blend, "gbuffer",
-         "alpha code: every material is opaque");
+    omit(report, !f->has_mask && !f->has_blend, "gbuffer", "alpha code: every material is opaque");
     omit(report, !plan->emission, "gbuffer", "emission: no surface emits");
     omit(report, !plan->lights, "shadow_map", "no punctual light shines");
     omit(report, !plan->lights, "direct", "no punctual light shines");
-    const char *no_indirect = plan->technique->indirect ? "no light to reflect"
-                                                        : "the technique has no indirect light";
+    const char *no_indirect =
+        plan->technique->indirect ? "no light to reflect" : "the technique has no indirect light";
     const uint32_t inputs = plan->technique->inputs;
     omit(report, !plan->vpl_grid && !plan->vpl_clusters, "rsm", no_indirect);
-    if (!(inputs & BD_INPUT_VPL_CLUSTERS))
-        omit(report, !plan->vpl_grid, "vpl_grid", no_indirect);
+    if (!(inputs & BD_INPUT_VPL_CLUSTERS)) omit(report, !plan->vpl_grid, "vpl_grid", no_indirect);
     if (inputs & BD_INPUT_VPL_CLUSTERS)
         omit(report, !plan->vpl_clusters, "vpl_clusters", no_indirect);
     if (inputs & BD_INPUT_VPL_TREE) omit(report, !plan->vpl_tree, "vpl_tree", no_indirect);
@@ -215,6 +213,13 @@ static const char *filter_name(const struct bd_plan *plan, uint32_t aa)
     return box ? "box" : "point";
 }
 
+static const char *camera_name(const struct bd_scene *scene, int32_t placed_camera)
+{
+    const struct bd_placement *camera = &scene->placed_cameras[placed_camera];
+    return camera->node != BD_NONE ? scene->nodes[camera->node].name
+                                   : scene->cameras[camera->object].name;
+}
+
 static void describe_request(const struct bd_plan *plan, const struct bd_scene *scene,
                              const struct bd_frame_request *request, struct bd_report *report)
 {
@@ -223,10 +228,8 @@ static void describe_request(const struct bd_plan *plan, const struct bd_scene *
     snprintf(report->scene, sizeof report->scene, "sha256:%s", hex);
     report->width_px = request->width_px;
     report->height_px = request->height_px;
-    const struct bd_placement *camera = &scene->placed_cameras[plan->camera];
     snprintf(report->camera, sizeof report->camera, "%s",
-             camera->node != BD_NONE ? scene->nodes[camera->node].name
-                                     : scene->cameras[camera->object].name);
+             request->pose.is_set ? "pose" : camera_name(scene, plan->camera));
     snprintf(report->technique, sizeof report->technique, "%s", plan->technique->name);
     bd_params_write(&plan->params, plan->technique, &report->params);
     report->seed = request->seed;
@@ -249,6 +252,16 @@ static enum bd_err find_camera(const struct bd_scene *scene, const char *name, i
                         scene->placed_camera_count);
 }
 
+static void flag_namesakes(const struct bd_scene *scene, const char *camera,
+                           struct bd_report *report)
+{
+    int32_t first;
+    uint32_t count = camera[0] ? bd_scene_count_cameras(scene, camera, &first) : 1;
+    if (count > 1)
+        bd_report_flag(report, "camera_ambiguous: the first of %u of that name; name it by index",
+                       count);
+}
+
 enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_request *request,
                          struct bd_plan *out, struct bd_report *report, struct bd_fault *fault)
 {
@@ -268,8 +281,8 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
     out->vpl_clusters = out->indirect && (out->technique->inputs & BD_INPUT_VPL_CLUSTERS);
     out->vpl_tree = out->indirect && (out->technique->inputs & BD_INPUT_VPL_TREE);
     out->fragments = out->indirect && (out->technique->inputs & BD_INPUT_FRAGMENTS);
-    out->glossy = out->indirect && out->technique->model.glossy_receivers &&
-                  !out->params.lambert && f->has_glossy;
+    out->glossy = out->indirect && out->technique->model.glossy_receivers && !out->params.lambert &&
+                  f->has_glossy;
     out->emission = f->has_emissive || f->has_unlit;
     out->flux_lm = total_flux_lm(scene);
     describe_request(out, scene, request, report);
@@ -277,6 +290,7 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
     list_passes(out, report);
     list_omitted(out, scene, report);
     flag_what_is_not_honoured(out, scene, report);
+    flag_namesakes(scene, request->camera, report);
     return BD_ERR_OK;
 }
 

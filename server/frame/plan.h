@@ -17,16 +17,16 @@
 struct bd_plan {
     const struct bd_technique *technique;
     struct bd_params params;
-    int32_t camera; // placed camera
-    bool lights;    // some punctual light shines: shadow maps and direct run
-    bool indirect;  // the technique's indirect light runs
-    bool vpl_grid;  // reflective shadow maps and VPLs for it
+    int32_t camera;    // placed camera
+    bool lights;       // some punctual light shines: shadow maps and direct run
+    bool indirect;     // the technique's indirect light runs
+    bool vpl_grid;     // reflective shadow maps and VPLs for it
     bool vpl_clusters; // the same, with VPLs from blocks of several sizes
     bool vpl_tree;     // a tree over the VPLs
-    bool fragments; // it is found at blocks of pixels
-    bool glossy;    // receivers with a specular lobe worth its price
-    bool emission;  // some surface emits or is unlit
-    double flux_lm; // of all lights
+    bool fragments;    // it is found at blocks of pixels
+    bool glossy;       // receivers with a specular lobe worth its price
+    bool emission;     // some surface emits or is unlit
+    double flux_lm;    // of all lights
 };
 
 // Also fills the parts of `report` that are known now: request, parameters, planned passes, what

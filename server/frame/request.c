@@ -1,5 +1,6 @@
 #include "frame/request.h"
 
+#include <math.h>
 #include <stddef.h>
 #include <string.h>
 
@@ -135,12 +136,54 @@ static enum bd_err check_rendered(const struct bd_frame_request *request, const 
     return BD_ERR_OK;
 }
 
+static bool is_finite(bd_dvec3 v)
+{
+    return isfinite(v.x) && isfinite(v.y) && isfinite(v.z);
+}
+
+// So small a part of their product is left of a cross product that its direction is chance.
+#define POSE_SINE_MIN 1e-7
+
+static enum bd_err check_pose(const struct bd_pose *pose, struct bd_fault *fault)
+{
+    const double pi = 3.141592653589793;
+    if (!is_finite(pose->eye_m) || !is_finite(pose->target_m) || !is_finite(pose->up))
+        return bd_fault_set(fault, BD_ERR_USAGE, "pose", "pose: every number must be finite");
+    bd_dvec3 sight = bd_dvec3_sub(pose->target_m, pose->eye_m);
+    double far_m = fmax(bd_dvec3_length(pose->eye_m), bd_dvec3_length(pose->target_m));
+    double length_m = bd_dvec3_length(sight);
+    if (!(length_m > far_m * 0x1p-44) || !isfinite(length_m))
+        return bd_fault_set(fault, BD_ERR_USAGE, "pose.target",
+                            "pose.target: must not be the eye, nor too near to it to tell");
+    double sine = bd_dvec3_length(bd_dvec3_cross(sight, pose->up));
+    if (!(sine > POSE_SINE_MIN * length_m * bd_dvec3_length(pose->up)))
+        return bd_fault_set(fault, BD_ERR_USAGE, "pose.up",
+                            "pose.up: must have a length, and not lie along the line of sight");
+    if (!(pose->yfov >= 0 && pose->yfov < pi))
+        return bd_fault_set(fault, BD_ERR_USAGE, "pose.yfov",
+                            "pose.yfov: %g: must be above 0 and below pi radians", pose->yfov);
+    return BD_ERR_OK;
+}
+
+// The witness looks through the scene's own cameras.
+static enum bd_err check_pose_use(const struct bd_frame_request *request, bool traced,
+                                  struct bd_fault *fault)
+{
+    if (request->camera[0])
+        return bd_fault_set(fault, BD_ERR_USAGE, "pose", "pose or camera, not both");
+    if (traced || bd_frame_request_is_checked(request))
+        return bd_fault_set(fault, BD_ERR_USAGE, "pose",
+                            "pose: what the reference traces, checks included, is seen through a "
+                            "camera of the scene");
+    return check_pose(&request->pose, fault);
+}
+
 static enum bd_err check_check(const struct bd_frame_request *request, struct bd_fault *fault)
 {
     uint32_t pixels = request->check_pixels;
     if (pixels > 0 && (pixels < CHECK_PIXELS_MIN || pixels > CHECK_PIXELS_MAX))
-        return bd_fault_set(fault, BD_ERR_USAGE, "check", "%u: must be from %d to %d pixels", pixels,
-                            CHECK_PIXELS_MIN, CHECK_PIXELS_MAX);
+        return bd_fault_set(fault, BD_ERR_USAGE, "check", "%u: must be from %d to %d pixels",
+                            pixels, CHECK_PIXELS_MIN, CHECK_PIXELS_MAX);
     if (!(request->target_error >= 0 && request->target_error <= TARGET_ERROR_MAX))
         return bd_fault_set(fault, BD_ERR_USAGE, "target_error",
                             "must be above 0 and at most %d per cent", 100 * TARGET_ERROR_MAX);
@@ -204,6 +247,8 @@ enum bd_err bd_frame_request_check(const struct bd_frame_request *request,
                                   : check_rendered(request, name, fault);
     if (err) return err;
     err = check_check(request, fault);
+    if (!err && request->pose.is_set)
+        err = check_pose_use(request, technique->is_reference, fault);
     if (err) return err;
     struct bd_params params;
     return bd_params_read(&request->params, technique, &params, fault);

@@ -10,6 +10,7 @@
 #include "base/err.h"
 #include "base/vec.h"
 #include "technique/params.h"
+#include "upload/pose.h"
 
 enum bd_layer {
     BD_LAYER_BEAUTY,   // RGBA: direct + indirect + emission in cd/m^2, alpha = coverage
@@ -63,6 +64,7 @@ struct bd_frame_request {
     struct bd_param_list params; // KEY=VALUE pairs as given; technique/params.h checks them
     uint32_t width_px, height_px;
     char camera[64];  // node name, camera name or index; "" = the scene's first
+    struct bd_pose pose; // instead of a camera
     uint32_t layers;  // bit (1 << enum bd_layer); beauty is always rendered
     uint32_t region[4]; // x, y, width, height of what technique reference traces; all 0 = all
     uint32_t aa;      // sub-frames averaged, 1 to 64

@@ -44,8 +44,7 @@ struct bd_frame {
     struct bd_frame_light *lights;
 
     struct bd_viewpoint viewpoint; // of the current sub-frame
-    uint64_t gbuffer_key, direct_key, discontinuity_key, fragments_key, surfaces_key,
-        indirect_key;
+    uint64_t gbuffer_key, direct_key, discontinuity_key, fragments_key, surfaces_key, indirect_key;
     struct bd_gbuffer *gbuffer;
     struct bd_tex *direct;
     struct bd_discontinuity *discontinuity;

@@ -8,6 +8,7 @@
 
 #include "base/assert.h"
 #include "image/exr.h"
+#include "image/half.h"
 #include "image/jpeg.h"
 #include "image/png.h"
 #include "image/show.h"
@@ -28,6 +29,7 @@ static const struct {
     [BD_ENCODE_PNG] = {"png", "image/png"},
     [BD_ENCODE_JPEG] = {"jpg", "image/jpeg"},
     [BD_ENCODE_EXR] = {"exr", "image/x-exr"},
+    [BD_ENCODE_HALF] = {"half", "application/octet-stream"},
 };
 
 const char *bd_encode_format_name(enum bd_encode_format format)
@@ -155,6 +157,7 @@ enum bd_err bd_encode(const struct bd_encode_request *request, const struct bd_n
     enum bd_err err = check(request, layer_count, fault);
     if (err) return err;
     out->exposure_stops = choose_exposure(request, layers, layer_count);
+    if (request->format == BD_ENCODE_HALF) return bd_half_encode(layers[0].image, &out->bytes, fault);
     struct full_manifest full;
     err = extend_manifest(&full, manifest, request, out->exposure_stops);
     if (err) return bd_fault_set(fault, err, "manifest", "no memory for the manifest");

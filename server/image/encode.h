@@ -1,5 +1,9 @@
 // A frame's layers to the bytes of a picture file: the one call that the daemon makes.
 //
+// Half is the first of `layers` as it is, without a head: rows from the top, four 16-bit floats a
+// pixel (R G B A, one channel three times; A is 1 where the layer has none), little-endian. What is
+// beyond their range becomes the largest, what is no number 0.
+//
 // EXR keeps every layer, scene-linear and unexposed. PNG and JPEG hold one, the first of
 // `layers`, opaque (what the scene does not cover is black), shown like this:
 //
@@ -26,13 +30,13 @@
 #include "image/manifest.h"
 #include "image/tonemap.h"
 
-enum bd_encode_format { BD_ENCODE_PNG, BD_ENCODE_JPEG, BD_ENCODE_EXR, BD_ENCODE_FORMAT_COUNT };
+enum bd_encode_format { BD_ENCODE_PNG, BD_ENCODE_JPEG, BD_ENCODE_EXR, BD_ENCODE_HALF, BD_ENCODE_FORMAT_COUNT };
 
-// "png", "jpg", "exr".
+// "png", "jpg", "exr", "half".
 const char *bd_encode_format_name(enum bd_encode_format format);
-// "image/png", "image/jpeg", "image/x-exr".
+// "image/png", "image/jpeg", "image/x-exr", "application/octet-stream".
 const char *bd_encode_content_type(enum bd_encode_format format);
-// By name: png, jpg, jpeg, exr, in any case. False, and `*out` untouched, if there is none.
+// By name: png, jpg, jpeg, exr, half, in any case. False, and `*out` untouched, if there is none.
 bool bd_encode_format_from_name(const char *name, enum bd_encode_format *out);
 
 struct bd_encode_request {
@@ -54,7 +58,7 @@ struct bd_encoded {
 };
 
 // Encodes. Every size in `layers` (at least one) is the same. The manifest is written along, with
-// two entries of ours behind it: exposure_stops and, not in EXR, tonemap. The same arguments give
+// two entries of ours behind it: exposure_stops and, not in EXR, tonemap; half has none of it. The same arguments give
 // the same bytes. BD_ERR_USAGE names the field that is out of range.
 BD_MUST_CHECK
 enum bd_err bd_encode(const struct bd_encode_request *request, const struct bd_named_layer *layers,
