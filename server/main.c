@@ -11,7 +11,8 @@
 #include "scene/blobs.h"
 #include "scene/data_dir.h"
 #include "scene/import.h"
-#include "scene/store.h"
+#include "scene/journal.h"
+#include "scene/store_journal.h"
 #include "sched/sched.h"
 
 static int fail(const struct bd_fault *fault)
@@ -68,7 +69,8 @@ static enum bd_err open_sched(const struct bd_options *options, const char *data
 }
 
 static enum bd_err serve(const struct bd_options *options, struct bd_sched *sched,
-                         struct bd_blobs *blobs, struct bd_store *store, struct bd_fault *fault)
+                         struct bd_blobs *blobs, struct bd_store *store,
+                         struct bd_journal *journal, struct bd_fault *fault)
 {
     struct bd_net_options net_options = {
         .http =
@@ -79,6 +81,7 @@ static enum bd_err serve(const struct bd_options *options, struct bd_sched *sche
         .sched = sched,
         .blobs = blobs,
         .store = store,
+        .journal = journal,
         .list_devices = list_devices_json,
     };
     memcpy(net_options.listens, options->listens, sizeof net_options.listens);
@@ -103,16 +106,21 @@ static enum bd_err run(const struct bd_options *options, struct bd_fault *fault)
     struct bd_blobs *blobs = NULL;
     err = bd_blobs_open(data.path, &blobs, fault);
     if (err) goto close_data;
+    struct bd_journal *journal = NULL;
     struct bd_store *store = bd_store_create((uint32_t)options->limits.scenes);
+    err = bd_journal_open(data.path, &journal, fault);
+    if (!err) err = bd_store_load(store, journal, fault);
+    if (err) goto close_store;
 
     // A directory that is about to go keeps no shaders warm: the drivers' own place does.
     struct bd_sched *sched = NULL;
     err = open_sched(options, is_temporary ? NULL : data.path, &sched, fault);
     if (err) goto close_store;
-    err = serve(options, sched, blobs, store, fault);
+    err = serve(options, sched, blobs, store, journal, fault);
     bd_sched_destroy(&sched);
 close_store:
     bd_store_destroy(&store);
+    bd_journal_close(&journal);
     bd_blobs_close(&blobs);
 close_data:
     bd_data_dir_close(&data);

@@ -115,10 +115,11 @@ static void fill_counts(Bounced__Scene *message, const struct bd_scene *scene)
     NEW(SceneCounts, counts)
     bounced__scene_counts__init(counts);
     BD_SET(counts, triangles, scene->features.triangle_count);
-    BD_SET(counts, nodes, scene->node_count);
-    BD_SET(counts, meshes, scene->mesh_count);
-    BD_SET(counts, materials, scene->material_count);
-    BD_SET(counts, textures, scene->texture_count);
+    const struct bd_scene_counts there = bd_scene_count(scene);
+    BD_SET(counts, nodes, there.nodes);
+    BD_SET(counts, meshes, there.meshes);
+    BD_SET(counts, materials, there.materials);
+    BD_SET(counts, textures, there.textures);
     BD_SET(counts, lights, scene->placed_light_count);
     BD_SET(counts, cameras, scene->placed_camera_count);
     message->counts = counts;
@@ -141,6 +142,7 @@ Bounced__Scene *bd_scene_message(const struct bd_store_entry *entry)
     message->id = bd_answer_text(entry->id);
     message->name = bd_answer_text(entry->name);
     BD_SET(message, revision, entry->revision);
+    if (entry->transient) BD_SET(message, transient, entry->transient);
     message->hash = hash_text(entry->scene->content_sha256);
     fill_names(message, entry->scene);
     fill_counts(message, entry->scene);
@@ -153,17 +155,6 @@ Bounced__Scene *bd_scene_message(const struct bd_store_entry *entry)
 struct bd_answer bd_answer_scene(const struct bd_store_entry *entry)
 {
     return bd_answer_of(BOUNCED__ENVELOPE__BODY_SCENE, bd_scene_message(entry));
-}
-
-struct bd_answer bd_answer_scene_list(const struct bd_store *store)
-{
-    NEW(SceneListReply, reply)
-    bounced__scene_list_reply__init(reply);
-    uint32_t count = bd_store_count(store);
-    if (count > 0) reply->scenes = calloc(count, sizeof(Bounced__Scene *));
-    for (uint32_t i = 0; i < count; i++)
-        reply->scenes[reply->n_scenes++] = bd_scene_message(bd_store_at(store, i));
-    return bd_answer_of(BOUNCED__ENVELOPE__BODY_SCENE_LIST_REPLY, reply);
 }
 
 Bounced__Device *bd_device_message(const struct bd_sched_stats *stats)

@@ -34,7 +34,6 @@ char *bd_answer_text(const char *text);
 struct bd_answer bd_answer_error(const struct bd_fault *fault);
 struct bd_answer bd_answer_done(void);
 struct bd_answer bd_answer_scene(const struct bd_store_entry *entry);
-struct bd_answer bd_answer_scene_list(const struct bd_store *store);
 // BlobReply to BlobPut.
 struct bd_answer bd_answer_blob(uint64_t offset, bool complete);
 

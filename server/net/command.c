@@ -7,7 +7,11 @@
 #include "base/clock.h"
 #include "base/log.h"
 #include "net/command_internal.h"
+#include "net/command_rights.h"
 #include "net/device_list.h"
+#include "net/edit_step.h"
+#include "net/edit_work.h"
+#include "net/scene_step.h"
 #include "net/stats.h"
 #include "net/technique_list.h"
 
@@ -33,6 +37,8 @@ static void free_command(struct bd_command *command)
     if (command->job) bd_job_release(&command->job);
     bd_bytes_finish(&command->encoded.bytes);
     bd_client_release(&command->client);
+    bd_edit_work_destroy(&command->edit);
+    free(command->payload);
     free(command->text);
     free(command->parts);
     free(command);
@@ -122,31 +128,7 @@ void bd_command_abandon(struct bd_command *command)
 static void scene_add_then(struct bd_command *command)
 {
     const char *name = command->envelope->scene_add->name;
-    const struct bd_store_entry *entry;
-    command->err = bd_store_add(command->net->options.store, command->scene, name ? name : "",
-                                &entry, &command->fault);
-    if (bd_command_stop_here(command)) return;
-    struct bd_answer answer = bd_answer_scene(entry);
-    bd_command_end(command, &answer);
-}
-
-static void scene_get(struct bd_command *command)
-{
-    const char *id = command->envelope->scene_get->id;
-    const struct bd_store_entry *entry;
-    command->err = bd_store_get(command->net->options.store, id ? id : "", &entry, &command->fault);
-    if (bd_command_stop_here(command)) return;
-    struct bd_answer answer = bd_answer_scene(entry);
-    bd_command_end(command, &answer);
-}
-
-static void scene_remove(struct bd_command *command)
-{
-    const char *id = command->envelope->scene_remove->id;
-    command->err = bd_store_remove(command->net->options.store, id ? id : "", &command->fault);
-    if (bd_command_stop_here(command)) return;
-    struct bd_answer answer = bd_answer_done();
-    bd_command_end(command, &answer);
+    bd_command_scene_add(command, name ? name : "");
 }
 
 static void blob_have_on_pool(uv_work_t *work)
@@ -233,12 +215,6 @@ static void render(struct bd_command *command)
     bd_command_render(command);
 }
 
-static void scene_list(struct bd_command *command)
-{
-    struct bd_answer answer = bd_answer_scene_list(command->net->options.store);
-    bd_command_end(command, &answer);
-}
-
 static void unknown(struct bd_command *command)
 {
     command->err = bd_fault_set(&command->fault, BD_ERR_UNSUPPORTED, "body",
@@ -256,13 +232,13 @@ static void dispatch(struct bd_command *command)
         bd_command_import(command, scene_add_then);
         break;
     case BOUNCED__ENVELOPE__BODY_SCENE_LIST:
-        scene_list(command);
+        bd_command_scene_list(command);
         break;
     case BOUNCED__ENVELOPE__BODY_SCENE_GET:
-        scene_get(command);
+        bd_command_scene_get(command);
         break;
     case BOUNCED__ENVELOPE__BODY_SCENE_REMOVE:
-        scene_remove(command);
+        bd_command_scene_remove(command);
         break;
     case BOUNCED__ENVELOPE__BODY_RENDER:
         render(command);
@@ -275,6 +251,16 @@ static void dispatch(struct bd_command *command)
         break;
     case BOUNCED__ENVELOPE__BODY_TECHNIQUES:
         techniques(command);
+        break;
+    case BOUNCED__ENVELOPE__BODY_EDIT_BATCH:
+    case BOUNCED__ENVELOPE__BODY_EDIT_UNDO:
+    case BOUNCED__ENVELOPE__BODY_EDIT_REVERT:
+    case BOUNCED__ENVELOPE__BODY_EDIT_COMMIT:
+    case BOUNCED__ENVELOPE__BODY_REVISION_NAME:
+        bd_command_edit(command);
+        break;
+    case BOUNCED__ENVELOPE__BODY_SCENE_LOG:
+        bd_command_scene_log(command);
         break;
     case BOUNCED__ENVELOPE__BODY_HELLO:
     case BOUNCED__ENVELOPE__BODY_BLOB_PUT:
@@ -297,12 +283,6 @@ static void dispatch(struct bd_command *command)
     }
 }
 
-static bool is_job(const Bounced__Envelope *envelope)
-{
-    return envelope->body_case == BOUNCED__ENVELOPE__BODY_SCENE_ADD ||
-           envelope->body_case == BOUNCED__ENVELOPE__BODY_RENDER;
-}
-
 static enum bd_err admit(struct bd_command *command, const struct bd_command_start *start)
 {
     struct bd_net *net = command->net;
@@ -311,7 +291,8 @@ static enum bd_err admit(struct bd_command *command, const struct bd_command_sta
         err = bd_client_take_request(net->clients, command->client, &command->fault);
     if (!err && net->draining)
         err = bd_fault_set(&command->fault, BD_ERR_BUSY, "", "the server is shutting down");
-    if (!err && is_job(command->envelope)) {
+    if (!err) err = bd_command_check_rights(command, &command->fault);
+    if (!err && bd_command_is_job(command->envelope)) {
         err = bd_client_begin_job(net->clients, command->client, &command->fault);
         command->counts_as_job = !err;
     }
@@ -338,6 +319,16 @@ static void watched_progress(void *user, const char *stage, double share)
     if (watch->events->progress) watch->events->progress(watch->user, stage, share);
 }
 
+// Other requests' payloads mean nothing.
+static void keep_payload(struct bd_command *command, const struct bd_command_start *start)
+{
+    if (start->envelope->body_case != BOUNCED__ENVELOPE__BODY_EDIT_BATCH) return;
+    command->payload_bytes = start->payload_bytes;
+    command->payload = malloc(start->payload_bytes + 1);
+    BD_ASSERT(command->payload);
+    if (start->payload_bytes) memcpy(command->payload, start->payload, start->payload_bytes);
+}
+
 struct bd_command *bd_command_start(const struct bd_command_start *start)
 {
     static const struct bd_command_events watched = {watched_answer, watched_progress};
@@ -346,12 +337,14 @@ struct bd_command *bd_command_start(const struct bd_command_start *start)
     BD_ASSERT(command);
     *command = (struct bd_command){.net = start->net,
                                    .client = start->client,
+                                   .grant = start->grant,
                                    .envelope = start->envelope,
                                    .events = &watched,
                                    .user = &watch,
                                    .next = start->net->commands,
                                    .start_ns = bd_clock_ns()};
     if (start->body) command->body = *start->body;
+    keep_payload(command, start);
     bd_client_retain(command->client);
     if (command->next) command->next->previous = command;
     start->net->commands = command;

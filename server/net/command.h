@@ -14,6 +14,7 @@
 #include <stdbool.h>
 
 #include "net/answer.h"
+#include "net/auth.h"
 #include "net/client.h"
 #include "protocol/bounced.pb-c.h"
 #include "scene/blobs.h"
@@ -44,6 +45,9 @@ struct bd_command_start {
     struct bd_command_body *body; // NULL: none; copied
     const struct bd_command_events *events;
     void *user;
+    const struct bd_grant *grant; // what whoever asks may do; outlives the command
+    const uint8_t *payload;       // of the message; copied if it is needed
+    size_t payload_bytes;
     bool is_counted; // its face has counted the request and taken it out of the bucket
 };
 
@@ -61,8 +65,5 @@ struct bd_command *bd_command_next(const struct bd_command *command);
 
 // Called on the loop once a second: tells how far long frames are.
 void bd_command_tick(struct bd_net *net);
-
-// Called on the loop when frames have ended (net->frames_ended).
-void bd_command_collect_frames(struct bd_net *net);
 
 #endif

@@ -6,20 +6,23 @@
 #include <uv.h>
 
 #include "net/command.h"
+#include "net/frame_job.h"
 #include "net/frame_options.h"
 #include "net/net_internal.h"
 
+struct bd_edit_work;
 struct bd_multipart_part;
 
 struct bd_command {
     struct bd_net *net;
     struct bd_client *client;
+    const struct bd_grant *grant;
     Bounced__Envelope *envelope;
     struct bd_command_body body;
     const struct bd_command_events *events;
     void *user;
     struct bd_command *previous, *next; // net->commands
-    struct bd_command *next_waiting;    // net->imports_waiting, or net->ended
+    struct bd_command *next_waiting;    // net->imports_waiting
     bool cancelled;                     // by whoever; no further step begins
     bool abandoned;                     // no answer
     bool counts_as_job, waits_for_import;
@@ -36,10 +39,14 @@ struct bd_command {
 
     struct bd_frame_options options;
     struct bd_job *job;
+    struct bd_frame_job frame_job;
     struct bd_encoded encoded;
     char *text;                      // of bd_net_options.list_devices
     struct bd_multipart_part *parts; // of a multipart body
     Bounced__BlobReply *blob_reply;
+    struct bd_edit_work *edit; // of requests that change a scene
+    uint8_t *payload;          // of an edit batch
+    size_t payload_bytes;
 };
 
 // Ends the command with this answer (taken over) and frees it.

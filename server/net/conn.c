@@ -13,7 +13,8 @@
 #define READ_BYTES         65536
 #define FINISH_PATIENCE_NS 5000000000u
 // Once our side is shut, so long for the peer to take notice.
-#define LINGER_NS 2000000000u
+#define LINGER_NS   2000000000u
+#define KEEPALIVE_S 60
 
 struct write_request {
     uv_write_t uv;
@@ -70,6 +71,7 @@ static void on_read(uv_stream_t *stream, ssize_t size, const uv_buf_t *buf)
         bd_conn_kill(conn);
     } else if (size > 0) {
         conn->net->stats.bytes_in += (uint64_t)size;
+        conn->heard_ns = bd_clock_ns();
         if (conn->state != BD_CONN_OPEN) return;
         if (!conn->clock_runs) bd_conn_touch(conn);
         conn->ops->bytes(conn, (const uint8_t *)buf->base, (size_t)size);
@@ -186,6 +188,8 @@ void bd_conn_tick(struct bd_conn *conn)
         if (now_ns - conn->finishing_ns > patience_ns) bd_conn_kill(conn);
         return;
     }
+    if (conn->ops->tick) conn->ops->tick(conn);
+    if (conn->state != BD_CONN_OPEN) return;
     uint64_t patience_s = conn->ops->patience_s(conn);
     if (patience_s == 0 || now_ns - conn->active_ns < patience_s * 1000000000u) return;
     // A peer that does not take what we send would not take a farewell either.
@@ -224,6 +228,7 @@ static void begin(struct bd_conn *conn)
     if (conn->uv.handle.type == UV_TCP) {
         name_tcp_peer(conn, key, sizeof key);
         uv_tcp_nodelay(&conn->uv.tcp, 1);
+        uv_tcp_keepalive(&conn->uv.tcp, 1, KEEPALIVE_S); // notices a peer that vanished in silence
     } else {
         name_pipe_peer(conn, key, sizeof key);
     }

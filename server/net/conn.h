@@ -17,6 +17,7 @@
 struct bd_client;
 struct bd_conn;
 struct bd_net;
+struct bd_session;
 
 struct bd_conn_ops {
     // Bytes arrived; `bytes` is valid during the call. May finish or kill the connection.
@@ -27,6 +28,8 @@ struct bd_conn_ops {
     void (*silent)(struct bd_conn *conn);
     // The server drains: finish as soon as nothing is owed to the peer.
     void (*drain)(struct bd_conn *conn);
+    // Once a second; NULL if there is nothing to do.
+    void (*tick)(struct bd_conn *conn);
     // Something that was sent has left: there is room for more.
     void (*written)(struct bd_conn *conn);
     // The peer is gone, or we gave up. Abandon what was under way. No calls after this but free.
@@ -53,12 +56,13 @@ struct bd_conn {
     struct bd_client *client;
     struct bd_conn *previous, *next;
     enum bd_conn_state state;
-    bool trusted; // guarded by a file's mode or a descriptor: needs no token
+    struct bd_session *session; // of those faces that speak in envelopes
     bool reading;
     bool clock_runs; // what arrives does not count as a sign of life: a phase with a deadline
     bool is_shut;    // our side was shut down
     bool is_broken;  // libuv refused: the next tick ends it, so that no caller's ground gives way
     uint64_t active_ns, finishing_ns;
+    uint64_t heard_ns;   // when the last byte came
     size_t unsent_bytes; // at the last look: progress is a change
     uint32_t writes;     // under way
 };

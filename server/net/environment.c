@@ -1,8 +1,8 @@
 #include "net/environment.h"
 
 #include <float.h>
-#include <string.h>
 
+#include "net/import_files.h"
 #include "scene/sky_map.h"
 
 static enum bd_err read_radiance(const Bounced__Environment *message, float out[3],
@@ -30,11 +30,8 @@ static enum bd_err read_map(const char *blob, struct bd_blobs *blobs,
                             struct bd_net_environment *out, struct bd_fault *fault)
 {
     static const char field[] = "environment.map";
-    if (strncmp(blob, "sha256:", 7) != 0 || !bd_blob_name_is_valid(blob + 7))
-        return bd_fault_set(fault, BD_ERR_USAGE, field,
-                            "a blob's name is sha256: and 64 lower-case hexadecimal digits");
     struct bd_blob_map map;
-    enum bd_err err = bd_blobs_map(blobs, blob + 7, &map, fault);
+    enum bd_err err = bd_net_map_blob(blobs, field, blob, &map, fault);
     if (err) return err;
     err = bd_sky_map_read(map.bytes, map.size_bytes, field, &out->environment.map,
                           &out->negative_count, fault);

@@ -117,7 +117,7 @@ static enum bd_err read_encoding(const Bounced__FrameRequest *request, struct bd
     out->wants_image = strcmp(name, "none") != 0;
     if (out->wants_image && !bd_encode_format_from_name(name, &out->encode.format))
         return bd_fault_set(fault, BD_ERR_USAGE, "encoding",
-                            "encoding is png, jpeg, exr or none, not \"%s\"", name);
+                            "encoding is png, jpeg, exr, half or none, not \"%s\"", name);
     if (request->tonemap && !bd_tonemap_from_name(request->tonemap, &out->encode.tonemap))
         return bd_fault_set(fault, BD_ERR_USAGE, "tonemap",
                             "tonemap is neutral, agx or linear, not \"%s\"", request->tonemap);
@@ -132,9 +132,36 @@ static enum bd_err read_encoding(const Bounced__FrameRequest *request, struct bd
     out->encode.exr_raw = request->exr_raw;
     if (out->wants_image && out->encode.format != BD_ENCODE_EXR && request->n_layers > 1)
         return bd_fault_set(fault, BD_ERR_USAGE, "layers",
-                            "a %s holds one layer, an exr all of them",
+                            "%s holds one layer, exr all of them",
                             bd_encode_format_name(out->encode.format));
     return read_exposure(request->exposure, &out->encode, fault);
+}
+
+static enum bd_err read_point(const char *field, const double *numbers, size_t count, bd_dvec3 *out,
+                              struct bd_fault *fault)
+{
+    if (count != 3)
+        return bd_fault_set(fault, BD_ERR_USAGE, field, "%s is three numbers, not %zu", field,
+                            count);
+    *out = (bd_dvec3){numbers[0], numbers[1], numbers[2]};
+    return BD_ERR_OK;
+}
+
+enum bd_err bd_pose_read(const Bounced__CameraPose *pose, struct bd_pose *out,
+                         struct bd_fault *fault)
+{
+    *out = (struct bd_pose){.is_set = true, .up = {0, 1, 0}};
+    enum bd_err err = read_point("pose.eye", pose->eye, pose->n_eye, &out->eye_m, fault);
+    if (!err)
+        err = read_point("pose.target", pose->target, pose->n_target, &out->target_m, fault);
+    if (!err && pose->n_up > 0) err = read_point("pose.up", pose->up, pose->n_up, &out->up, fault);
+    if (!err && pose->has_yfov) {
+        out->yfov = pose->yfov;
+        if (!(pose->yfov > 0)) // 0 stands for "not set" from here on
+            err = bd_fault_set(fault, BD_ERR_USAGE, "pose.yfov",
+                               "pose.yfov: %g: must be above 0 and below pi radians", pose->yfov);
+    }
+    return err;
 }
 
 static enum bd_err read_fresh(const Bounced__FrameRequest *request, struct bd_frame_request *frame,
@@ -163,6 +190,7 @@ enum bd_err bd_frame_options_read(const Bounced__FrameRequest *request,
                                 sizeof frame->technique, fault);
     if (!err)
         err = copy_text("camera", request->camera, frame->camera, sizeof frame->camera, fault);
+    if (!err && request->pose) err = bd_pose_read(request->pose, &frame->pose, fault);
     if (!err) err = read_size(request, frame, fault);
     if (!err) err = read_parameters(request, frame, fault);
     if (!err) err = read_layers(request, out, fault);

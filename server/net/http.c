@@ -7,6 +7,8 @@
 #include "base/log.h"
 #include "net/address.h"
 #include "net/http_internal.h"
+#include "net/http_stream.h"
+#include "net/websocket.h"
 
 // What a peer may send ahead of the answer that it waits for.
 #define STASH_BYTES_MAX (256u << 10)
@@ -103,6 +105,7 @@ static void begin_request(struct bd_http *http)
     bd_spool_abandon(&http->spool);
     http->phase = BD_HTTP_PHASE_HEAD;
     http->has_refusal = http->is_complete = http->is_scene_add = false;
+    http->set_cookie[0] = 0;
     http->conn.clock_runs = true;
     bd_conn_touch(&http->conn);
     http_parser_init(&http->parser, HTTP_REQUEST);
@@ -167,6 +170,18 @@ static void stash(struct bd_http *http, const uint8_t *bytes, size_t size)
     if (http->stash_bytes > STASH_BYTES_MAX) bd_conn_read(&http->conn, false);
 }
 
+// What came behind the handshake belongs to whatever the connection is now.
+static void hand_over(struct bd_http *http, size_t used)
+{
+    uint8_t *stash = http->stash;
+    size_t left = http->stash_bytes - used;
+    http->stash = NULL;
+    http->stash_bytes = 0;
+    if (left > 0 && http->conn.state == BD_CONN_OPEN)
+        http->conn.ops->bytes(&http->conn, stash + used, left);
+    free(stash);
+}
+
 // Requests out of the stash, as long as each is answered at once. Not reentered: an answer that
 // comes while we are here only changes the phase.
 static void pump(struct bd_http *http)
@@ -177,6 +192,10 @@ static void pump(struct bd_http *http)
     while (used < http->stash_bytes && may_feed(http))
         used += feed(http, http->stash + used, http->stash_bytes - used);
     http->is_pumping = false;
+    if (http->websocket || http->stream) {
+        hand_over(http, used);
+        return;
+    }
     http->stash_bytes -= used;
     if (http->stash_bytes > 0) memmove(http->stash, http->stash + used, http->stash_bytes);
     if (http->stash_bytes == 0) {
@@ -263,9 +282,11 @@ static void on_gone(struct bd_conn *conn)
     bd_spool_abandon(&http->spool);
 }
 
-static void on_free(struct bd_conn *conn)
+void bd_http_free(struct bd_conn *conn)
 {
     struct bd_http *http = (struct bd_http *)conn;
+    bd_websocket_destroy(&http->websocket);
+    bd_http_stream_destroy(&http->stream);
     bd_http_head_finish(&http->head);
     free(http->body);
     free(http->stash);
@@ -279,7 +300,7 @@ static const struct bd_conn_ops http_ops = {
     .drain = on_drain,
     .written = on_written,
     .gone = on_gone,
-    .free = on_free,
+    .free = bd_http_free,
 };
 
 void bd_http_accept(struct bd_net *net, uv_stream_t *listener)

@@ -79,13 +79,27 @@ static enum bd_err check_site(const struct bd_http_guard *guard, const struct bd
     return BD_ERR_OK;
 }
 
+// An Origin that is there has been found to be ours.
+static enum bd_err check_cookie_use(const struct bd_http_guard *guard,
+                                    const struct bd_http_head *head,
+                                    struct bd_http_refusal *refusal)
+{
+    if (!guard->changes || head->values[BD_HTTP_ORIGIN]) return BD_ERR_OK;
+    return bd_fault_set(&refusal->fault, BD_ERR_FORBIDDEN, "Origin",
+                        "a request that changes something by cookie needs its page's Origin");
+}
+
 static enum bd_err check_token(const struct bd_http_guard *guard, const struct bd_http_head *head,
-                               struct bd_http_refusal *refusal)
+                               const struct bd_grant **grant, struct bd_http_refusal *refusal)
 {
     if (!guard->needs_token) return BD_ERR_OK;
     const char *value = head->values[BD_HTTP_AUTHORIZATION];
     const char *token = value && strncasecmp(value, "Bearer ", 7) == 0 ? value + 7 : NULL;
-    if (bd_tokens_accept(guard->tokens, token)) return BD_ERR_OK;
+    *grant = bd_tokens_find(guard->tokens, token);
+    if (*grant) return BD_ERR_OK;
+    if (!token && !guard->wants_bearer)
+        *grant = bd_cookies_find(guard->cookies, head->values[BD_HTTP_COOKIE]);
+    if (*grant) return check_cookie_use(guard, head, refusal);
     return bd_fault_set(&refusal->fault, BD_ERR_UNAUTHORIZED, "Authorization",
                         token ? "the token is not one of ours"
                               : "a token is needed: Authorization: Bearer TOKEN");
@@ -101,13 +115,14 @@ static enum bd_err check_expect(const struct bd_http_head *head, struct bd_http_
 }
 
 enum bd_err bd_http_guard_check(const struct bd_http_guard *guard, const struct bd_http_head *head,
-                                struct bd_http_refusal *refusal)
+                                const struct bd_grant **grant, struct bd_http_refusal *refusal)
 {
     *refusal = (struct bd_http_refusal){0};
+    *grant = &bd_grant_of_all;
     enum bd_err err = check_once(head, refusal);
     if (!err) err = check_length(head, refusal);
     if (!err) err = check_site(guard, head, refusal);
-    if (!err) err = check_token(guard, head, refusal);
+    if (!err) err = check_token(guard, head, grant, refusal);
     if (!err) err = check_expect(head, refusal);
     return err;
 }

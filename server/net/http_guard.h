@@ -9,13 +9,18 @@
 #include <stdbool.h>
 
 #include "net/auth.h"
+#include "net/cookie.h"
 #include "net/http_head.h"
 
 struct bd_http_guard {
     const char *const *public_names; // up to a NULL
     const char *local_host;          // the connection's own address, numeric, without a port
     const struct bd_tokens *tokens;
+    const struct bd_cookies *cookies;
     bool needs_token; // does this path?
+    bool wants_bearer; // in place of which no cookie will do
+    // A cookie goes with whatever page asks: what changes something by one needs our own Origin.
+    bool changes;
 };
 
 // A refusal and the status to send; `status` 0: the one that the error has.
@@ -26,10 +31,10 @@ struct bd_http_refusal {
 
 // The head alone: no header twice that must be there once, no Transfer-Encoding (411; with a
 // length 400), a Host that is us and an Origin that is none or our own (403), a token where one is
-// needed (401), no Expect but 100-continue (417).
+// needed (401; a cookie will do, with our Origin where something is changed, 403), no Expect but 100-continue (417). `*grant`: what who asks may do.
 BD_MUST_CHECK
 enum bd_err bd_http_guard_check(const struct bd_http_guard *guard, const struct bd_http_head *head,
-                                struct bd_http_refusal *refusal);
+                                const struct bd_grant **grant, struct bd_http_refusal *refusal);
 
 // A request that changes something needs a content type that a web page cannot send unasked:
 // JSON, protobuf, octet-stream; and for a scene model/gltf-binary, model/gltf+json, or multipart

@@ -10,12 +10,19 @@ static const char *const names[BD_HTTP_HEADER_COUNT] = {
     [BD_HTTP_ACCEPT] = "accept",
     [BD_HTTP_AUTHORIZATION] = "authorization",
     [BD_HTTP_BOUNCED_CLIENT] = "bounced-client",
+    [BD_HTTP_CONNECTION] = "connection",
     [BD_HTTP_CONTENT_LENGTH] = "content-length",
     [BD_HTTP_CONTENT_TYPE] = "content-type",
+    [BD_HTTP_COOKIE] = "cookie",
     [BD_HTTP_EXPECT] = "expect",
     [BD_HTTP_HOST] = "host",
+    [BD_HTTP_IF_NONE_MATCH] = "if-none-match",
     [BD_HTTP_ORIGIN] = "origin",
     [BD_HTTP_TRANSFER_ENCODING] = "transfer-encoding",
+    [BD_HTTP_UPGRADE] = "upgrade",
+    [BD_HTTP_WS_KEY] = "sec-websocket-key",
+    [BD_HTTP_WS_PROTOCOL] = "sec-websocket-protocol",
+    [BD_HTTP_WS_VERSION] = "sec-websocket-version",
 };
 
 void bd_http_head_finish(struct bd_http_head *head)
@@ -98,7 +105,8 @@ bool bd_http_head_value(struct bd_http_head *head, const char *bytes, size_t siz
         head->in_value = true;
         for (int i = 0; i < BD_HTTP_HEADER_COUNT; i++)
             if (strcmp(head->name, names[i]) == 0) head->current = i;
-        if (head->current >= 0) head->seen[head->current]++;
+        if (head->current >= 0 && head->seen[head->current]++)
+            append(&head->values[head->current], ", ", 2);
     }
     if (head->current >= 0) append(&head->values[head->current], bytes, size);
     return true;

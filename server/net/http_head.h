@@ -18,18 +18,25 @@ enum bd_http_header {
     BD_HTTP_ACCEPT,
     BD_HTTP_AUTHORIZATION,
     BD_HTTP_BOUNCED_CLIENT,
+    BD_HTTP_CONNECTION,
     BD_HTTP_CONTENT_LENGTH,
     BD_HTTP_CONTENT_TYPE,
+    BD_HTTP_COOKIE,
     BD_HTTP_EXPECT,
     BD_HTTP_HOST,
+    BD_HTTP_IF_NONE_MATCH,
     BD_HTTP_ORIGIN,
     BD_HTTP_TRANSFER_ENCODING,
+    BD_HTTP_UPGRADE,
+    BD_HTTP_WS_KEY,
+    BD_HTTP_WS_PROTOCOL,
+    BD_HTTP_WS_VERSION,
     BD_HTTP_HEADER_COUNT,
 };
 
 struct bd_http_head {
     char *url;                           // as sent; NULL before its first byte
-    char *values[BD_HTTP_HEADER_COUNT];  // NULL = not there; malloc'ed
+    char *values[BD_HTTP_HEADER_COUNT];  // NULL = not there; malloc'ed; several: a, b, c
     uint32_t seen[BD_HTTP_HEADER_COUNT]; // how often
     size_t bytes;                        // of all of it so far
     char name[32];                       // of the header that is being read, lower case, cut

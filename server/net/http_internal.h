@@ -18,6 +18,9 @@ enum bd_http_phase {
     BD_HTTP_PHASE_BUSY, // until the answer is handed to the connection
 };
 
+struct bd_http_stream;
+struct bd_websocket;
+
 struct bd_http {
     struct bd_conn conn;
     http_parser parser;
@@ -26,6 +29,7 @@ struct bd_http {
     struct bd_http_target target;
     int method; // enum bd_http_method, or -1
     bool keep_alive;
+    const struct bd_grant *grant; // what who asks may do
     bool has_refusal; // decided on the head: no body is read
     struct bd_http_refusal refusal;
     bool is_complete; // the parser saw the end of the message
@@ -37,6 +41,9 @@ struct bd_http {
     struct bd_spool *spool; // a long one: a blob, or the scene of a one-shot render
     struct bd_command *command;
     bool is_scene_add;
+    char set_cookie[160];           // of the next answer; "" = none
+    struct bd_websocket *websocket; // once the connection is one
+    struct bd_http_stream *stream;  // once its answer does not end
 
     uint8_t *stash; // what came behind the request that is under way
     size_t stash_bytes;
@@ -55,6 +62,8 @@ void bd_http_run(struct bd_http *http);
 
 void bd_http_send_fault(struct bd_http *http, const struct bd_http_refusal *refusal);
 void bd_http_send_text(struct bd_http *http, int status, const char *type, const char *text);
+// A file of the viewer, or that the peer has it already.
+void bd_http_send_file(struct bd_http *http, const struct bd_viewer_file *file);
 // Takes what is in `answer`.
 void bd_http_send_answer(struct bd_http *http, struct bd_answer *answer);
 
@@ -62,5 +71,8 @@ void bd_http_send_answer(struct bd_http *http, struct bd_answer *answer);
 
 // An answer was handed over: on to the next request, or to the end of the connection.
 void bd_http_next(struct bd_http *http);
+
+// The connection's bd_conn_ops.free, whatever it has become.
+void bd_http_free(struct bd_conn *conn);
 
 #endif

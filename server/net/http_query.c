@@ -1,4 +1,4 @@
-// The query of a frame: NAME=VALUE pairs into the schema's FrameRequest.
+// The query of a frame: NAME=VALUE pairs into the schema's Render.
 
 #include <errno.h>
 #include <stdlib.h>
@@ -250,19 +250,59 @@ static const struct option {
 };
 #define OPTION_COUNT (sizeof options / sizeof options[0])
 
-static enum bd_err set_pair(const char *name, char *value, size_t option_count,
-                            Bounced__FrameRequest *request, struct bd_fault *fault)
+// Their range is checked where an environment is read, whoever sent it.
+static bool read_radiance(const char *text, Bounced__Environment *out)
 {
+    double radiance[3];
+    for (int c = 0; c < 3; c++) {
+        char *end;
+        radiance[c] = strtod(text, &end);
+        if (end == text || *end != (c < 2 ? ',' : 0)) return false;
+        text = end + 1;
+    }
+    if (!out->radiance) out->radiance = malloc(sizeof radiance);
+    BD_ASSERT(out->radiance);
+    memcpy(out->radiance, radiance, sizeof radiance);
+    out->n_radiance = 3;
+    return true;
+}
+
+// Given twice, as numbers and as a map, it is both: the numbers are then a factor.
+static bool set_environment(char *value, Bounced__Render *render)
+{
+    if (!render->environment) {
+        render->environment = malloc(sizeof *render->environment);
+        BD_ASSERT(render->environment);
+        bounced__environment__init(render->environment);
+    }
+    if (strncmp(value, "sha256:", 7) != 0) return read_radiance(value, render->environment);
+    replace_text(&render->environment->map, value);
+    return true;
+}
+
+static enum bd_err refuse(const char *name, const char *wanted, const char *value,
+                          struct bd_fault *fault)
+{
+    return bd_fault_set(fault, BD_ERR_USAGE, name, "%s is %s, not \"%.60s\"", name, wanted, value);
+}
+
+static enum bd_err set_pair(const char *name, char *value, size_t option_count,
+                            Bounced__Render *render, struct bd_fault *fault)
+{
+    // The one that is beside the frame.
+    if (strcmp(name, "environment") == 0) {
+        if (set_environment(value, render)) return BD_ERR_OK;
+        return refuse(name, "R,G,B in cd/m^2, or sha256:HEX of a map", value, fault);
+    }
     for (size_t i = 0; i < option_count; i++) {
         if (strcmp(name, options[i].name) != 0) continue;
-        if (options[i].set(value, request)) return BD_ERR_OK;
-        return bd_fault_set(fault, BD_ERR_USAGE, name, "%s is %s, not \"%.60s\"", name,
-                            options[i].wanted, value);
+        if (options[i].set(value, render->frame)) return BD_ERR_OK;
+        return refuse(name, options[i].wanted, value, fault);
     }
     return bd_fault_set(fault, BD_ERR_USAGE, name, "there is no option \"%.60s\"", name);
 }
 
-static enum bd_err read_pairs(char *text, size_t option_count, Bounced__FrameRequest *request,
+static enum bd_err read_pairs(char *text, size_t option_count, Bounced__Render *render,
                               struct bd_fault *fault)
 {
     char *rest = NULL;
@@ -275,27 +315,66 @@ static enum bd_err read_pairs(char *text, size_t option_count, Bounced__FrameReq
         *value++ = 0;
         if (!decode(pair) || !decode(value))
             return bd_fault_set(fault, BD_ERR_USAGE, "query", "the query has a broken %%-escape");
-        enum bd_err err = set_pair(pair, value, option_count, request, fault);
+        enum bd_err err = set_pair(pair, value, option_count, render, fault);
         if (err) return err;
     }
     return BD_ERR_OK;
 }
 
-enum bd_err bd_http_query_read(const char *query, const char *extension,
-                               Bounced__FrameRequest **out, struct bd_fault *fault)
+static Bounced__Render *new_render(void)
 {
-    Bounced__FrameRequest *request = malloc(sizeof *request);
+    Bounced__Render *render = malloc(sizeof *render);
+    BD_ASSERT(render);
+    bounced__render__init(render);
+    render->frame = malloc(sizeof *render->frame);
+    BD_ASSERT(render->frame);
+    bounced__frame_request__init(render->frame);
+    return render;
+}
+
+enum bd_err bd_http_query_read(const char *query, const char *extension, Bounced__Render **out,
+                               struct bd_fault *fault)
+{
+    Bounced__Render *render = new_render();
     char *text = bd_answer_text(query);
-    BD_ASSERT(request);
-    bounced__frame_request__init(request);
+    const size_t option_count = extension[0] ? OPTION_COUNT - 1 : OPTION_COUNT;
     if (extension[0])
-        replace_text(&request->encoding, strcmp(extension, "json") == 0 ? "none" : extension);
-    enum bd_err err =
-        read_pairs(text, extension[0] ? OPTION_COUNT - 1 : OPTION_COUNT, request, fault);
+        replace_text(&render->frame->encoding, strcmp(extension, "json") == 0 ? "none" : extension);
+    enum bd_err err = read_pairs(text, option_count, render, fault);
     free(text);
     if (err)
-        bounced__frame_request__free_unpacked(request, NULL);
+        bounced__render__free_unpacked(render, NULL);
     else
-        *out = request;
+        *out = render;
+    return err;
+}
+
+// Cuts "fps=NUMBER" out of a query. False if it is no number.
+static bool take_fps(char *query, double *frames_per_second)
+{
+    for (char *at = query; *at;) {
+        size_t length = strcspn(at, "&");
+        char *next = at + length + (at[length] == '&');
+        if (strncmp(at, "fps=", 4) != 0) {
+            at = next;
+            continue;
+        }
+        char *end;
+        *frames_per_second = strtod(at + 4, &end);
+        if (end == at + 4 || end != at + length) return false;
+        memmove(at, next, strlen(next) + 1);
+    }
+    return true;
+}
+
+enum bd_err bd_http_query_read_stream(const char *query, Bounced__Render **out,
+                                      double *frames_per_second, struct bd_fault *fault)
+{
+    char *text = bd_answer_text(query);
+    *frames_per_second = 0;
+    enum bd_err err = take_fps(text, frames_per_second)
+                          ? bd_http_query_read(text, "jpg", out, fault)
+                          : bd_fault_set(fault, BD_ERR_USAGE, "fps", "fps is a number");
+    free(text);
     return err;
 }

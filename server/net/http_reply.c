@@ -7,6 +7,7 @@
 
 #include "base/assert.h"
 #include "net/http_internal.h"
+#include "net/viewer.h"
 #include "protocol/json.h"
 
 static const char *reason_of(int status)
@@ -40,17 +41,24 @@ static void add(struct head *head, const char *format, ...)
 
 #define HEAD_BYTES_MAX 16384
 
-static struct head begin_head(const struct bd_http *http, int status, const char *type,
-                              size_t body_bytes)
+static struct head begin_head_cached(const struct bd_http *http, int status, const char *type,
+                                     size_t body_bytes, const char *cache)
 {
     struct head head = {.text = malloc(HEAD_BYTES_MAX), .capacity = HEAD_BYTES_MAX};
     BD_ASSERT(head.text);
     add(&head, "HTTP/1.1 %d %s\r\n", status, reason_of(status));
     if (type) add(&head, "Content-Type: %s\r\n", type);
-    if (status != 204) add(&head, "Content-Length: %zu\r\n", body_bytes);
-    add(&head, "Connection: %s\r\nCache-Control: no-store\r\nX-Content-Type-Options: nosniff\r\n",
-        http->keep_alive ? "keep-alive" : "close");
+    if (status != 204 && status != 304) add(&head, "Content-Length: %zu\r\n", body_bytes);
+    add(&head, "Connection: %s\r\nCache-Control: %s\r\nX-Content-Type-Options: nosniff\r\n",
+        http->keep_alive ? "keep-alive" : "close", cache);
+    if (http->set_cookie[0]) add(&head, "Set-Cookie: %s\r\n", http->set_cookie);
     return head;
+}
+
+static struct head begin_head(const struct bd_http *http, int status, const char *type,
+                              size_t body_bytes)
+{
+    return begin_head_cached(http, status, type, body_bytes, "no-store");
 }
 
 // Takes `body`.
@@ -87,6 +95,7 @@ static void send_message(struct bd_http *http, int status, const ProtobufCMessag
         BD_ASSERT(text);
         struct head head = begin_head(http, status, "application/json", strlen(text));
         if (status == 401) add(&head, "WWW-Authenticate: Bearer\r\n");
+        if (status == 426) add(&head, "Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\n");
         if (status == 429) add(&head, "Retry-After: 1\r\n");
         send_reply(http, &head, (uint8_t *)text, strlen(text));
     }
@@ -99,6 +108,29 @@ void bd_http_send_fault(struct bd_http *http, const struct bd_http_refusal *refu
     send_message(http, refusal->status ? refusal->status : bd_err_http_status(refusal->fault.err),
                  &answer.envelope->error->base);
     bd_answer_finish(&answer);
+}
+
+// --- the viewer -----------------------------------------------------------------------------
+
+// Scripts, styles and connections of this server alone, and nothing inline; nobody frames the page,
+// and where it leads to learns nothing of its address.
+#define VIEWER_POLICY                                                                              \
+    "Content-Security-Policy: default-src 'none'; script-src 'self'; style-src 'self'; "           \
+    "img-src 'self' blob:; connect-src 'self'; base-uri 'none'; form-action 'none'; "              \
+    "frame-ancestors 'none'\r\nReferrer-Policy: no-referrer\r\n"
+
+void bd_http_send_file(struct bd_http *http, const struct bd_viewer_file *file)
+{
+    const char *held = http->head.values[BD_HTTP_IF_NONE_MATCH];
+    bool is_held = held && strstr(held, file->etag);
+    size_t size = is_held ? 0 : file->size_bytes;
+    struct head head =
+        begin_head_cached(http, is_held ? 304 : 200, file->type, size, "no-cache");
+    add(&head, "ETag: %s\r\n" VIEWER_POLICY, file->etag);
+    uint8_t *body = size ? malloc(size) : NULL;
+    BD_ASSERT(body || !size);
+    if (body) memcpy(body, file->bytes, size);
+    send_reply(http, &head, body, size);
 }
 
 // --- frames ---------------------------------------------------------------------------------

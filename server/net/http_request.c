@@ -3,11 +3,16 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 #include "base/assert.h"
+#include "net/http_edits.h"
 #include "net/http_internal.h"
+#include "net/http_stream.h"
 #include "net/multipart.h"
 #include "net/stats.h"
+#include "net/websocket.h"
+#include "net/ws_accept.h"
 #include "protocol/json.h"
 #include "protocol/wire.h"
 
@@ -85,20 +90,52 @@ static enum bd_err check_version(struct bd_http *http)
     return bd_fault_set(&http->refusal.fault, BD_ERR_UNSUPPORTED, "", "HTTP 1.1 is spoken here");
 }
 
+static bool is_login(const struct bd_http *http)
+{
+    return http->target.route == BD_HTTP_ROUTE_SESSION && http->method == BD_HTTP_POST;
+}
+
+// A socket may change anything once it is open.
+static bool changes_something(const struct bd_http *http)
+{
+    return http->target.route == BD_HTTP_ROUTE_SOCKET ||
+           (http->method != BD_HTTP_GET && http->method != BD_HTTP_HEAD);
+}
+
+// The viewer's files are the same for everyone; its page brings the token, and cannot before it is
+// loaded.
+static bool needs_token(enum bd_http_route route)
+{
+    return route != BD_HTTP_ROUTE_HEALTH && route != BD_HTTP_ROUTE_VIEWER;
+}
+
+// What is no command says here whom it is for; an upload is refused before its body is kept.
+static enum bd_role role_for(const struct bd_http *http)
+{
+    if (is_long_body(http)) return BD_ROLE_EDIT;
+    return http->target.route == BD_HTTP_ROUTE_METRICS ? BD_ROLE_ADMIN : BD_ROLE_READ;
+}
+
 static enum bd_err check_head(struct bd_http *http)
 {
     const struct bd_net *net = http->conn.net;
     struct bd_http_guard guard = {.public_names = net->options.public_names,
                                   .local_host = http->local_host,
                                   .tokens = net->tokens,
-                                  .needs_token = http->target.route != BD_HTTP_ROUTE_HEALTH};
+                                  .cookies = net->cookies,
+                                  .needs_token = needs_token(http->target.route),
+                                  .wants_bearer = is_login(http),
+                                  .changes = changes_something(http)};
     enum bd_err err = check_version(http);
-    if (!err) err = bd_http_guard_check(&guard, &http->head, &http->refusal);
+    if (!err) err = bd_http_guard_check(&guard, &http->head, &http->grant, &http->refusal);
     if (!err) err = bd_http_route_check(&http->target, http->method, &http->refusal);
     if (!err && (http->method == BD_HTTP_POST || http->method == BD_HTTP_PUT))
         err = bd_http_guard_content_type(&http->head, http->target.route == BD_HTTP_ROUTE_RENDER,
                                          &http->refusal);
+    if (!err && http->target.route == BD_HTTP_ROUTE_SOCKET)
+        err = bd_ws_check_handshake(&http->head, &http->refusal);
     http->refusal.status = err ? http->refusal.status : 0;
+    if (!err) err = bd_grant_check_role(http->grant, role_for(http), &http->refusal.fault);
     if (!err) err = check_blob_name(http);
     if (!err) err = check_body_size(http);
     if (!err) err = check_rate(http);
@@ -156,6 +193,7 @@ static void start(struct bd_http *http, struct bd_answer request, struct bd_comm
 {
     struct bd_command_start start = {.net = http->conn.net,
                                      .client = http->conn.client,
+                                     .grant = http->grant,
                                      .envelope = request.envelope,
                                      .body = body,
                                      .events = &command_events,
@@ -206,12 +244,29 @@ static void add_scene(struct bd_http *http)
     start(http, bd_answer_of(BOUNCED__ENVELOPE__BODY_SCENE_ADD, add), NULL);
 }
 
+static void start_edit(struct bd_http *http)
+{
+    struct bd_answer request;
+    struct bd_fault fault;
+    if (bd_http_edit_read(http, &request, &fault))
+        send_refusal(http, &fault);
+    else
+        start(http, request, NULL);
+}
+
 static void get_scene(struct bd_http *http)
 {
+    bool objects;
+    struct bd_fault fault;
+    if (bd_http_scene_query(http->target.query, &objects, &fault)) {
+        send_refusal(http, &fault);
+        return;
+    }
     Bounced__SceneGet *get = malloc(sizeof *get);
     BD_ASSERT(get);
     bounced__scene_get__init(get);
     get->id = bd_answer_text(http->target.id);
+    if (objects) BD_SET(get, objects, 1);
     start(http, bd_answer_of(BOUNCED__ENVELOPE__BODY_SCENE_GET, get), NULL);
 }
 
@@ -227,17 +282,12 @@ static void remove_scene(struct bd_http *http)
 // NULL, and the request is answered, if the query makes no sense.
 static Bounced__Render *new_render(struct bd_http *http)
 {
-    Bounced__FrameRequest *frame;
+    Bounced__Render *render;
     struct bd_fault fault;
-    if (bd_http_query_read(http->target.query, http->target.extension, &frame, &fault)) {
-        send_refusal(http, &fault);
-        return NULL;
-    }
-    Bounced__Render *render = malloc(sizeof *render);
-    BD_ASSERT(render);
-    bounced__render__init(render);
-    render->frame = frame;
-    return render;
+    if (!bd_http_query_read(http->target.query, http->target.extension, &render, &fault))
+        return render;
+    send_refusal(http, &fault);
+    return NULL;
 }
 
 static void render_scene(struct bd_http *http)
@@ -271,6 +321,29 @@ static void look_for_blob(struct bd_http *http)
     have->blobs[0] = bd_answer_text(name);
     have->n_blobs = 1;
     start(http, bd_answer_of(BOUNCED__ENVELOPE__BODY_BLOB_HAVE, have), NULL);
+}
+
+// --- browser sessions ---
+
+static void begin_session(struct bd_http *http)
+{
+    char value[BD_COOKIE_BYTES];
+    const char *origin = http->head.values[BD_HTTP_ORIGIN];
+    bool is_secure = origin && strncasecmp(origin, "https://", 8) == 0;
+    struct bd_net *net = http->conn.net;
+    bd_cookies_issue(net->cookies, http->grant, value);
+    snprintf(http->set_cookie, sizeof http->set_cookie,
+             BD_COOKIE_NAME "=%s; Path=/; HttpOnly; SameSite=Strict; Max-Age=%llu%s", value,
+             (unsigned long long)net->options.limits.cookie_seconds, is_secure ? "; Secure" : "");
+    bd_http_send_text(http, 204, NULL, NULL);
+}
+
+static void end_session(struct bd_http *http)
+{
+    bd_cookies_end(http->conn.net->cookies, http->head.values[BD_HTTP_COOKIE]);
+    snprintf(http->set_cookie, sizeof http->set_cookie,
+             BD_COOKIE_NAME "=; Path=/; HttpOnly; SameSite=Strict; Max-Age=0");
+    bd_http_send_text(http, 204, NULL, NULL);
 }
 
 // --- the daemon itself ----------------------------------------------------------------------
@@ -339,6 +412,9 @@ void bd_http_run(struct bd_http *http)
         else
             get_scene(http);
         break;
+    case BD_HTTP_ROUTE_EDIT:
+        start_edit(http);
+        break;
     case BD_HTTP_ROUTE_FRAME:
         render_scene(http);
         break;
@@ -353,6 +429,24 @@ void bd_http_run(struct bd_http *http)
         break;
     case BD_HTTP_ROUTE_TECHNIQUES:
         start_empty(http, BOUNCED__ENVELOPE__BODY_TECHNIQUES, &bounced__techniques__descriptor);
+        break;
+    case BD_HTTP_ROUTE_SESSION:
+        if (http->method == BD_HTTP_POST)
+            begin_session(http);
+        else
+            end_session(http);
+        break;
+    case BD_HTTP_ROUTE_SOCKET:
+        bd_websocket_begin(http);
+        break;
+    case BD_HTTP_ROUTE_MJPEG:
+        bd_http_begin_mjpeg(http);
+        break;
+    case BD_HTTP_ROUTE_EVENTS:
+        bd_http_begin_events(http);
+        break;
+    case BD_HTTP_ROUTE_VIEWER:
+        bd_http_send_file(http, http->target.file);
         break;
     case BD_HTTP_ROUTE_NONE:
         BD_ASSERT(!"refused with its head");

@@ -3,6 +3,9 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "net/http_edits.h"
+#include "net/viewer.h"
+
 // Copies what is before `stop` and moves behind it. False if it does not fit or is empty.
 static bool take_segment(const char **at, const char *stops, char *out, size_t size)
 {
@@ -28,6 +31,10 @@ static enum bd_http_route find_under_scenes(const char *at, struct bd_http_targe
     if (!take(&at, "/") || !take_segment(&at, "/", out->id, sizeof out->id))
         return BD_HTTP_ROUTE_NONE;
     if (*at == 0) return BD_HTTP_ROUTE_SCENE;
+    if (strcmp(at, "/stream.mjpeg") == 0) return BD_HTTP_ROUTE_MJPEG;
+    if (strcmp(at, "/events") == 0) return BD_HTTP_ROUTE_EVENTS;
+    out->edit = bd_http_edit_find(at + 1);
+    if (*at == '/' && out->edit != BD_HTTP_EDIT_COUNT) return BD_HTTP_ROUTE_EDIT;
     if (!take(&at, "/frame.") || !take_segment(&at, "", out->extension, sizeof out->extension))
         return BD_HTTP_ROUTE_NONE;
     static const char *const extensions[] = {"png", "jpg", "jpeg", "exr", "json"};
@@ -45,10 +52,13 @@ static enum bd_http_route find_path(const char *path, struct bd_http_target *out
         {"/healthz", BD_HTTP_ROUTE_HEALTH},     {"/readyz", BD_HTTP_ROUTE_READY},
         {"/metrics", BD_HTTP_ROUTE_METRICS},    {"/v1/render", BD_HTTP_ROUTE_RENDER},
         {"/v1/devices", BD_HTTP_ROUTE_DEVICES}, {"/v1/stats", BD_HTTP_ROUTE_STATS},
-        {"/v1/techniques", BD_HTTP_ROUTE_TECHNIQUES},
+        {"/v1/session", BD_HTTP_ROUTE_SESSION}, {"/v1/socket", BD_HTTP_ROUTE_SOCKET},
+        {"/v1/events", BD_HTTP_ROUTE_EVENTS},   {"/v1/techniques", BD_HTTP_ROUTE_TECHNIQUES},
     };
     for (size_t i = 0; i < sizeof fixed / sizeof fixed[0]; i++)
         if (strcmp(path, fixed[i].path) == 0) return fixed[i].route;
+    out->file = bd_viewer_find(path);
+    if (out->file) return BD_HTTP_ROUTE_VIEWER;
     if (take(&path, "/v1/blobs/sha256:"))
         return take_segment(&path, "/", out->id, sizeof out->id) && *path == 0 ? BD_HTTP_ROUTE_BLOB
                                                                                : BD_HTTP_ROUTE_NONE;
@@ -68,9 +78,11 @@ void bd_http_route_find(const char *url, struct bd_http_target *out)
     out->route = find_path(path, out);
 }
 
-static unsigned methods_of(enum bd_http_route route)
+static unsigned methods_of(const struct bd_http_target *target)
 {
-    switch (route) {
+    switch (target->route) {
+    case BD_HTTP_ROUTE_EDIT:
+        return 1u << (bd_http_edit_is_get(target->edit) ? BD_HTTP_GET : BD_HTTP_POST);
     case BD_HTTP_ROUTE_NONE:
         return 0;
     case BD_HTTP_ROUTE_HEALTH:
@@ -80,7 +92,14 @@ static unsigned methods_of(enum bd_http_route route)
     case BD_HTTP_ROUTE_STATS:
     case BD_HTTP_ROUTE_TECHNIQUES:
     case BD_HTTP_ROUTE_FRAME:
+    case BD_HTTP_ROUTE_SOCKET:
+    case BD_HTTP_ROUTE_MJPEG:
+    case BD_HTTP_ROUTE_EVENTS:
         return 1u << BD_HTTP_GET;
+    case BD_HTTP_ROUTE_SESSION:
+        return 1u << BD_HTTP_POST | 1u << BD_HTTP_DELETE;
+    case BD_HTTP_ROUTE_VIEWER:
+        return 1u << BD_HTTP_GET | 1u << BD_HTTP_HEAD;
     case BD_HTTP_ROUTE_BLOB:
         return 1u << BD_HTTP_HEAD | 1u << BD_HTTP_PUT;
     case BD_HTTP_ROUTE_SCENES:
@@ -99,7 +118,7 @@ enum bd_err bd_http_route_check(const struct bd_http_target *target, int method,
     *refusal = (struct bd_http_refusal){0};
     if (target->route == BD_HTTP_ROUTE_NONE)
         return bd_fault_set(&refusal->fault, BD_ERR_NOT_FOUND, "path", "there is nothing here");
-    if (method >= 0 && methods_of(target->route) & 1u << method) return BD_ERR_OK;
+    if (method >= 0 && methods_of(target) & 1u << method) return BD_ERR_OK;
     refusal->status = 405;
     return bd_fault_set(&refusal->fault, BD_ERR_USAGE, "method", "not by this method");
 }

@@ -21,19 +21,29 @@ enum bd_http_route {
     BD_HTTP_ROUTE_SCENES,
     BD_HTTP_ROUTE_SCENE,
     BD_HTTP_ROUTE_FRAME,
+    BD_HTTP_ROUTE_EDIT, // of its state or history
     BD_HTTP_ROUTE_RENDER,
     BD_HTTP_ROUTE_DEVICES,
     BD_HTTP_ROUTE_STATS,
     BD_HTTP_ROUTE_TECHNIQUES,
+    BD_HTTP_ROUTE_SESSION,
+    BD_HTTP_ROUTE_SOCKET,
+    BD_HTTP_ROUTE_MJPEG,
+    BD_HTTP_ROUTE_EVENTS, // of a scene; of all, where the id is empty
+    BD_HTTP_ROUTE_VIEWER,
 };
 
 enum bd_http_method { BD_HTTP_GET, BD_HTTP_HEAD, BD_HTTP_POST, BD_HTTP_PUT, BD_HTTP_DELETE };
 
+struct bd_viewer_file;
+
 struct bd_http_target {
     enum bd_http_route route;
-    char id[72];       // of a scene, or a blob's hexadecimal name
-    char extension[8]; // of a frame
-    const char *query; // in the url, behind '?'; "" if there is none
+    char id[72];                       // of a scene, or a blob's hexadecimal name
+    char extension[8];                 // of a frame
+    int edit;                          // enum bd_http_edit
+    const struct bd_viewer_file *file; // of the viewer
+    const char *query;                 // in the url, behind '?'; "" if there is none
 };
 
 // The route alone, before any check: health is asked for without a token.
@@ -44,10 +54,16 @@ BD_MUST_CHECK
 enum bd_err bd_http_route_check(const struct bd_http_target *target, int method,
                                 struct bd_http_refusal *refusal);
 
-// The query of a frame or a one-shot render into a new message, to be freed by free_unpacked with
-// NULL. `extension` "" : from `encoding=`. Unknown names and bad numbers are refused by name.
+// The query of a frame or a one-shot render into a new message without a scene, to be freed by
+// free_unpacked with NULL. `extension` "" : from `encoding=`. Unknown names and bad numbers are
+// refused by name.
 BD_MUST_CHECK
-enum bd_err bd_http_query_read(const char *query, const char *extension,
-                               Bounced__FrameRequest **out, struct bd_fault *fault);
+enum bd_err bd_http_query_read(const char *query, const char *extension, Bounced__Render **out,
+                               struct bd_fault *fault);
+
+// The same for a stream of pictures: without `encoding`, and with fps=NUMBER (0: as many as go).
+BD_MUST_CHECK
+enum bd_err bd_http_query_read_stream(const char *query, Bounced__Render **out,
+                                      double *frames_per_second, struct bd_fault *fault);
 
 #endif

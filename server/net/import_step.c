@@ -8,6 +8,7 @@
 #include "net/command_internal.h"
 #include "net/environment.h"
 #include "net/import_cache.h"
+#include "net/import_files.h"
 #include "net/multipart.h"
 #include "scene/import.h"
 
@@ -15,52 +16,7 @@
 // its four, so that encoding and uploads go on.
 #define IMPORTS_AT_ONCE 2
 
-struct import {
-    struct bd_import_file *files;
-    struct bd_blob_map *maps; // one for each blob, or the body's alone
-    uint32_t file_count, map_count;
-};
-
-static void finish_import(struct import *import)
-{
-    for (uint32_t i = 0; i < import->map_count; i++) bd_blob_unmap(&import->maps[i]);
-    free(import->maps);
-    free(import->files);
-}
-
-static void begin_import(struct import *import, size_t file_count)
-{
-    import->files = calloc(file_count, sizeof *import->files);
-    import->maps = calloc(file_count, sizeof *import->maps);
-    BD_ASSERT(import->files && import->maps);
-}
-
-static enum bd_err map_blob(struct bd_command *command, struct import *import, const char *uri,
-                            const char *blob)
-{
-    if (!blob || strncmp(blob, "sha256:", 7) != 0 || !bd_blob_name_is_valid(blob + 7))
-        return bd_fault_set(&command->fault, BD_ERR_USAGE, uri,
-                            "a blob's name is sha256: and 64 lower-case hexadecimal digits");
-    struct bd_blob_map *map = &import->maps[import->map_count];
-    enum bd_err err = bd_blobs_map(command->net->options.blobs, blob + 7, map, &command->fault);
-    if (err) return err;
-    import->map_count++;
-    import->files[import->file_count++] =
-        (struct bd_import_file){.uri = uri, .bytes = map->bytes, .size_bytes = map->size_bytes};
-    return BD_ERR_OK;
-}
-
-static enum bd_err map_blobs(struct bd_command *command, struct import *import, const char *name,
-                             const char *blob, Bounced__KeyValue **files, size_t file_count)
-{
-    begin_import(import, file_count + 1);
-    enum bd_err err = map_blob(command, import, name && *name ? name : "scene", blob);
-    for (size_t i = 0; !err && i < file_count; i++)
-        err = map_blob(command, import, files[i]->key ? files[i]->key : "", files[i]->value);
-    return err;
-}
-
-static enum bd_err map_multipart(struct bd_command *command, struct import *import)
+static enum bd_err map_multipart(struct bd_command *command, struct bd_import_files *import)
 {
     struct bd_multipart_part *parts;
     uint32_t part_count;
@@ -88,9 +44,9 @@ static enum bd_err map_multipart(struct bd_command *command, struct import *impo
     return err;
 }
 
-static enum bd_err map_body(struct bd_command *command, struct import *import)
+static enum bd_err map_body(struct bd_command *command, struct bd_import_files *import)
 {
-    begin_import(import, 1);
+    bd_import_files_begin(import, 1);
     enum bd_err err = bd_blob_upload_map(command->body.upload, &import->maps[0], &command->fault);
     if (err) return err;
     import->map_count = 1;
@@ -102,28 +58,18 @@ static enum bd_err map_body(struct bd_command *command, struct import *import)
     return BD_ERR_OK;
 }
 
-static enum bd_err map_files(struct bd_command *command, struct import *import)
+static enum bd_err map_files(struct bd_command *command, struct bd_import_files *import)
 {
     if (command->body.upload) return map_body(command, import);
+    struct bd_blobs *blobs = command->net->options.blobs;
     if (command->envelope->body_case == BOUNCED__ENVELOPE__BODY_SCENE_ADD) {
         const Bounced__SceneAdd *add = command->envelope->scene_add;
-        return map_blobs(command, import, add->name, add->blob, add->files, add->n_files);
+        return bd_import_files_map(import, blobs, add->name, add->blob, add->files, add->n_files,
+                                   &command->fault);
     }
     const Bounced__Render *render = command->envelope->render;
-    return map_blobs(command, import, render->name, render->blob, render->files, render->n_files);
-}
-
-static struct bd_import_limits import_limits(const struct bd_limits *limits)
-{
-    struct bd_import_limits out = bd_import_default_limits;
-    out.memory_bytes = limits->import_bytes;
-    out.cpu_seconds = (uint32_t)limits->import_cpu_seconds;
-    out.wall_seconds = (uint32_t)limits->import_wall_seconds;
-    out.scene_bytes = limits->scene_bytes;
-    out.triangle_count = limits->scene_triangles;
-    out.picture_side_px = (uint32_t)limits->picture_side_px;
-    out.picture_texels = limits->picture_texels;
-    return out;
+    return bd_import_files_map(import, blobs, render->name, render->blob, render->files,
+                               render->n_files, &command->fault);
 }
 
 static const Bounced__Environment *environment_of(const Bounced__Envelope *envelope)
@@ -133,11 +79,11 @@ static const Bounced__Environment *environment_of(const Bounced__Envelope *envel
                : envelope->render->environment;
 }
 
-static void import_files(struct bd_command *command, const struct import *import,
+static void import_files(struct bd_command *command, const struct bd_import_files *import,
                          const struct bd_net_environment *sky)
 {
     struct bd_net *net = command->net;
-    struct bd_import_limits limits = import_limits(&net->options.limits);
+    struct bd_import_limits limits = bd_import_limits_of(&net->options.limits);
     uint8_t key[BD_SHA256_BYTES];
     const struct bd_environment *environment = sky ? &sky->environment : NULL;
     bd_import_cache_key(import->files, import->file_count, environment, key);
@@ -160,7 +106,7 @@ static void import_on_pool(uv_work_t *work)
 {
     struct bd_command *command = work->data;
     uint64_t start_ns = bd_clock_ns();
-    struct import import = {0};
+    struct bd_import_files import = {0};
     struct bd_net_environment sky = {0};
     const Bounced__Environment *environment = environment_of(command->envelope);
     command->err = map_files(command, &import);
@@ -169,7 +115,7 @@ static void import_on_pool(uv_work_t *work)
                                                &command->fault);
     if (!command->err) import_files(command, &import, environment ? &sky : NULL);
     bd_net_environment_finish(&sky);
-    finish_import(&import);
+    bd_import_files_finish(&import);
     bd_blob_upload_abort(&command->body.upload);
     command->load_ms = bd_ms_since(start_ns);
 }

@@ -15,10 +15,17 @@
 #include "base/log.h"
 #include "net/address.h"
 #include "net/command.h"
+#include "net/commit.h"
+#include "net/cookie.h"
+#include "net/edit_step.h"
+#include "net/frame_job.h"
 #include "net/framed.h"
 #include "net/http.h"
 #include "net/import_cache.h"
+#include "net/journal_turn.h"
 #include "net/net_internal.h"
+#include "net/session.h"
+#include "net/view.h"
 
 #define BACKLOG 128
 
@@ -148,7 +155,13 @@ static void cancel_everything(struct bd_net *net)
 
 static void on_frames_ended(uv_async_t *async)
 {
-    bd_command_collect_frames(async->data);
+    bd_frame_jobs_collect(async->data);
+}
+
+static bool is_idle(const struct bd_net *net)
+{
+    return net->conn_count == 0 && net->command_count == 0 && net->view_count == 0 &&
+           !bd_commit_is_pending(net) && !bd_journal_turn_is_taken(net);
 }
 
 static void drain_step(struct bd_net *net)
@@ -159,7 +172,14 @@ static void drain_step(struct bd_net *net)
         if (conn->state == BD_CONN_OPEN) conn->ops->drain(conn);
         conn = next;
     }
-    if (net->conn_count == 0 && net->command_count == 0) uv_stop(&net->loop);
+    if (!is_idle(net)) return;
+    // What the last requests laid transient; once, for a disk that is full stays full.
+    if (!net->has_committed_rest) {
+        net->has_committed_rest = true;
+        bd_edit_commit_quiet(net, true);
+        if (bd_commit_is_pending(net)) return;
+    }
+    uv_stop(&net->loop);
 }
 
 static void on_tick(uv_timer_t *timer)
@@ -170,6 +190,7 @@ static void on_tick(uv_timer_t *timer)
         bd_conn_tick(conn);
         conn = next;
     }
+    bd_sessions_sweep(net);
     bd_clients_sweep(net->clients);
     bd_command_tick(net);
     if (net->draining) drain_step(net);
@@ -185,6 +206,7 @@ void bd_net_begin_drain(struct bd_net *net)
     bd_log(net->options.private_fd < 0 ? BD_LOG_INFO : BD_LOG_DEBUG, "net",
            "draining: %u requests are under way", net->command_count);
     net->draining = true;
+    bd_edit_commit_quiet(net, true);
     net->drain_until_ns = now_ns + net->options.limits.drain_seconds * 1000000000u;
     close_listeners(net);
     uv_timer_start(&net->tick, on_tick, 0, 50);
@@ -208,6 +230,9 @@ static void start_own_handles(struct bd_net *net)
     uv_mutex_init(&net->ended_lock);
     uv_async_init(&net->loop, &net->frames_ended, on_frames_ended);
     uv_timer_init(&net->loop, &net->tick);
+    uv_timer_init(&net->loop, &net->quiet_timer);
+    bd_commit_begin(net);
+    bd_views_begin(net);
     uv_signal_init(&net->loop, &net->sigterm);
     uv_signal_init(&net->loop, &net->sigint);
     net->frames_ended.data = net->tick.data = net->sigterm.data = net->sigint.data = net;
@@ -219,6 +244,7 @@ static void start_own_handles(struct bd_net *net)
     else
         signal(SIGINT, SIG_IGN);
     signal(SIGPIPE, SIG_IGN);
+    signal(SIGXFSZ, SIG_IGN); // a file that may not grow is an error of write() like a full disk
 }
 
 // --- create, run, destroy -------------------------------------------------------------------
@@ -252,6 +278,7 @@ enum bd_err bd_net_create(const struct bd_net_options *options, struct bd_net **
     }
     net->import_cache = bd_import_cache_create();
     net->clients = bd_clients_create(&net->options.limits);
+    net->cookies = bd_cookies_create(&net->options.limits);
     start_own_handles(net);
     err = open_faces(net, fault);
     if (err)
@@ -274,6 +301,9 @@ void bd_net_destroy(struct bd_net **net_address)
     while (net->conns) bd_conn_kill(net->conns);
     uv_close((uv_handle_t *)&net->frames_ended, NULL);
     uv_close((uv_handle_t *)&net->tick, NULL);
+    uv_close((uv_handle_t *)&net->quiet_timer, NULL);
+    bd_commit_close(net);
+    bd_views_finish(net);
     uv_close((uv_handle_t *)&net->sigterm, NULL);
     uv_close((uv_handle_t *)&net->sigint, NULL);
     // libuv gives the signals back to the system, which ends the process by them: one more from
@@ -283,7 +313,10 @@ void bd_net_destroy(struct bd_net **net_address)
     uv_run(&net->loop, UV_RUN_DEFAULT); // lets every handle hear that it is closed
     BD_ASSERT_CMP(uv_loop_close(&net->loop), ==, 0);
     uv_mutex_destroy(&net->ended_lock);
+    bd_commit_finish(net);
+    bd_sessions_sweep(net);
     bd_clients_destroy(&net->clients);
+    bd_cookies_destroy(&net->cookies);
     bd_import_cache_destroy(&net->import_cache);
     bd_tokens_destroy(&net->tokens);
     free(net);

@@ -15,6 +15,7 @@
 #include "base/err.h"
 #include "protocol/limits.h"
 #include "scene/blobs.h"
+#include "scene/journal.h"
 #include "scene/store.h"
 #include "sched/sched.h"
 
@@ -33,6 +34,7 @@ struct bd_net_options {
     struct bd_sched *sched;
     struct bd_blobs *blobs;
     struct bd_store *store;
+    struct bd_journal *journal;
     // One JSON array of devices, malloc'ed; runs on libuv's pool. NULL: only the one in use.
     char *(*list_devices)(void);
 };

@@ -11,8 +11,17 @@
 #include "net/net.h"
 
 struct bd_command;
+struct bd_commit;
+struct bd_cookies;
+struct bd_delta;
+struct bd_edit_place;
+struct bd_frame_job;
 struct bd_import_cache;
+struct bd_journal_turn;
 struct bd_listener;
+struct bd_upkeep;
+struct bd_view;
+struct bd_watch;
 
 #define BD_NET_PASS_NAME_MAX 48
 
@@ -34,24 +43,38 @@ struct bd_net {
     uv_loop_t loop;
     struct bd_tokens *tokens;
     struct bd_clients *clients;
+    struct bd_cookies *cookies;
     struct bd_import_cache *import_cache;
     struct bd_listener *listeners;
     struct bd_conn *conns; // newest first
     uint32_t conn_count;
+    uint64_t kept_bytes;         // of answers, for sessions that may be resumed
+    struct bd_session *sessions; // those that have ended too, until they are swept
     uint64_t start_ns;
     struct bd_net_stats stats;
 
     struct bd_command *commands; // under way, newest first
     uint32_t command_count;
+    struct bd_view *views; // newest first, those included that wait for their last frame's end
+    uint32_t view_count;
+    uv_timer_t view_timer;
+    struct bd_watch *watches;           // newest first
     uint32_t import_count;              // on the pool now
     struct bd_command *imports_waiting; // oldest first
     uv_async_t frames_ended;
     uv_mutex_t ended_lock;
-    struct bd_command *ended; // under the lock: frames that the render thread is done with
+    struct bd_frame_job *ended; // under the lock: frames that the render thread is done with
+
+    struct bd_commit *commit;
+    struct bd_journal_turn *journal_turns; // the first one is under way
+    struct bd_upkeep *upkeep;
+    struct bd_edit_place *edit_places; // oldest first
+    uint64_t edit_changes;             // of that list
+    uv_timer_t quiet_timer;
 
     uv_timer_t tick;
     uv_signal_t sigterm, sigint;
-    bool draining;
+    bool draining, has_committed_rest;
     uint64_t drain_until_ns;
 };
 
@@ -60,6 +83,11 @@ void bd_net_begin_drain(struct bd_net *net);
 
 // A connection left the list.
 void bd_net_conn_left(struct bd_net *net);
+
+// A scene's published state changed: tells watches and views. `kind`: added | edited | transient |
+// removed, said before the store forgets it. `delta`: what of it, or NULL.
+void bd_net_scene_changed(struct bd_net *net, const char *scene_id, const char *kind,
+                          const struct bd_delta *delta);
 
 // Counts a request that was turned away, whatever the reason.
 void bd_net_count_refusal(struct bd_net *net);

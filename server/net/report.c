@@ -88,8 +88,7 @@ static void fill_counts(Bounced__Report *message, const struct bd_report *report
     bounced__report_memory__init(memory);
     BD_SET(memory, gpu, report->memory_gpu_mib);
     BD_SET(memory, gpu_peak, report->memory_gpu_peak_mib);
-    if (report->memory_reference_mib > 0)
-        BD_SET(memory, reference, report->memory_reference_mib);
+    if (report->memory_reference_mib > 0) BD_SET(memory, reference, report->memory_reference_mib);
     message->memory_mib = memory;
 }
 

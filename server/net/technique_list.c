@@ -41,7 +41,7 @@ static Bounced__Model *model_message(const struct bd_model *model)
 }
 
 static Bounced__Parameter *parameter_message(const struct bd_technique *technique,
-                                              enum bd_param param)
+                                             enum bd_param param)
 {
     struct bd_param_info info;
     bd_param_describe(technique, param, &info);
@@ -64,8 +64,7 @@ static void write_parameters(const struct bd_technique *technique, Bounced__Tech
     out->parameters = zeroed(BD_PARAM_COUNT, sizeof *out->parameters);
     for (int i = 0; i < BD_PARAM_COUNT; i++)
         if (technique->params_read >> i & 1)
-            out->parameters[out->n_parameters++] =
-                parameter_message(technique, (enum bd_param)i);
+            out->parameters[out->n_parameters++] = parameter_message(technique, (enum bd_param)i);
 }
 
 static void write_ladder(const char *const *ladder, Bounced__Technique *out)

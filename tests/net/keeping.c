@@ -10,7 +10,6 @@
 #include "net/import_cache.h"
 #include "scene/blobs.h"
 #include "scene/data_dir.h"
-#include "scene/store.h"
 
 #include "../protocol/cmocka_all.h"
 
@@ -128,31 +127,6 @@ static void data_directory_is_held_once(void **state)
     bd_data_dir_close(&first);
 }
 
-static void store_holds_so_many_scenes(void **state)
-{
-    (void)state;
-    struct bd_store *store = bd_store_create(2);
-    struct bd_scene *scene = bd_scene_create();
-    const struct bd_store_entry *entry;
-    char first[BD_SCENE_ID_BYTES];
-    struct bd_fault fault;
-    assert_int_equal(bd_store_add(store, scene, "one", &entry, NULL), BD_ERR_OK);
-    memcpy(first, entry->id, sizeof first);
-    assert_int_equal(bd_store_add(store, scene, "two", &entry, NULL), BD_ERR_OK);
-    assert_string_not_equal(first, entry->id);
-    assert_int_equal(scene->reference_count, 3);
-    assert_int_equal(bd_store_add(store, scene, "three", &entry, &fault), BD_ERR_LIMIT);
-    assert_string_equal(fault.field, "scenes");
-    assert_int_equal(bd_store_remove(store, first, NULL), BD_ERR_OK);
-    assert_int_equal(bd_store_remove(store, first, NULL), BD_ERR_NOT_FOUND);
-    assert_int_equal(bd_store_get(store, first, &entry, NULL), BD_ERR_NOT_FOUND);
-    assert_string_equal(bd_store_at(store, 0)->name, "two");
-    assert_null(bd_store_at(store, 1));
-    bd_store_destroy(&store);
-    assert_int_equal(scene->reference_count, 1);
-    bd_scene_release(&scene);
-}
-
 static void keep_import(struct bd_import_cache *cache, const char *bytes, uint64_t file_bytes,
                         struct bd_scene *scene)
 {
@@ -218,7 +192,6 @@ int main(void)
         cmocka_unit_test(blob_names_are_64_hexadecimal_digits),
         cmocka_unit_test(leftovers_are_swept_at_open),
         cmocka_unit_test(data_directory_is_held_once),
-        cmocka_unit_test(store_holds_so_many_scenes),
         cmocka_unit_test(recent_imports_stay_and_old_ones_go),
         cmocka_unit_test(tables_of_files_do_not_read_alike),
     };

@@ -1,4 +1,5 @@
 """Environments with scenes and one-shot renders: what is taken, and what is refused by name."""
+import json
 import math
 
 import bounced_pb2
@@ -85,6 +86,39 @@ def test_one_shot_under_a_sky(shared):
                                                                   frame=frame())))
         hashes.add(answer.render_reply.report.scene)
     assert len(hashes) == 2, answer
+
+
+def one_shot(daemon, query):
+    status, _, text = daemon.request("POST", f"/v1/render?size=16x16&encoding=json&{query}", GLB,
+                                     {"Content-Type": "model/gltf-binary"})
+    return status, json.loads(text)
+
+
+def test_one_shot_over_http_under_a_sky(shared):
+    sky = exr(shared)
+    hashes = []
+    for query in ("", "environment=0.5,0.5,0.5", "environment=0.5,0.5,0.5&aa=2",
+                  f"environment={sky}", f"environment={sky}&environment=0.5,0.5,0.5"):
+        status, report = one_shot(shared, query)
+        assert status == 200, report
+        hashes.append(report["scene"])
+    assert hashes[1] == hashes[2] and len(set(hashes)) == 4
+
+
+@pytest.mark.parametrize("value,field", [
+    ("1,2", "environment"), ("1,-0.5,1", "environment.radiance"), ("nan,1,1", "environment.radiance"),
+    ("sha256:00", "environment.map"), (blob_name(GLB), "environment.map"),
+])
+def test_faults_of_a_query_name_their_field(shared, value, field):
+    shared.put_blob(GLB)
+    status, error = one_shot(shared, f"environment={value}")
+    assert status == 400 and error["details"]["field"] == field, error
+
+
+def test_a_held_scene_has_its_own_over_http(shared):
+    scene = shared.add_scene()
+    status, _, text = shared.request("GET", f"/v1/scenes/{scene}/frame.png?environment=1,1,1")
+    assert status == 400 and json.loads(text)["details"]["field"] == "environment"
 
 
 def test_a_held_scene_has_its_own(shared):

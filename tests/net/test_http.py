@@ -150,9 +150,9 @@ def test_bad_queries_name_their_field(shared, query, field):
 
 
 @pytest.mark.parametrize("method,path,status", [
-    ("GET", "/", 404), ("GET", "/v1", 404), ("GET", "/v1/scenes/", 404), ("GET", "/v2/scenes", 404),
+    ("GET", "/index.html", 404), ("POST", "/", 405), ("GET", "/v1", 404), ("GET", "/v1/scenes/", 404), ("GET", "/v2/scenes", 404),
     ("GET", "/v1/scenes/none", 404), ("GET", "/v1/scenes/x/frame.bmp", 404),
-    ("GET", "/v1/scenes/none/frame.png", 404), ("GET", "/v1/scenes/x/edits", 404),
+    ("GET", "/v1/scenes/none/frame.png", 404), ("GET", "/v1/scenes/x/edits", 405),
     ("GET", "/v1/scenes/x/stream.mjpeg", 404), ("GET", "/" + "a" * 300, 404),
     ("POST", "/healthz", 405), ("PATCH", "/v1/scenes", 405), ("OPTIONS", "/v1/scenes", 405),
     ("HEAD", "/v1/blobs/sha256:" + "0" * 64, 404), ("HEAD", "/v1/blobs/sha256:xyz", 400),

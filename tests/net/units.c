@@ -1,6 +1,7 @@
 // The parts of net/ that need no socket: addresses, buckets, browser rules, routes, queries,
 // multipart bodies.
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -92,7 +93,7 @@ static void routes(void **state)
     assert_string_equal(target.extension, "exr");
     assert_string_equal(target.query, "size=1x2&x");
     static const char *const nothing[] = {"",
-                                          "/",
+                                          "/index.html",
                                           "/v1/scenes/",
                                           "/v1/scenes//frame.png",
                                           "/v1/scenes/a/frame.",
@@ -113,11 +114,12 @@ static void routes(void **state)
 static void queries(void **state)
 {
     (void)state;
-    Bounced__FrameRequest *frame;
+    Bounced__Render *render;
     assert_int_equal(bd_http_query_read("size=640x480&set=vpls%3d256&set=brdf=lambert&layers=a,b&"
                                         "camera=My+cam%2e&size=64x48&aa=4",
-                                        "json", &frame, NULL),
+                                        "json", &render, NULL),
                      BD_ERR_OK);
+    const Bounced__FrameRequest *frame = render->frame;
     assert_int_equal(frame->n_size, 2);
     assert_int_equal(frame->size[0], 64); // the last one wins
     assert_int_equal(frame->n_parameters, 2);
@@ -128,7 +130,31 @@ static void queries(void **state)
     assert_string_equal(frame->camera, "My cam.");
     assert_string_equal(frame->encoding, "none");
     assert_true(frame->has_aa && frame->aa == 4 && !frame->has_seed);
-    bounced__frame_request__free_unpacked(frame, NULL);
+    assert_null(render->environment);
+    bounced__render__free_unpacked(render, NULL);
+}
+
+static void environments_in_queries(void **state)
+{
+    (void)state;
+    Bounced__Render *render;
+    assert_int_equal(bd_http_query_read("environment=9,9,9&environment=0.5,1e3,0&"
+                                        "environment=sha256%3Aabc",
+                                        "", &render, NULL),
+                     BD_ERR_OK);
+    assert_int_equal(render->environment->n_radiance, 3);
+    assert_true(render->environment->radiance[0] == 0.5); // the last one wins
+    assert_true(render->environment->radiance[1] == 1000);
+    assert_string_equal(render->environment->map, "sha256:abc");
+    bounced__render__free_unpacked(render, NULL);
+    static const char *const wrong[] = {"", "1", "1,2", "1,2,3,4", "1,2,x", "1,,3", "sky.exr"};
+    for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
+        char query[40];
+        struct bd_fault fault = {0};
+        snprintf(query, sizeof query, "environment=%s", wrong[i]);
+        assert_int_equal(bd_http_query_read(query, "png", &render, &fault), BD_ERR_USAGE);
+        assert_string_equal(fault.field, "environment");
+    }
 }
 
 static void boundaries(void **state)
@@ -186,6 +212,7 @@ int main(void)
         cmocka_unit_test(media_types_are_whole_words),
         cmocka_unit_test(routes),
         cmocka_unit_test(queries),
+        cmocka_unit_test(environments_in_queries),
         cmocka_unit_test(boundaries),
         cmocka_unit_test(multipart_truncated_at_every_byte),
     };

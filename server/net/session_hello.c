@@ -1,10 +1,10 @@
-// What the server says of itself at the start of a framed connection.
+// What the server says of itself at the start of a session.
 
 #include <stdio.h>
 #include <stdlib.h>
 
 #include "base/assert.h"
-#include "net/framed_internal.h"
+#include "net/session_internal.h"
 #include "protocol/wire.h"
 
 static void add_limits(Bounced__HelloReply *reply, const struct bd_limits *limits)
@@ -27,14 +27,16 @@ static void add_limits(Bounced__HelloReply *reply, const struct bd_limits *limit
 static void add_capabilities(Bounced__HelloReply *reply)
 {
     static const char *const names[] = {"blobs",  "scenes",  "render", "progress",
-                                        "cancel", "devices", "stats",  "techniques"};
+                                        "cancel", "devices", "stats",  "techniques",
+                                        "views",  "watches", "pose",  "half",
+                                        "resume"};
     reply->capabilities = calloc(sizeof names / sizeof names[0], sizeof(char *));
     BD_ASSERT(reply->capabilities);
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++)
         reply->capabilities[reply->n_capabilities++] = bd_answer_text(names[i]);
 }
 
-struct bd_answer bd_framed_hello_reply(const struct bd_net *net)
+struct bd_answer bd_session_hello_reply(const struct bd_net *net)
 {
     Bounced__HelloReply *reply = malloc(sizeof *reply);
     BD_ASSERT(reply);

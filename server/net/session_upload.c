@@ -1,68 +1,70 @@
-// Blobs on their way in by the framed face: pieces in order, several blobs at once.
+// Blobs on their way in by a session: pieces in order, several blobs at once.
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/assert.h"
-#include "net/framed_internal.h"
+#include "net/session_internal.h"
 #include "net/spool.h"
 
 #define UPLOADS_AT_ONCE 16
 
 // One blob on its way in.
-struct bd_framed_upload {
-    struct bd_framed *framed;
+struct bd_session_upload {
+    struct bd_session *session;
     char blob[8 + BD_SHA256_HEX];
     uint64_t size_bytes;
     uint64_t last_request_id; // of the piece that completes it: answered when it is kept
     struct bd_spool *spool;
-    struct bd_framed_upload *next;
+    struct bd_session_upload *next;
 };
 
-static void forget_upload(struct bd_framed_upload *upload)
+static void forget_upload(struct bd_session_upload *upload)
 {
-    struct bd_framed *framed = upload->framed;
-    struct bd_framed_upload **at = &framed->uploads;
+    struct bd_session *session = upload->session;
+    struct bd_session_upload **at = &session->uploads;
     while (*at != upload) at = &(*at)->next;
     *at = upload->next;
-    framed->upload_count--;
+    session->upload_count--;
     bd_spool_abandon(&upload->spool);
     free(upload);
 }
 
 static void on_upload_drained(void *user)
 {
-    bd_framed_update_reading(((struct bd_framed_upload *)user)->framed);
+    bd_session_update_reading(((struct bd_session_upload *)user)->session);
 }
 
 static void on_upload_ended(void *user, enum bd_err err, const struct bd_fault *fault)
 {
-    struct bd_framed_upload *upload = user;
-    struct bd_framed *framed = upload->framed;
+    struct bd_session_upload *upload = user;
+    struct bd_session *session = upload->session;
     if (err) {
-        bd_framed_send_fault(framed, upload->last_request_id, fault);
+        bd_session_send_fault(session, upload->last_request_id, fault);
     } else {
         struct bd_answer answer = bd_answer_blob(upload->size_bytes, true);
-        bd_framed_send(framed, upload->last_request_id, &answer);
+        bd_session_send(session, upload->last_request_id, &answer);
     }
     forget_upload(upload);
-    bd_framed_update_reading(framed);
+    bd_session_update_reading(session);
 }
 
 static const struct bd_spool_events upload_events = {on_upload_drained, on_upload_ended};
 
-static struct bd_framed_upload *find_upload(const struct bd_framed *framed, const char *blob)
+static struct bd_session_upload *find_upload(const struct bd_session *session, const char *blob)
 {
-    struct bd_framed_upload *upload = framed->uploads;
+    struct bd_session_upload *upload = session->uploads;
     while (upload && strcmp(upload->blob, blob) != 0) upload = upload->next;
     return upload;
 }
 
-static enum bd_err check_first_piece(const struct bd_framed *framed, const Bounced__BlobPut *put,
+static enum bd_err check_first_piece(const struct bd_session *session, const Bounced__BlobPut *put,
                                      struct bd_fault *fault)
 {
-    uint64_t most = framed->conn.net->options.limits.blob_bytes;
+    uint64_t most = session->net->options.limits.blob_bytes;
+    enum bd_err err = bd_grant_check_role(session->grant, BD_ROLE_EDIT, fault);
+    if (err) return err;
     if (!put->blob || strncmp(put->blob, "sha256:", 7) != 0 ||
         !bd_blob_name_is_valid(put->blob + 7))
         return bd_fault_set(fault, BD_ERR_USAGE, "blob",
@@ -71,27 +73,28 @@ static enum bd_err check_first_piece(const struct bd_framed *framed, const Bounc
         return bd_fault_set(fault, BD_ERR_LIMIT, "blob_bytes",
                             "a blob of %llu bytes is above the limit blob_bytes of %llu",
                             (unsigned long long)put->size_bytes, (unsigned long long)most);
-    if (framed->upload_count >= UPLOADS_AT_ONCE)
+    if (session->upload_count >= UPLOADS_AT_ONCE)
         return bd_fault_set(fault, BD_ERR_BUSY, "blob", "%d uploads are under way",
                             UPLOADS_AT_ONCE);
     return BD_ERR_OK;
 }
 
-static struct bd_framed_upload *begin_upload(struct bd_framed *framed, const Bounced__BlobPut *put)
+static struct bd_session_upload *begin_upload(struct bd_session *session,
+                                              const Bounced__BlobPut *put)
 {
-    struct bd_framed_upload *upload = calloc(1, sizeof *upload);
+    struct bd_session_upload *upload = calloc(1, sizeof *upload);
     BD_ASSERT(upload);
-    upload->framed = framed;
+    upload->session = session;
     upload->size_bytes = put->size_bytes;
     snprintf(upload->blob, sizeof upload->blob, "%s", put->blob);
-    upload->spool = bd_spool_create(framed->conn.net, &upload_events, upload);
-    upload->next = framed->uploads;
-    framed->uploads = upload;
-    framed->upload_count++;
+    upload->spool = bd_spool_create(session->net, &upload_events, upload);
+    upload->next = session->uploads;
+    session->uploads = upload;
+    session->upload_count++;
     return upload;
 }
 
-static enum bd_err check_piece(const struct bd_framed_upload *upload, const Bounced__BlobPut *put,
+static enum bd_err check_piece(const struct bd_session_upload *upload, const Bounced__BlobPut *put,
                                size_t size, struct bd_fault *fault)
 {
     uint64_t received = bd_spool_bytes(upload->spool);
@@ -109,18 +112,18 @@ static enum bd_err check_piece(const struct bd_framed_upload *upload, const Boun
     return BD_ERR_OK;
 }
 
-void bd_framed_put_piece(struct bd_framed *framed, const Bounced__Envelope *envelope,
-                         const struct bd_message *message)
+void bd_session_put_piece(struct bd_session *session, const Bounced__Envelope *envelope,
+                          const struct bd_message *message)
 {
     const Bounced__BlobPut *put = envelope->blob_put;
     struct bd_fault fault;
-    struct bd_framed_upload *upload = put->blob ? find_upload(framed, put->blob) : NULL;
+    struct bd_session_upload *upload = put->blob ? find_upload(session, put->blob) : NULL;
     enum bd_err err = BD_ERR_OK;
-    if (!upload) err = check_first_piece(framed, put, &fault);
-    if (!err && !upload) upload = begin_upload(framed, put);
+    if (!upload) err = check_first_piece(session, put, &fault);
+    if (!err && !upload) upload = begin_upload(session, put);
     if (!err) err = check_piece(upload, put, message->payload_bytes, &fault);
     if (err) {
-        bd_framed_send_fault(framed, envelope->request_id, &fault);
+        bd_session_send_fault(session, envelope->request_id, &fault);
         if (upload && !upload->last_request_id) forget_upload(upload);
         return;
     }
@@ -130,19 +133,19 @@ void bd_framed_put_piece(struct bd_framed *framed, const Bounced__Envelope *enve
         bd_spool_commit(upload->spool, upload->blob + 7);
     } else {
         struct bd_answer answer = bd_answer_blob(bd_spool_bytes(upload->spool), false);
-        bd_framed_send(framed, envelope->request_id, &answer);
+        bd_session_send(session, envelope->request_id, &answer);
     }
-    bd_framed_update_reading(framed);
+    bd_session_update_reading(session);
 }
 
-bool bd_framed_uploads_have_room(const struct bd_framed *framed)
+bool bd_session_uploads_have_room(const struct bd_session *session)
 {
-    for (const struct bd_framed_upload *upload = framed->uploads; upload; upload = upload->next)
+    for (const struct bd_session_upload *upload = session->uploads; upload; upload = upload->next)
         if (bd_spool_is_full(upload->spool)) return false;
     return true;
 }
 
-void bd_framed_forget_uploads(struct bd_framed *framed)
+void bd_session_forget_uploads(struct bd_session *session)
 {
-    while (framed->uploads) forget_upload(framed->uploads);
+    while (session->uploads) forget_upload(session->uploads);
 }

@@ -1,0 +1,180 @@
+#include "net/commit.h"
+
+#include <stdlib.h>
+
+#include "base/assert.h"
+#include "base/log.h"
+#include "net/edit_queue.h"
+#include "net/edit_work.h"
+#include "net/journal_turn.h"
+#include "net/net_internal.h"
+#include "net/upkeep.h"
+#include "scene/store_journal.h"
+
+struct bd_commit {
+    struct bd_journal_turn turn; // first
+    struct bd_batch *first;      // what is on its way
+    struct bd_batch *refused;    // what of it cannot be kept, by a fault of its own
+    bool is_under_way;
+    enum bd_err err;
+    struct bd_fault fault;
+    uv_check_t after_poll; // when all that has arrived was looked at
+    uv_idle_t no_sleep;    // so that the poll before it does not wait
+};
+
+// --- what becomes of a batch ----------------------------------------------------------------
+
+static void tell(const struct bd_batch *batch, enum bd_err err, const struct bd_fault *fault)
+{
+    struct bd_commit_waiter *waiter = batch->user;
+    if (waiter) waiter->done(waiter, batch, err, fault);
+}
+
+// First everybody can see it, then whoever asked hears so.
+static void publish(struct bd_net *net, struct bd_batch *batch)
+{
+    if (batch->kind == BD_BATCH_REMOVE) bd_net_scene_changed(net, batch->scene_id, "removed", NULL);
+    bd_store_publish(net->options.store, batch);
+    if (batch->after)
+        bd_net_scene_changed(net, batch->scene_id, batch->kind == BD_BATCH_ADD ? "added" : "edited",
+                             &batch->forward);
+    tell(batch, BD_ERR_OK, NULL);
+    bd_upkeep_after(net, batch);
+    bd_batch_free(&batch);
+}
+
+// The store hears of all of them before any client does: whoever hears it may stage the next edit
+// at once, which has to find heads that nothing else will take back. Each batch carries its fault.
+static void fail_list(struct bd_net *net, struct bd_batch *first)
+{
+    bool was_transient = false;
+    for (struct bd_batch *batch = first; batch; batch = batch->next) {
+        bd_store_fail(net->options.store, batch);
+        was_transient |= batch->was_transient;
+    }
+    if (was_transient && !net->draining) bd_edit_watch_quiet(net); // it lies there again
+    while (first) {
+        struct bd_batch *batch = first;
+        first = batch->next;
+        tell(batch, batch->fault.err, &batch->fault);
+        bd_batch_free(&batch);
+    }
+}
+
+static struct bd_batch **end_of(struct bd_batch **list)
+{
+    while (*list) list = &(*list)->next;
+    return list;
+}
+
+// What was staged on top of what cannot be kept cannot stand either.
+static void fail_all(struct bd_net *net, struct bd_batch *first, const struct bd_fault *fault)
+{
+    *end_of(&first) = bd_store_take_staged(net->options.store);
+    for (struct bd_batch *batch = first; batch; batch = batch->next) batch->fault = *fault;
+    fail_list(net, first);
+}
+
+// --- the turn -------------------------------------------------------------------------------
+
+// A name that is not there is one client's mistake and no reason to refuse everybody's edits. What
+// makes revisions was checked against the head: if the journal does not agree, none of it can
+// stand.
+static bool set_aside(struct bd_commit *commit, const struct bd_batch *faulty)
+{
+    if (!faulty || faulty->after) return false;
+    struct bd_batch **at = &commit->first;
+    while (*at != faulty) at = &(*at)->next;
+    struct bd_batch *batch = *at;
+    *at = batch->next;
+    batch->fault = commit->fault;
+    batch->next = commit->refused;
+    commit->refused = batch;
+    return true;
+}
+
+static void on_pool(struct bd_journal_turn *turn)
+{
+    struct bd_commit *commit = (struct bd_commit *)turn;
+    const struct bd_batch *faulty;
+    do {
+        faulty = NULL;
+        commit->err =
+            bd_store_write(turn->net->options.journal, commit->first, &faulty, &commit->fault);
+    } while (commit->err && set_aside(commit, faulty));
+}
+
+static void back(struct bd_journal_turn *turn)
+{
+    struct bd_commit *commit = (struct bd_commit *)turn;
+    struct bd_net *net = turn->net;
+    struct bd_batch *batch = commit->first, *refused = commit->refused;
+    commit->first = commit->refused = NULL;
+    commit->is_under_way = false;
+    if (commit->err) {
+        bd_log(BD_LOG_ERROR, "net", "edits refused: %s", commit->fault.message);
+        fail_all(net, batch, &commit->fault);
+        batch = NULL;
+    }
+    fail_list(net, refused);
+    while (batch) {
+        struct bd_batch *next = batch->next;
+        publish(net, batch);
+        batch = next;
+    }
+    if (bd_store_has_staged(net->options.store)) bd_commit_soon(net);
+    bd_edits_go_on(net);
+}
+
+static void on_idle(uv_idle_t *idle)
+{
+    (void)idle;
+}
+
+static void write_staged(uv_check_t *check)
+{
+    struct bd_net *net = check->data;
+    struct bd_commit *commit = net->commit;
+    uv_check_stop(&commit->after_poll);
+    uv_idle_stop(&commit->no_sleep);
+    if (commit->is_under_way) return; // its end looks again
+    commit->first = bd_store_take_staged(net->options.store);
+    if (!commit->first) return;
+    commit->is_under_way = true;
+    commit->turn.on_pool = on_pool;
+    commit->turn.back = back;
+    bd_journal_turn_take(net, &commit->turn);
+}
+
+void bd_commit_soon(struct bd_net *net)
+{
+    uv_check_start(&net->commit->after_poll, write_staged);
+    uv_idle_start(&net->commit->no_sleep, on_idle);
+}
+
+bool bd_commit_is_pending(const struct bd_net *net)
+{
+    return net->commit->is_under_way || bd_store_has_staged(net->options.store);
+}
+
+void bd_commit_begin(struct bd_net *net)
+{
+    net->commit = calloc(1, sizeof *net->commit);
+    BD_ASSERT(net->commit);
+    uv_check_init(&net->loop, &net->commit->after_poll);
+    uv_idle_init(&net->loop, &net->commit->no_sleep);
+    net->commit->after_poll.data = net;
+}
+
+void bd_commit_close(struct bd_net *net)
+{
+    BD_ASSERT(!net->commit->is_under_way);
+    uv_close((uv_handle_t *)&net->commit->after_poll, NULL);
+    uv_close((uv_handle_t *)&net->commit->no_sleep, NULL);
+}
+
+void bd_commit_finish(struct bd_net *net)
+{
+    free(net->commit);
+    net->commit = NULL;
+}

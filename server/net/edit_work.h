@@ -1,0 +1,63 @@
+// One request that changes a scene, while it is carried out: what the files edit_*.c share.
+//
+// Thread: the event loop's, but for the two that say pool.
+
+#ifndef BD_NET_EDIT_WORK_H
+#define BD_NET_EDIT_WORK_H
+
+#include "net/command_internal.h"
+#include "net/commit.h"
+#include "net/edit_heavy.h"
+#include "net/edit_queue.h"
+#include "net/journal_turn.h"
+#include "scene/journal.h"
+#include "scene/store_journal.h"
+
+struct bd_edit_work {
+    struct bd_commit_waiter waiter; // first
+    struct bd_command *command;     // which owns it
+    struct bd_edit_place place;
+    struct bd_journal_turn turn;
+    bool is_queued, is_transient, is_repeated;
+    char client_edit_id[BD_EDIT_ID_BYTES];
+
+    // Of a batch
+    size_t op_count;
+    struct bd_edit_op *ops;
+    int32_t *ids;
+    struct bd_edit_flags flags;
+
+    // Of undo, redo and revert
+    enum bd_batch_kind kind;
+    uint64_t of, head_revision;
+
+    struct bd_scene *base; // what is read beside the loop is read for this
+    struct bd_delta delta;
+    struct bd_answer answer; // until it may be given
+};
+
+struct bd_edit_work *bd_edit_work_of_place(struct bd_edit_place *place);
+struct bd_edit_work *bd_edit_work_of_turn(struct bd_journal_turn *turn);
+
+// What can be said against the request before its turn: a missing scene, words, lengths.
+BD_MUST_CHECK
+enum bd_err bd_edit_work_create(struct bd_command *command, struct bd_edit_work **out);
+void bd_edit_work_destroy(struct bd_edit_work **work); // takes NULL
+// Out of the queue, if it is in it: whoever comes after it on the scene may begin.
+void bd_edit_work_leave(struct bd_edit_work *work);
+
+// The operations, without what is heavy. Once only.
+BD_MUST_CHECK
+enum bd_err bd_edit_work_decode(struct bd_edit_work *work, bool *is_heavy);
+// Pool.
+BD_MUST_CHECK
+enum bd_err bd_edit_work_read_heavy(struct bd_edit_work *work);
+// Pool, with the journal's turn: what takes the scene from `base` to where undo, redo or revert
+// lead.
+BD_MUST_CHECK
+enum bd_err bd_edit_work_read_past(struct bd_edit_work *work, struct bd_journal *journal);
+
+// Something was laid transient: quiet is to be looked for (edit_step.c).
+void bd_edit_watch_quiet(struct bd_net *net);
+
+#endif

@@ -1,0 +1,495 @@
+#include "net/session.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/assert.h"
+#include "base/clock.h"
+#include "base/log.h"
+#include "net/session_internal.h"
+#include "protocol/wire.h"
+
+#define REQUESTS_AT_ONCE 256
+// A peer that does not read its answers sends no more requests.
+#define UNSENT_BYTES_MAX (64u << 20)
+
+// One request under way.
+struct bd_session_request {
+    struct bd_session *session;
+    uint64_t id;
+    struct bd_command *command;
+    struct bd_session_request *next;
+};
+
+// --- sending --------------------------------------------------------------------------------
+
+// What cannot be kept for a client that may come back: the request then ended in an error.
+static struct bd_answer too_large_to_keep(uint64_t request_id)
+{
+    struct bd_fault fault;
+    bd_fault_set(&fault, BD_ERR_BUSY, "resume_bytes",
+                 "the answer was too large to be kept (limit resume_bytes)");
+    struct bd_answer answer = bd_answer_error(&fault);
+    BD_SET(answer.envelope, request_id, request_id);
+    return answer;
+}
+
+static void keep(struct bd_session *session, const struct bd_answer *answer, const uint8_t *head,
+                 size_t head_bytes)
+{
+    struct bd_session_unit unit = {.head = head,
+                                   .payload = answer->payload,
+                                   .head_bytes = head_bytes,
+                                   .payload_bytes = answer->payload_bytes};
+    if (bd_session_keep(session, &unit)) return;
+    struct bd_answer error = too_large_to_keep(answer->envelope->request_id);
+    uint8_t *small;
+    bd_envelope_encode(error.envelope, 0, &small, &unit.head_bytes);
+    unit = (struct bd_session_unit){.head = small, .head_bytes = unit.head_bytes, .is_small = true};
+    // One that is on its way now needs no word that it was not kept.
+    if (!session->conn) bd_session_keep(session, &unit);
+    free(small);
+    bd_answer_finish(&error);
+}
+
+static void send_now(struct bd_session *session, struct bd_answer *answer, bool is_kept)
+{
+    uint8_t *head;
+    size_t head_bytes;
+    bd_envelope_encode(answer->envelope, answer->payload_bytes, &head, &head_bytes);
+    if (is_kept) keep(session, answer, head, head_bytes);
+    if (session->conn) {
+        session->face->send(session->conn, head, head_bytes, answer->payload,
+                            answer->payload_bytes);
+        answer->payload = NULL;
+    } else {
+        free(head);
+    }
+    bd_answer_finish(answer);
+}
+
+void bd_session_send(struct bd_session *session, uint64_t request_id, struct bd_answer *answer)
+{
+    BD_SET(answer->envelope, request_id, request_id);
+    send_now(session, answer, session->is_resumable && request_id != 0);
+}
+
+void bd_session_send_event(struct bd_session *session, uint64_t request_id,
+                           struct bd_answer *answer)
+{
+    BD_SET(answer->envelope, request_id, request_id);
+    send_now(session, answer, false);
+}
+
+size_t bd_session_unsent_bytes(const struct bd_session *session)
+{
+    return session->conn ? bd_conn_unsent_bytes(session->conn) : SIZE_MAX;
+}
+
+void bd_session_send_fault(struct bd_session *session, uint64_t request_id,
+                           const struct bd_fault *fault)
+{
+    struct bd_answer answer = bd_answer_error(fault);
+    bd_net_count_refusal(session->net);
+    bd_session_send(session, request_id, &answer);
+}
+
+void bd_session_update_reading(struct bd_session *session)
+{
+    struct bd_conn *conn = session->conn;
+    if (!conn || conn->state != BD_CONN_OPEN) return;
+    bd_conn_read(conn, bd_conn_unsent_bytes(conn) < UNSENT_BYTES_MAX &&
+                           bd_session_uploads_have_room(session));
+}
+
+void bd_session_written(struct bd_session *session)
+{
+    bd_session_update_reading(session);
+    bd_session_flush_watches(session);
+    bd_session_wake_views(session, false);
+}
+
+// The last thing that the connection hears.
+static void finish(struct bd_session *session, const struct bd_fault *fault)
+{
+    if (session->conn) session->face->finish(session->conn, fault);
+}
+
+// --- commands -------------------------------------------------------------------------------
+
+static struct bd_session_request *find_request(const struct bd_session *session, uint64_t id)
+{
+    struct bd_session_request *request = session->requests;
+    while (request && request->id != id) request = request->next;
+    return request;
+}
+
+static void forget_request(struct bd_session_request *request)
+{
+    struct bd_session *session = request->session;
+    struct bd_session_request **at = &session->requests;
+    while (*at != request) at = &(*at)->next;
+    *at = request->next;
+    session->request_count--;
+    free(request);
+}
+
+static void on_answer(void *user, struct bd_answer *answer)
+{
+    struct bd_session_request *request = user;
+    struct bd_session *session = request->session;
+    bd_session_send(session, request->id, answer);
+    forget_request(request);
+    bd_session_update_reading(session);
+}
+
+static void on_progress(void *user, const char *stage, double share)
+{
+    struct bd_session_request *request = user;
+    Bounced__Progress *progress = malloc(sizeof *progress);
+    BD_ASSERT(progress);
+    bounced__progress__init(progress);
+    progress->stage = bd_answer_text(stage);
+    if (share >= 0) BD_SET(progress, share, share);
+    struct bd_answer event = bd_answer_of(BOUNCED__ENVELOPE__BODY_PROGRESS, progress);
+    bd_session_send_event(request->session, request->id, &event);
+}
+
+static const struct bd_command_events plain_events = {on_answer, NULL};
+static const struct bd_command_events progress_events = {on_answer, on_progress};
+
+static enum bd_err check_request(const struct bd_session *session, uint64_t id,
+                                 struct bd_fault *fault)
+{
+    if (id == 0)
+        return bd_fault_set(fault, BD_ERR_USAGE, "request_id",
+                            "a request needs an id other than 0");
+    if (find_request(session, id) || bd_session_has_view(session, id) ||
+        bd_session_has_watch(session, id))
+        return bd_fault_set(fault, BD_ERR_CONFLICT, "request_id",
+                            "request %llu is under way already", (unsigned long long)id);
+    if (session->request_count >= REQUESTS_AT_ONCE)
+        return bd_fault_set(fault, BD_ERR_BUSY, "", "%d requests are under way on this connection",
+                            REQUESTS_AT_ONCE);
+    return BD_ERR_OK;
+}
+
+// Takes the envelope.
+static void start_command(struct bd_session *session, Bounced__Envelope *envelope,
+                          const struct bd_message *message)
+{
+    struct bd_session_request *request = malloc(sizeof *request);
+    BD_ASSERT(request);
+    *request = (struct bd_session_request){
+        .session = session, .id = envelope->request_id, .next = session->requests};
+    session->requests = request;
+    session->request_count++;
+    bool progress =
+        envelope->body_case == BOUNCED__ENVELOPE__BODY_RENDER && envelope->render->progress;
+    struct bd_command_start start = {.net = session->net,
+                                     .client = session->client,
+                                     .grant = session->grant,
+                                     .payload = message->payload,
+                                     .payload_bytes = message->payload_bytes,
+                                     .envelope = envelope,
+                                     .events = progress ? &progress_events : &plain_events,
+                                     .user = request};
+    struct bd_command *command = bd_command_start(&start);
+    if (command) request->command = command;
+}
+
+static void cancel(struct bd_session *session, const Bounced__Envelope *envelope)
+{
+    struct bd_session_request *request = find_request(session, envelope->cancel->request_id);
+    if (request) bd_command_cancel(request->command);
+    bd_session_end_view(session, envelope->cancel->request_id);
+    bd_session_end_watch(session, envelope->cancel->request_id);
+    struct bd_answer answer = bd_answer_done();
+    bd_session_send(session, envelope->request_id, &answer);
+}
+
+static void end(struct bd_session *session);
+
+// --- hello ----------------------------------------------------------------------------------
+
+static enum bd_err check_hello(struct bd_session *session, const Bounced__Hello *hello,
+                               struct bd_fault *fault)
+{
+    uint32_t min = hello->has_min ? hello->min : 1;
+    uint32_t max = hello->has_max ? hello->max : min;
+    if (min > BD_PROTOCOL_VERSION_MAX || max < BD_PROTOCOL_VERSION_MIN)
+        return bd_fault_set(fault, BD_ERR_UNSUPPORTED, "min",
+                            "the client speaks versions %u to %u, the server %d to %d", min, max,
+                            BD_PROTOCOL_VERSION_MIN, BD_PROTOCOL_VERSION_MAX);
+    if (!session->grant) session->grant = bd_tokens_find(session->net->tokens, hello->token);
+    if (!session->grant)
+        return bd_fault_set(fault, BD_ERR_UNAUTHORIZED, "token",
+                            hello->token ? "the token is not one of ours" : "a token is needed");
+    return BD_ERR_OK;
+}
+
+static void welcome(struct bd_session *session, uint64_t request_id, const Bounced__Hello *hello,
+                    bool was_resumed)
+{
+    session->greeted = true;
+    session->conn->clock_runs = false;
+    struct bd_answer answer = bd_session_hello_reply(session->net);
+    Bounced__HelloReply *reply = answer.envelope->hello_reply;
+    // Where the end of a stream is all the goodbye there is, who means to come back says so.
+    if (hello->resume || session->says_goodbye) {
+        char token[BD_SHA256_HEX];
+        bd_session_make_token(session, token);
+        reply->session = bd_answer_text(token);
+        BD_SET(reply, resumed, was_resumed);
+    }
+    bd_session_send_event(session, request_id, &answer); // not kept: it belongs to the connection
+}
+
+// The connection changes its session: the one that it began with has done nothing yet.
+static void take_over(struct bd_session *session, struct bd_session *old)
+{
+    struct bd_conn *conn = session->conn;
+    // The old connection may be dead without having said so.
+    if (old->conn) bd_conn_kill(old->conn);
+    session->conn = NULL;
+    end(session);
+    old->conn = conn;
+    old->face = session->face;
+    old->says_goodbye = session->says_goodbye;
+    old->parked_until_ns = 0;
+    conn->session = old;
+    bd_client_release(&old->client);
+    old->client = conn->client;
+    bd_client_retain(old->client);
+}
+
+static void resume(struct bd_session *session, struct bd_session *old, uint64_t request_id,
+                   const Bounced__Hello *hello)
+{
+    take_over(session, old);
+    welcome(old, request_id, hello, true);
+    bd_session_resend(old);
+    bd_session_flush_watches(old);
+    bd_session_wake_views(old, true);
+}
+
+static void greet(struct bd_session *session, const Bounced__Envelope *envelope)
+{
+    struct bd_fault fault;
+    const Bounced__Hello *hello = envelope->hello;
+    if (check_hello(session, hello, &fault)) {
+        bd_session_send_fault(session, envelope->request_id, &fault);
+        finish(session, &fault);
+        return;
+    }
+    struct bd_session *old = NULL;
+    if (!session->greeted && hello->resume && hello->resume[0] && !session->net->draining)
+        old = bd_session_find_resumable(session, hello->resume);
+    if (old)
+        resume(session, old, envelope->request_id, hello);
+    else
+        welcome(session, envelope->request_id, hello, false);
+}
+
+// --- messages -------------------------------------------------------------------------------
+
+// True if a message that is no command may be taken; otherwise it has been answered.
+static bool admit(struct bd_session *session, uint64_t request_id)
+{
+    struct bd_fault fault;
+    struct bd_net *net = session->net;
+    net->stats.requests++;
+    if (!bd_client_take_request(net->clients, session->client, &fault)) return true;
+    bd_session_send_fault(session, request_id, &fault);
+    return false;
+}
+
+// Whether a request that belongs to the session itself was taken care of.
+static bool handle_here(struct bd_session *session, const Bounced__Envelope *envelope,
+                        const struct bd_message *message)
+{
+    switch ((int)envelope->body_case) {
+    case BOUNCED__ENVELOPE__BODY_HELLO:
+        greet(session, envelope);
+        return true;
+    case BOUNCED__ENVELOPE__BODY_BLOB_PUT:
+        bd_session_put_piece(session, envelope, message);
+        return true;
+    case BOUNCED__ENVELOPE__BODY_CANCEL:
+        cancel(session, envelope);
+        return true;
+    case BOUNCED__ENVELOPE__BODY_SCENE_WATCH:
+        bd_session_watch(session, envelope);
+        return true;
+    case BOUNCED__ENVELOPE__BODY_VIEW_OPEN:
+        bd_session_open_view(session, envelope);
+        return true;
+    case BOUNCED__ENVELOPE__BODY_VIEW_UPDATE:
+        bd_session_update_view(session, envelope);
+        return true;
+    case BOUNCED__ENVELOPE__BODY_VIEW_CLOSE:
+        bd_session_close_view(session, envelope);
+        return true;
+    default:
+        return false;
+    }
+}
+
+static bool is_ours(const Bounced__Envelope *envelope)
+{
+    switch ((int)envelope->body_case) {
+    case BOUNCED__ENVELOPE__BODY_HELLO:
+    case BOUNCED__ENVELOPE__BODY_BLOB_PUT:
+    case BOUNCED__ENVELOPE__BODY_SCENE_WATCH:
+    case BOUNCED__ENVELOPE__BODY_VIEW_OPEN:
+    case BOUNCED__ENVELOPE__BODY_VIEW_UPDATE:
+    case BOUNCED__ENVELOPE__BODY_VIEW_CLOSE:
+        return true;
+    default:
+        return false; // a command, which is counted there; cancel and credits cost nothing
+    }
+}
+
+// Takes the envelope.
+static void handle(struct bd_session *session, Bounced__Envelope *envelope,
+                   const struct bd_message *message)
+{
+    struct bd_fault fault;
+    Bounced__Envelope__BodyCase body = envelope->body_case;
+    bool is_taken = false;
+    if (!session->greeted && body != BOUNCED__ENVELOPE__BODY_HELLO) {
+        bd_fault_set(&fault, BD_ERR_USAGE, "hello", "the first message of a connection is hello");
+        bd_session_send_fault(session, envelope->request_id, &fault);
+        finish(session, &fault);
+    } else if (body == BOUNCED__ENVELOPE__BODY_VIEW_CREDIT) {
+        bd_session_credit_view(session, envelope->view_credit);
+    } else if (check_request(session, envelope->request_id, &fault)) {
+        bd_session_send_fault(session, envelope->request_id, &fault);
+    } else if (!is_ours(envelope) || admit(session, envelope->request_id)) {
+        is_taken = !handle_here(session, envelope, message);
+        if (is_taken) start_command(session, envelope, message);
+    }
+    if (!is_taken) bounced__envelope__free_unpacked(envelope, NULL);
+}
+
+void bd_session_message(struct bd_session *session, const struct bd_message *message)
+{
+    Bounced__Envelope *envelope;
+    struct bd_fault fault;
+    if (bd_envelope_decode(message->header, message->header_bytes, &envelope, &fault))
+        bd_session_give_up(session, &fault);
+    else
+        handle(session, envelope, message);
+}
+
+void bd_session_give_up(struct bd_session *session, const struct bd_fault *fault)
+{
+    bd_log(BD_LOG_DEBUG, "net/session", "%s: %s", session->client->key, fault->message);
+    bd_session_send_fault(session, 0, fault);
+    finish(session, fault);
+}
+
+// --- the connection's events ----------------------------------------------------------------
+
+uint64_t bd_session_patience_s(const struct bd_session *session)
+{
+    const struct bd_limits *limits = &session->net->options.limits;
+    if (!session->greeted && !session->is_private) return limits->header_seconds;
+    if (bd_conn_unsent_bytes(session->conn) > 0) return limits->idle_seconds;
+    // While we compute, or hold it back from sending, silence is not its fault.
+    if (session->is_private || session->requests || !session->conn->reading) return 0;
+    if (session->views || session->watches) return 0; // a still picture is no news
+    return limits->idle_seconds;
+}
+
+void bd_session_silent(struct bd_session *session)
+{
+    struct bd_fault fault;
+    bd_fault_set(&fault, BD_ERR_DEADLINE, session->greeted ? "idle_seconds" : "header_seconds",
+                 session->greeted ? "the connection was idle for too long (limit idle_seconds)"
+                                  : "hello took too long (limit header_seconds)");
+    bd_session_give_up(session, &fault);
+}
+
+void bd_session_drain(struct bd_session *session)
+{
+    if (!session->requests) finish(session, NULL);
+}
+
+// --- its life -------------------------------------------------------------------------------
+
+void bd_session_begin(struct bd_conn *conn, const struct bd_session_start *start)
+{
+    struct bd_session *session = calloc(1, sizeof *session);
+    BD_ASSERT(session);
+    *session = (struct bd_session){.net = conn->net,
+                                   .client = conn->client,
+                                   .conn = conn,
+                                   .face = start->face,
+                                   .is_private = start->is_private,
+                                   .says_goodbye = start->says_goodbye,
+                                   .grant = start->grant,
+                                   .next = conn->net->sessions};
+    bd_client_retain(session->client);
+    conn->session = conn->net->sessions = session;
+    conn->clock_runs = !start->is_private;
+}
+
+// Nothing of it goes on; its memory stays until the loop is at rest, since whoever calls may be in
+// the middle of one of its messages.
+static void end(struct bd_session *session)
+{
+    while (session->requests) {
+        struct bd_session_request *request = session->requests;
+        if (request->command) bd_command_abandon(request->command);
+        forget_request(request);
+    }
+    bd_session_forget_uploads(session);
+    bd_session_forget_kept(session);
+    bd_session_end_views(session);
+    bd_session_end_watches(session);
+    session->has_ended = true;
+}
+
+// A goodbye of either side ends it; a connection that broke leaves it waiting for the next one.
+static bool may_be_resumed(const struct bd_session *session, const struct bd_conn *conn)
+{
+    return session->is_resumable && conn->state == BD_CONN_CLOSED && !session->net->draining;
+}
+
+void bd_session_gone(struct bd_session *session)
+{
+    const struct bd_limits *limits = &session->net->options.limits;
+    struct bd_conn *conn = session->conn;
+    conn->session = NULL;
+    session->conn = NULL;
+    if (may_be_resumed(session, conn)) {
+        session->parked_until_ns = bd_clock_ns() + limits->resume_seconds * 1000000000u;
+        bd_session_forget_uploads(session);
+    } else {
+        end(session);
+    }
+}
+
+// Nobody has come back for it.
+static bool is_over(const struct bd_session *session)
+{
+    if (session->has_ended || session->conn) return false;
+    return session->net->draining || bd_clock_ns() > session->parked_until_ns;
+}
+
+void bd_sessions_sweep(struct bd_net *net)
+{
+    for (struct bd_session **at = &net->sessions; *at;) {
+        struct bd_session *session = *at;
+        if (is_over(session)) end(session);
+        if (!session->has_ended) {
+            at = &session->next;
+            continue;
+        }
+        *at = session->next;
+        bd_client_release(&session->client);
+        free(session);
+    }
+}

@@ -1,0 +1,104 @@
+// What the files of a session share: its state.
+
+#ifndef BD_NET_SESSION_INTERNAL_H
+#define BD_NET_SESSION_INTERNAL_H
+
+#include "base/hash.h"
+#include "net/command.h"
+#include "net/net_internal.h"
+#include "net/session.h"
+
+struct bd_session_request; // under way
+struct bd_session_upload;  // a blob on its way in
+struct bd_session_kept;
+struct bd_session_view;
+struct bd_session_watch;
+
+struct bd_session {
+    struct bd_net *net;
+    struct bd_client *client;
+    struct bd_conn *conn; // NULL once it is gone
+    const struct bd_session_face *face;
+    const struct bd_grant *grant; // what the client may do; NULL before a hello that needs a token
+    bool greeted, is_private, says_goodbye;
+    bool is_resumable; // outlives its connection by resume_seconds
+    uint8_t token_digest[BD_SHA256_BYTES];
+    uint64_t parked_until_ns; // 0: it has a connection
+    struct bd_session_kept *kept; // answers, oldest first
+    bool has_ended; // swept once the loop is at rest
+    struct bd_session_request *requests;
+    uint32_t request_count;
+    struct bd_session_upload *uploads;
+    uint32_t upload_count;
+    struct bd_session_view *views;
+    uint32_t view_count, view_number;
+    struct bd_session_watch *watches;
+    uint32_t watch_count;
+    struct bd_session *next; // net->sessions
+};
+
+// Sends under this id and takes what is in `answer`.
+void bd_session_send(struct bd_session *session, uint64_t request_id, struct bd_answer *answer);
+void bd_session_send_fault(struct bd_session *session, uint64_t request_id,
+                           const struct bd_fault *fault);
+
+// The same for what has no meaning any more once its moment is over.
+void bd_session_send_event(struct bd_session *session, uint64_t request_id,
+                           struct bd_answer *answer);
+
+// Bytes that wait for the peer to read.
+size_t bd_session_unsent_bytes(const struct bd_session *session);
+
+// --- session_view.c ---
+
+void bd_session_open_view(struct bd_session *session, const Bounced__Envelope *envelope);
+void bd_session_update_view(struct bd_session *session, const Bounced__Envelope *envelope);
+void bd_session_close_view(struct bd_session *session, const Bounced__Envelope *envelope);
+void bd_session_credit_view(struct bd_session *session, const Bounced__ViewCredit *credit);
+// By the request that opened it.
+bool bd_session_has_view(const struct bd_session *session, uint64_t request_id);
+void bd_session_end_view(struct bd_session *session, uint64_t request_id);
+// There is room again; `restart`: the peer came back, and has lost what was under way to it.
+void bd_session_wake_views(struct bd_session *session, bool restart);
+void bd_session_end_views(struct bd_session *session);
+
+// --- session_watch.c ---
+
+void bd_session_watch(struct bd_session *session, const Bounced__Envelope *envelope);
+bool bd_session_has_watch(const struct bd_session *session, uint64_t request_id);
+void bd_session_end_watch(struct bd_session *session, uint64_t request_id);
+void bd_session_end_watches(struct bd_session *session);
+// There is room again: says what was missed.
+void bd_session_flush_watches(struct bd_session *session);
+
+// --- session_upload.c ---
+
+// One piece, answered now or, the last one, once the blob is kept.
+void bd_session_put_piece(struct bd_session *session, const Bounced__Envelope *envelope,
+                          const struct bd_message *message);
+// Does the disk keep up with every upload?
+bool bd_session_uploads_have_room(const struct bd_session *session);
+void bd_session_forget_uploads(struct bd_session *session);
+
+// --- session_resume.c ---
+
+struct bd_session_unit {
+    const uint8_t *head, *payload;
+    size_t head_bytes, payload_bytes;
+    bool is_small; // kept whatever the limit: there are no more of them than requests
+};
+
+// Keeps a copy of an answer. False if resume_bytes has no room for it.
+bool bd_session_keep(struct bd_session *session, const struct bd_session_unit *unit);
+void bd_session_resend(struct bd_session *session);
+void bd_session_forget_kept(struct bd_session *session);
+// A new one; the one before it means nothing any more.
+void bd_session_make_token(struct bd_session *session, char out[BD_SHA256_HEX]);
+// Of another connection, with the same rights. NULL if there is none any more.
+struct bd_session *bd_session_find_resumable(const struct bd_session *asker, const char *token);
+
+// --- session_hello.c ---
+
+struct bd_answer bd_session_hello_reply(const struct bd_net *net);
+
+#endif

@@ -1,0 +1,87 @@
+#include "net/upkeep.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/assert.h"
+#include "base/log.h"
+#include "net/journal_turn.h"
+#include "net/net_internal.h"
+#include "scene/store_journal.h"
+
+enum phase { PHASE_SNAPSHOT, PHASE_COMPACT, PHASE_COLLECT };
+
+struct bd_upkeep {
+    struct bd_journal_turn turn; // first
+    enum phase phase;
+    char scene_id[BD_SCENE_ID_BYTES];
+    uint64_t revision;
+    struct bd_scene *scene; // NULL: nothing but collecting
+    bool is_done;           // with the phase
+    enum bd_err err;
+    struct bd_fault fault;
+};
+
+static void on_pool(struct bd_journal_turn *turn)
+{
+    struct bd_upkeep *upkeep = (struct bd_upkeep *)turn;
+    struct bd_journal *journal = turn->net->options.journal;
+    upkeep->is_done = true;
+    switch (upkeep->phase) {
+    case PHASE_SNAPSHOT:
+        upkeep->err = bd_store_snapshot(journal, upkeep->scene_id, upkeep->revision, upkeep->scene,
+                                        &upkeep->fault);
+        break;
+    case PHASE_COMPACT:
+        upkeep->err = bd_journal_compact(journal, upkeep->scene_id, BD_STORE_KEEP_EDITS,
+                                         &upkeep->is_done, &upkeep->fault);
+        break;
+    case PHASE_COLLECT:
+        upkeep->err = bd_journal_collect(journal, &upkeep->is_done, &upkeep->fault);
+        break;
+    }
+}
+
+static void finish(struct bd_upkeep *upkeep)
+{
+    upkeep->turn.net->upkeep = NULL;
+    bd_scene_release(&upkeep->scene);
+    free(upkeep);
+}
+
+// One step after the other, each a turn of its own.
+static void back(struct bd_journal_turn *turn)
+{
+    struct bd_upkeep *upkeep = (struct bd_upkeep *)turn;
+    // A scene that was removed meanwhile has no history to look after.
+    if (upkeep->err && upkeep->err != BD_ERR_NOT_FOUND)
+        bd_log(BD_LOG_WARN, "net", "upkeep of the journal put off: %s", upkeep->fault.message);
+    bool is_over = upkeep->is_done && upkeep->phase == PHASE_COLLECT;
+    if (upkeep->err || is_over || turn->net->draining) {
+        finish(upkeep);
+        return;
+    }
+    if (upkeep->is_done) upkeep->phase++;
+    bd_journal_turn_take(turn->net, turn);
+}
+
+static bool is_due(const struct bd_batch *batch)
+{
+    return batch->kind == BD_BATCH_REMOVE ||
+           (batch->after && batch->revision % BD_STORE_SNAPSHOT_EDITS == 0);
+}
+
+void bd_upkeep_after(struct bd_net *net, const struct bd_batch *batch)
+{
+    if (!is_due(batch) || net->upkeep || net->draining) return;
+    struct bd_upkeep *upkeep = calloc(1, sizeof *upkeep);
+    BD_ASSERT(upkeep);
+    upkeep->turn.on_pool = on_pool;
+    upkeep->turn.back = back;
+    upkeep->phase = batch->after ? PHASE_SNAPSHOT : PHASE_COLLECT;
+    upkeep->revision = batch->revision;
+    memcpy(upkeep->scene_id, batch->scene_id, sizeof upkeep->scene_id);
+    if (batch->after) upkeep->scene = bd_scene_retain(batch->after);
+    net->upkeep = upkeep;
+    bd_journal_turn_take(net, &upkeep->turn);
+}

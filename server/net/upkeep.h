@@ -1,0 +1,18 @@
+// The journal's upkeep while serving: now and then a snapshot, so that start-ups and going back
+// stay short; then what lies too far behind is forgotten, in steps between which commits get their
+// turn.
+//
+// Thread: the event loop's.
+
+#ifndef BD_NET_UPKEEP_H
+#define BD_NET_UPKEEP_H
+
+#include "scene/store.h"
+
+struct bd_net;
+
+// A batch has been published: begins what is due after it. What is skipped because another upkeep
+// is under way comes with the next one that is due.
+void bd_upkeep_after(struct bd_net *net, const struct bd_batch *batch);
+
+#endif

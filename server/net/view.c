@@ -1,0 +1,486 @@
+#include "net/view.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/assert.h"
+#include "base/clock.h"
+#include "net/frame_encode.h"
+#include "net/frame_job.h"
+#include "net/stats.h"
+#include "net/view_plan.h"
+#include "net/view_steps.h"
+
+#define RETRY_NS       50000000u
+#define DEADLINES_MAX  3 // in a row without a frame
+#define FPS_MAX        1000.0
+
+struct bd_view {
+    struct bd_net *net;
+    struct bd_client *client;
+    const struct bd_view_events *events;
+    void *user;
+    struct bd_view *previous, *next; // net->views
+    bool is_closed;                  // freed once its frame came back
+    char scene_id[BD_SCENE_ID_BYTES];
+    struct bd_frame_options options;
+    uint32_t credit_max;
+    uint64_t sequence;
+    struct bd_view_state state;
+    uint64_t wanted_ns; // when the last change came
+    uint64_t wake_ns;   // 0 = does not wait
+    uint64_t replaced, number;
+    uint32_t deadlines;
+
+    // The frame under way.
+    struct bd_job *job;
+    struct bd_frame_job frame_job;
+    struct bd_frame_options running;
+    uint64_t running_ns, running_sequence, revision, transient;
+    uv_work_t work;
+    struct bd_encoded encoded;
+    double encode_ms;
+    enum bd_err err; // written on the pool, read on the loop
+    struct bd_fault fault;
+};
+
+static void step(struct bd_view *view);
+
+// --- its life -------------------------------------------------------------------------------
+
+static void free_view(struct bd_view *view)
+{
+    if (view->previous)
+        view->previous->next = view->next;
+    else
+        view->net->views = view->next;
+    if (view->next) view->next->previous = view->previous;
+    view->net->view_count--;
+    bd_client_release(&view->client);
+    free(view);
+}
+
+void bd_view_close(struct bd_view **address)
+{
+    struct bd_view *view = *address;
+    *address = NULL;
+    if (!view) return;
+    view->is_closed = true;
+    view->client->views--;
+    if (view->job) bd_job_cancel(view->job);
+    if (!view->state.is_running) free_view(view);
+}
+
+// The opener closes it, now or later.
+static void end(struct bd_view *view, const struct bd_fault *fault)
+{
+    view->state.wanted = view->state.shown;
+    view->state.is_final = true;
+    if (view->job) bd_job_cancel(view->job);
+    view->events->end(view->user, fault);
+}
+
+// --- a frame comes back ---------------------------------------------------------------------
+
+static void release_frame(struct bd_view *view)
+{
+    bd_job_release(&view->job);
+    bd_bytes_finish(&view->encoded.bytes);
+    view->state.is_running = view->state.is_stopping = view->state.has_rendered = false;
+}
+
+static void send_frame(struct bd_view *view)
+{
+    struct bd_view_state *state = &view->state;
+    const struct bd_report *report = &bd_job_result(view->job)->report;
+    uint64_t now_ns = bd_clock_ns();
+    uint64_t took_ns = now_ns - state->begun_ns;
+    bool is_final = bd_view_is_final(
+        state, bd_view_has_step(&view->options.frame, state->running_step + 1), took_ns,
+        view->net->options.limits.view_refine_seconds * 1000000000u);
+    if (state->running_step == 0) state->usual_ns = took_ns;
+    state->shown = state->running;
+    state->shown_step = state->running_step;
+    state->is_final = is_final;
+    state->stopped_one = false;
+    state->credits--;
+    view->deadlines = 0;
+    struct bd_view_frame frame = {.number = ++view->number,
+                                  .replaced = view->replaced,
+                                  .is_final = is_final,
+                                  .step = state->running_step,
+                                  .age_ms = (double)(now_ns - view->running_ns) * 1e-6,
+                                  .credits = state->credits,
+                                  .sequence = view->running_sequence,
+                                  .revision = view->revision,
+                                  .transient = view->transient,
+                                  .report = report,
+                                  .encode_ms = view->encode_ms,
+                                  .exposure_stops = view->encoded.exposure_stops,
+                                  .format = view->running.encode.format,
+                                  .bytes = view->encoded.bytes};
+    view->encoded.bytes = (struct bd_bytes){0};
+    view->replaced = 0;
+    bd_net_count_frame(view->net, report);
+    view->events->frame(view->user, &frame);
+    bd_bytes_finish(&frame.bytes);
+}
+
+// What it could not do. True: the view goes on.
+static bool survive(struct bd_view *view, const struct bd_fault *fault)
+{
+    struct bd_view_state *state = &view->state;
+    if (fault->err == BD_ERR_CANCELLED && state->is_stopping) {
+        view->replaced++;
+        state->stopped_one = state->running_step == 0;
+        return true;
+    }
+    if (fault->err == BD_ERR_BUSY) {
+        state->retry_ns = bd_clock_ns() + RETRY_NS;
+        return true;
+    }
+    if (fault->err != BD_ERR_DEADLINE) return false;
+    if (state->running_step > 0) {
+        state->last_step = state->shown_step;
+        return true;
+    }
+    view->replaced++;
+    return ++view->deadlines < DEADLINES_MAX;
+}
+
+static void frame_failed(struct bd_view *view, const struct bd_fault *fault)
+{
+    struct bd_fault why = *fault; // the job's own goes with it
+    bool goes_on = view->is_closed || survive(view, &why);
+    release_frame(view);
+    if (view->is_closed)
+        free_view(view);
+    else if (goes_on)
+        step(view);
+    else
+        end(view, &why);
+}
+
+static void encode_back(uv_work_t *work, int status)
+{
+    struct bd_view *view = work->data;
+    BD_ASSERT_CMP(status, ==, 0);
+    if (view->err || view->is_closed) {
+        frame_failed(view, &view->fault);
+        return;
+    }
+    send_frame(view);
+    release_frame(view);
+    if (view->is_closed)
+        free_view(view);
+    else
+        step(view);
+}
+
+static void encode_on_pool(uv_work_t *work)
+{
+    struct bd_view *view = work->data;
+    const struct bd_frame_encode frame = {.options = &view->running,
+                                          .result = bd_job_result(view->job),
+                                          .revision = view->revision,
+                                          .bytes_max = view->net->options.limits.reply_bytes};
+    view->err = bd_frame_encode(&frame, &view->encoded, &view->encode_ms, &view->fault);
+}
+
+static void job_ended(struct bd_frame_job *frame_job)
+{
+    struct bd_view *view = frame_job->user;
+    const struct bd_job_result *result = bd_job_result(view->job);
+    if (result->err || view->is_closed) {
+        struct bd_fault fault = result->fault;
+        fault.err = result->err;
+        frame_failed(view, &fault);
+        return;
+    }
+    view->state.has_rendered = true;
+    view->work.data = view;
+    int queued = uv_queue_work(&view->net->loop, &view->work, encode_on_pool, encode_back);
+    BD_ASSERT_CMP(queued, ==, 0);
+}
+
+// --- a frame begins -------------------------------------------------------------------------
+
+static enum bd_err submit(struct bd_view *view, const struct bd_store_entry *entry,
+                          struct bd_fault *fault)
+{
+    struct bd_job_request request = {
+        .scene = entry->scene,
+        .frame = view->running.frame,
+        .priority = view->state.running_step > 0 ? BD_PRIORITY_REFINE : BD_PRIORITY_VIEW,
+        .turn = bd_client_turn(view->client),
+        .done = bd_frame_job_done,
+        .user = &view->frame_job};
+    view->frame_job = (struct bd_frame_job){view->net, view, job_ended, NULL};
+    view->revision = entry->revision;
+    view->transient = entry->transient;
+    return bd_sched_submit(view->net->options.sched, &request, &view->job, fault);
+}
+
+static void begin(struct bd_view *view, uint32_t step_index)
+{
+    struct bd_view_state *state = &view->state;
+    const struct bd_store_entry *entry;
+    struct bd_fault fault;
+    state->is_running = true;
+    state->running = state->wanted;
+    state->running_step = step_index;
+    state->begun_ns = bd_clock_ns();
+    view->running = view->options;
+    bd_view_lay_step(&view->options.frame, step_index, &view->running.frame);
+    view->running_ns = view->wanted_ns;
+    view->running_sequence = view->sequence;
+    enum bd_err err = bd_store_get(view->net->options.store, view->scene_id, &entry, &fault);
+    if (!err) err = submit(view, entry, &fault);
+    if (err) frame_failed(view, &fault);
+}
+
+static void stop(struct bd_view *view)
+{
+    view->state.is_stopping = true;
+    bd_job_cancel(view->job);
+}
+
+// --- time -----------------------------------------------------------------------------------
+
+static void on_timer(uv_timer_t *timer);
+
+static void arm(struct bd_net *net)
+{
+    uint64_t soonest_ns = 0;
+    for (const struct bd_view *view = net->views; view; view = view->next)
+        if (view->wake_ns && (!soonest_ns || view->wake_ns < soonest_ns))
+            soonest_ns = view->wake_ns;
+    if (!soonest_ns) return;
+    uint64_t now_ns = bd_clock_ns();
+    uint64_t wait_ms = soonest_ns > now_ns ? (soonest_ns - now_ns + 999999) / 1000000 : 0;
+    uv_update_time(&net->loop);
+    uv_timer_start(&net->view_timer, on_timer, wait_ms, 0);
+}
+
+// A view's step may end it, and with it whatever its opener closes: walked anew after each.
+static struct bd_view *find_due(const struct bd_net *net, uint64_t now_ns)
+{
+    struct bd_view *view = net->views;
+    while (view && !(view->wake_ns && view->wake_ns <= now_ns)) view = view->next;
+    return view;
+}
+
+static void on_timer(uv_timer_t *timer)
+{
+    struct bd_net *net = timer->data;
+    uint64_t now_ns = bd_clock_ns();
+    struct bd_view *view;
+    while ((view = find_due(net, now_ns)) != NULL) {
+        view->wake_ns = 0;
+        step(view);
+    }
+    arm(net);
+}
+
+static void step(struct bd_view *view)
+{
+    if (view->is_closed) return;
+    view->state.has_room = view->events->has_room(view->user);
+    const struct bd_view_decision decision = bd_view_decide(&view->state, bd_clock_ns());
+    view->wake_ns = decision.next == BD_VIEW_WAIT ? decision.until_ns : 0;
+    switch (decision.next) {
+    case BD_VIEW_REST:
+        break;
+    case BD_VIEW_WAIT:
+        arm(view->net);
+        break;
+    case BD_VIEW_BEGIN:
+        begin(view, decision.step);
+        break;
+    case BD_VIEW_STOP:
+        stop(view);
+        break;
+    }
+}
+
+void bd_views_begin(struct bd_net *net)
+{
+    uv_timer_init(&net->loop, &net->view_timer);
+    net->view_timer.data = net;
+}
+
+void bd_views_finish(struct bd_net *net)
+{
+    uv_close((uv_handle_t *)&net->view_timer, NULL);
+}
+
+// --- what changes ---------------------------------------------------------------------------
+
+static void change(struct bd_view *view)
+{
+    struct bd_view_state *state = &view->state;
+    // The change before was never shown, nor is it being rendered.
+    bool waits = state->shown != state->wanted;
+    if (waits && !(state->is_running && state->running == state->wanted)) view->replaced++;
+    state->wanted++;
+    state->is_final = false;
+    state->last_step = BD_VIEW_STEP_NONE;
+    view->wanted_ns = bd_clock_ns();
+    step(view);
+}
+
+void bd_views_scene_changed(struct bd_net *net, const char *scene_id, bool is_removed)
+{
+    struct bd_fault fault;
+    bd_fault_set(&fault, BD_ERR_NOT_FOUND, "scene", "the scene was removed");
+    for (struct bd_view *view = net->views; view;) {
+        struct bd_view *next = view->next;
+        bool is_ours = !view->is_closed && strcmp(view->scene_id, scene_id) == 0;
+        if (is_ours && is_removed)
+            end(view, &fault);
+        else if (is_ours)
+            change(view);
+        view = next;
+    }
+}
+
+void bd_view_credit(struct bd_view *view, uint32_t count)
+{
+    uint32_t room = view->credit_max - view->state.credits;
+    view->state.credits += count < room ? count : room;
+    step(view);
+}
+
+void bd_view_restart(struct bd_view *view)
+{
+    view->state.credits = view->credit_max;
+    change(view);
+}
+
+void bd_view_wake(struct bd_view *view)
+{
+    step(view);
+}
+
+// --- what is asked for ----------------------------------------------------------------------
+
+static enum bd_err refuse(const char *field, struct bd_fault *fault)
+{
+    return bd_fault_set(fault, BD_ERR_USAGE, field, "%s: a view has none", field);
+}
+
+static enum bd_err check_options(const struct bd_net *net, const struct bd_store_entry *entry,
+                                 const struct bd_frame_options *options, struct bd_fault *fault)
+{
+    const struct bd_limits *limits = &net->options.limits;
+    const struct bd_frame_limits frame_limits = {.side_px_max = (uint32_t)limits->image_side_px,
+                                                 .pixel_count_max = limits->image_pixels,
+                                                 .reply_bytes_max = limits->reply_bytes};
+    const struct bd_frame_request *frame = &options->frame;
+    if (frame->plan_only) return refuse("plan_only", fault);
+    if (frame->check_pixels) return refuse("check", fault);
+    if (frame->target_error > 0) return refuse("target_error", fault);
+    if (!options->wants_image)
+        return bd_fault_set(fault, BD_ERR_USAGE, "encoding", "a view's encoding is not none");
+    enum bd_err err = bd_frame_request_check(frame, &frame_limits, fault);
+    if (err || frame->pose.is_set) return err;
+    if (bd_scene_find_camera(entry->scene, frame->camera) != BD_NONE) return BD_ERR_OK;
+    return bd_fault_set(fault, BD_ERR_USAGE, "camera", "%.63s: no such camera", frame->camera);
+}
+
+static enum bd_err read_frame(const struct bd_net *net, const struct bd_store_entry *entry,
+                              const Bounced__FrameRequest *frame, struct bd_frame_options *out,
+                              struct bd_fault *fault)
+{
+    enum bd_err err = bd_frame_options_read(frame, out, fault);
+    if (err) return err;
+    if (!frame || !frame->encoding) out->encode.format = BD_ENCODE_JPEG;
+    if ((!frame || !frame->encoding) && frame && frame->n_layers > 1)
+        return bd_fault_set(fault, BD_ERR_USAGE, "layers", "jpg holds one layer, exr all of them");
+    return check_options(net, entry, out, fault);
+}
+
+static enum bd_err read_rate(double frames_per_second, uint64_t *interval_ns,
+                             struct bd_fault *fault)
+{
+    if (!(frames_per_second >= 0 && frames_per_second <= FPS_MAX))
+        return bd_fault_set(fault, BD_ERR_USAGE, "frames_per_second",
+                            "%g: must be from 0 (no limit) to %g", frames_per_second, FPS_MAX);
+    *interval_ns = frames_per_second > 0 ? (uint64_t)fmin(1e9 / frames_per_second, 1e18) : 0;
+    return BD_ERR_OK;
+}
+
+static enum bd_err check_client(const struct bd_view_start *start, struct bd_fault *fault)
+{
+    uint64_t most = start->net->options.limits.views_per_client;
+    if (start->client->views < most) return BD_ERR_OK;
+    return bd_fault_set(fault, BD_ERR_BUSY, "views_per_client",
+                        "%u views of this client are open (limit views_per_client)",
+                        start->client->views);
+}
+
+enum bd_err bd_view_open(const struct bd_view_start *start, struct bd_view **out,
+                         struct bd_fault *fault)
+{
+    struct bd_net *net = start->net;
+    const struct bd_store_entry *entry = NULL;
+    struct bd_frame_options options;
+    uint64_t interval_ns = 0;
+    enum bd_err err = check_client(start, fault);
+    if (!err) err = bd_store_get(net->options.store, start->scene, &entry, fault);
+    if (!err) err = read_frame(net, entry, start->frame, &options, fault);
+    if (!err) err = read_rate(start->frames_per_second, &interval_ns, fault);
+    if (err) return err;
+    struct bd_view *view = calloc(1, sizeof *view);
+    BD_ASSERT(view);
+    *view = (struct bd_view){.net = net,
+                             .client = start->client,
+                             .events = start->events,
+                             .user = start->user,
+                             .next = net->views,
+                             .options = options,
+                             .credit_max = start->credits,
+                             .wanted_ns = bd_clock_ns(),
+                             .state = {.refine = start->refine,
+                                       .interval_ns = interval_ns,
+                                       .credits = start->credits,
+                                       .wanted = 1,
+                                       .last_step = BD_VIEW_STEP_NONE}};
+    snprintf(view->scene_id, sizeof view->scene_id, "%s", entry->id);
+    bd_client_retain(view->client);
+    view->client->views++;
+    if (view->next) view->next->previous = view;
+    net->views = view;
+    net->view_count++;
+    // With the timer, and not from here: the opener has not answered yet.
+    view->wake_ns = bd_clock_ns();
+    arm(net);
+    *out = view;
+    return BD_ERR_OK;
+}
+
+enum bd_err bd_view_update(struct bd_view *view, const Bounced__ViewUpdate *update,
+                           struct bd_fault *fault)
+{
+    struct bd_frame_options options = view->options;
+    uint64_t interval_ns = view->state.interval_ns;
+    const struct bd_store_entry *entry = NULL;
+    enum bd_err err = bd_store_get(view->net->options.store, view->scene_id, &entry, fault);
+    if (!err && update->frame) err = read_frame(view->net, entry, update->frame, &options, fault);
+    if (!err && update->pose) {
+        options.frame.camera[0] = 0;
+        err = bd_pose_read(update->pose, &options.frame.pose, fault);
+    }
+    if (!err && update->pose) err = check_options(view->net, entry, &options, fault);
+    if (!err && update->has_frames_per_second)
+        err = read_rate(update->frames_per_second, &interval_ns, fault);
+    if (err) return err;
+    view->options = options;
+    view->state.interval_ns = interval_ns;
+    if (update->has_refine) view->state.refine = update->refine;
+    if (update->has_sequence) view->sequence = update->sequence;
+    change(view);
+    return BD_ERR_OK;
+}

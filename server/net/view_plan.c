@@ -1,0 +1,53 @@
+#include "net/view_plan.h"
+
+#define COST_OF_A_STEP 4
+
+// A frame of an older state: is it worth its end?
+static bool may_stop(const struct bd_view_state *state, uint64_t now_ns)
+{
+    if (state->is_stopping || state->has_rendered || state->running == state->wanted) return false;
+    if (state->running_step > 0) return true;
+    return !state->stopped_one && 2 * (now_ns - state->begun_ns) < state->usual_ns;
+}
+
+static uint64_t due_ns(const struct bd_view_state *state)
+{
+    uint64_t due = state->begun_ns ? state->begun_ns + state->interval_ns : 0;
+    return due > state->retry_ns ? due : state->retry_ns;
+}
+
+static bool has_work(const struct bd_view_state *state)
+{
+    return state->shown != state->wanted || !state->is_final;
+}
+
+// A step that took too long is not tried again: the one before it, then, once more as the last.
+static uint32_t next_step(const struct bd_view_state *state)
+{
+    if (state->shown != state->wanted) return 0;
+    uint32_t step = state->refine ? state->shown_step + 1 : state->shown_step;
+    return step < state->last_step ? step : state->last_step;
+}
+
+struct bd_view_decision bd_view_decide(const struct bd_view_state *state, uint64_t now_ns)
+{
+    struct bd_view_decision decision = {.next = BD_VIEW_REST};
+    if (state->is_running) {
+        if (may_stop(state, now_ns)) decision.next = BD_VIEW_STOP;
+        return decision;
+    }
+    if (!has_work(state) || state->credits == 0 || !state->has_room) return decision;
+    decision.until_ns = due_ns(state);
+    decision.next = now_ns < decision.until_ns ? BD_VIEW_WAIT : BD_VIEW_BEGIN;
+    decision.step = next_step(state);
+    return decision;
+}
+
+bool bd_view_is_final(const struct bd_view_state *state, bool has_better, uint64_t took_ns,
+                      uint64_t most_ns)
+{
+    // Of an older state: another follows.
+    if (state->running != state->wanted) return false;
+    if (!state->refine || !has_better || state->running_step >= state->last_step) return true;
+    return took_ns > most_ns / COST_OF_A_STEP;
+}

@@ -1,0 +1,135 @@
+// Token files: roles, prefixes, quotas, and what is refused.
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "net/auth.h"
+
+#include "../protocol/cmocka_all.h"
+
+static enum bd_err read_text(const char *text, mode_t mode, struct bd_tokens **out,
+                             struct bd_fault *fault)
+{
+    char path[] = "/tmp/bounced-auth-XXXXXX";
+    int fd = mkstemp(path);
+    assert_true(fd >= 0);
+    assert_int_equal(write(fd, text, strlen(text)), strlen(text));
+    assert_int_equal(fchmod(fd, mode), 0);
+    close(fd);
+    enum bd_err err = bd_tokens_read(path, out, fault);
+    unlink(path);
+    return err;
+}
+
+static void bare_tokens_may_do_everything(void **state)
+{
+    (void)state;
+    struct bd_tokens *tokens;
+    assert_int_equal(read_text("# ours\n\n0123456789abcdef\n", 0600, &tokens, NULL), BD_ERR_OK);
+    assert_true(bd_tokens_needed(tokens));
+    const struct bd_grant *grant = bd_tokens_find(tokens, "0123456789abcdef");
+    assert_non_null(grant);
+    assert_int_equal(grant->role, BD_ROLE_ADMIN);
+    assert_string_equal(grant->name, "token-3");
+    assert_true(bd_grant_covers(grant, "anything"));
+    assert_true(grant->scenes_max == UINT64_MAX);
+    assert_null(bd_tokens_find(tokens, "0123456789abcdeF"));
+    assert_null(bd_tokens_find(tokens, "0123456789abcde"));
+    assert_null(bd_tokens_find(tokens, NULL));
+    bd_tokens_destroy(&tokens);
+}
+
+static void words_behind_a_token(void **state)
+{
+    (void)state;
+    struct bd_tokens *tokens;
+    const char *text = "aaaaaaaaaaaaaaaa role=read scenes=shop/ name=viewer\r\n"
+                       "bbbbbbbbbbbbbbbb\trole=edit max_scenes=3 max_bytes=2G max_jobs=1";
+    assert_int_equal(read_text(text, 0600, &tokens, NULL), BD_ERR_OK);
+    const struct bd_grant *viewer = bd_tokens_find(tokens, "aaaaaaaaaaaaaaaa");
+    const struct bd_grant *editor = bd_tokens_find(tokens, "bbbbbbbbbbbbbbbb");
+    assert_string_equal(viewer->name, "viewer");
+    assert_true(bd_grant_covers(viewer, "shop/chair"));
+    assert_false(bd_grant_covers(viewer, "shop"));
+    assert_false(bd_grant_covers(viewer, ""));
+    assert_true(viewer->bytes_max == UINT64_MAX);
+    assert_true(editor->scenes_max == 3 && editor->jobs_max == 1);
+    assert_true(editor->bytes_max == 2ull << 30);
+
+    struct bd_fault fault;
+    assert_int_equal(bd_grant_check_role(viewer, BD_ROLE_READ, &fault), BD_ERR_OK);
+    assert_int_equal(bd_grant_check_role(viewer, BD_ROLE_EDIT, &fault), BD_ERR_FORBIDDEN);
+    assert_string_equal(fault.field, "role");
+    assert_string_equal(fault.message, "the token's role is read, and this asks for edit");
+    assert_int_equal(bd_grant_check_role(editor, BD_ROLE_EDIT, &fault), BD_ERR_OK);
+    assert_int_equal(bd_grant_check_role(editor, BD_ROLE_ADMIN, &fault), BD_ERR_FORBIDDEN);
+    bd_tokens_destroy(&tokens);
+}
+
+static void what_looks_like_protection_and_is_none(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *text;
+        mode_t mode;
+        const char *field, *says;
+    } bad[] = {
+        {"", 0600, "token-file", "holds no token"},
+        {"# nothing\n", 0600, "token-file", "holds no token"},
+        {"short\n", 0600, "token-file", "line 1: a token has at least 16"},
+        {"aaaaaaaaaaaaaaaa\naaaaaaaaaaaaaaaa role=read\n", 0600, "token-file",
+         "line 2: this token"},
+        {"aaaaaaaaaaaaaaaa role=root\n", 0600, "role", "line 1: a role is read, edit or admin"},
+        {"aaaaaaaaaaaaaaaa rol=read\n", 0600, "token-file", "line 1: behind a token"},
+        {"aaaaaaaaaaaaaaaa read\n", 0600, "token-file", "line 1: behind a token"},
+        {"aaaaaaaaaaaaaaaa scenes=\n", 0600, "scenes", "1 to 127"},
+        {"aaaaaaaaaaaaaaaa max_jobs=-1\n", 0600, "max_jobs", "whole number"},
+        {"aaaaaaaaaaaaaaaa max_bytes=99999999999G\n", 0600, "max_bytes", "whole number"},
+        {"aaaaaaaaaaaaaaaa\n", 0640, "token-file", "can be read by others"},
+    };
+    for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
+        struct bd_tokens *tokens = NULL;
+        struct bd_fault fault = {0};
+        assert_int_equal(read_text(bad[i].text, bad[i].mode, &tokens, &fault), BD_ERR_USAGE);
+        assert_string_equal(fault.field, bad[i].field);
+        assert_non_null(strstr(fault.message, bad[i].says));
+        assert_null(tokens);
+    }
+}
+
+static void too_many(void **state)
+{
+    (void)state;
+    char *text = calloc(257, 20), *at = text;
+    for (int i = 0; i < 257; i++) at += sprintf(at, "%016d\n", i);
+    struct bd_tokens *tokens = NULL;
+    struct bd_fault fault;
+    assert_int_equal(read_text(text, 0600, &tokens, &fault), BD_ERR_USAGE);
+    assert_string_equal(fault.message, "line 257: there are more than 256 tokens");
+    free(text);
+}
+
+static void no_file_needs_no_token(void **state)
+{
+    (void)state;
+    struct bd_tokens *tokens;
+    assert_int_equal(bd_tokens_read(NULL, &tokens, NULL), BD_ERR_OK);
+    assert_false(bd_tokens_needed(tokens));
+    assert_ptr_equal(bd_tokens_find(tokens, NULL), &bd_grant_of_all);
+    bd_tokens_destroy(&tokens);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(bare_tokens_may_do_everything),
+        cmocka_unit_test(words_behind_a_token),
+        cmocka_unit_test(what_looks_like_protection_and_is_none),
+        cmocka_unit_test(too_many),
+        cmocka_unit_test(no_file_needs_no_token),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

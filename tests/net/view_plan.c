@@ -1,0 +1,208 @@
+// What a view does next, state by state, and that its rules hold whatever happens.
+
+#include "net/view_plan.h"
+
+#include <stdlib.h>
+
+#include "base/assert.h"
+
+#include "../protocol/cmocka_all.h"
+
+#define MS 1000000u
+
+static struct bd_view_state opened(void)
+{
+    return (struct bd_view_state){
+        .refine = true, .credits = 2, .has_room = true, .wanted = 1, .last_step = BD_VIEW_STEP_NONE};
+}
+
+static struct bd_view_state shown(uint32_t step)
+{
+    struct bd_view_state state = opened();
+    state.shown = 1;
+    state.shown_step = step;
+    state.begun_ns = 100 * MS;
+    return state;
+}
+
+static struct bd_view_state running(uint32_t step)
+{
+    struct bd_view_state state = opened();
+    state.is_running = true;
+    state.running = 1;
+    state.running_step = step;
+    state.begun_ns = 100 * MS;
+    state.usual_ns = 100 * MS;
+    return state;
+}
+
+static void assert_begins(const struct bd_view_state *state, uint64_t now_ns, uint32_t step)
+{
+    struct bd_view_decision decision = bd_view_decide(state, now_ns);
+    assert_int_equal(decision.next, BD_VIEW_BEGIN);
+    assert_int_equal(decision.step, step);
+}
+
+static void assert_next(const struct bd_view_state *state, uint64_t now_ns, enum bd_view_next next)
+{
+    assert_int_equal(bd_view_decide(state, now_ns).next, next);
+}
+
+static void a_frame_needs_a_credit_and_room(void **cmocka)
+{
+    (void)cmocka;
+    struct bd_view_state state = opened();
+    assert_begins(&state, 0, 0);
+    state.credits = 0;
+    assert_next(&state, 0, BD_VIEW_REST);
+    state = opened();
+    state.has_room = false;
+    assert_next(&state, 0, BD_VIEW_REST);
+}
+
+static void what_is_still_is_improved_until_it_is_final(void **cmocka)
+{
+    (void)cmocka;
+    const uint64_t now_ns = 100 * MS;
+    struct bd_view_state state = shown(0);
+    assert_begins(&state, now_ns, 1);
+    state.shown_step = 7;
+    assert_begins(&state, now_ns, 8);
+    state.is_final = true;
+    assert_next(&state, now_ns, BD_VIEW_REST);
+    state.wanted = 2; // a change: from the first step again
+    assert_begins(&state, now_ns, 0);
+    state = shown(3);
+    state.last_step = 3; // the fourth took too long: the third once more, as the last
+    assert_begins(&state, now_ns, 3);
+}
+
+static void the_rate_is_kept(void **cmocka)
+{
+    (void)cmocka;
+    struct bd_view_state state = shown(0);
+    state.interval_ns = 50 * MS;
+    struct bd_view_decision decision = bd_view_decide(&state, 120 * MS);
+    assert_int_equal(decision.next, BD_VIEW_WAIT);
+    assert_int_equal(decision.until_ns, 150 * MS);
+    assert_begins(&state, 150 * MS, 1);
+    state.retry_ns = 200 * MS;
+    assert_int_equal(bd_view_decide(&state, 150 * MS).until_ns, 200 * MS);
+}
+
+static void a_frame_is_stopped_only_early_and_never_twice(void **cmocka)
+{
+    (void)cmocka;
+    struct bd_view_state state = running(0);
+    assert_next(&state, 110 * MS, BD_VIEW_REST); // nothing has changed
+    state.wanted = 2;
+    assert_next(&state, 110 * MS, BD_VIEW_STOP);
+    assert_next(&state, 150 * MS, BD_VIEW_REST); // half is done
+    state.stopped_one = true;
+    assert_next(&state, 110 * MS, BD_VIEW_REST);
+    state.stopped_one = false;
+    state.is_stopping = true;
+    assert_next(&state, 110 * MS, BD_VIEW_REST);
+    state = running(0);
+    state.wanted = 2;
+    state.usual_ns = 0; // nothing is known of how long it takes
+    assert_next(&state, 100 * MS, BD_VIEW_REST);
+    state = running(2); // a better picture of what is no longer so
+    state.wanted = 2;
+    state.stopped_one = true;
+    assert_next(&state, 900 * MS, BD_VIEW_STOP);
+    state.has_rendered = true; // it is being encoded, and will be sent
+    assert_next(&state, 900 * MS, BD_VIEW_REST);
+}
+
+static void final_is_the_last_of_its_state(void **cmocka)
+{
+    (void)cmocka;
+    struct bd_view_state state = running(1);
+    assert_false(bd_view_is_final(&state, true, MS, 100 * MS));
+    assert_true(bd_view_is_final(&state, false, MS, 100 * MS));
+    assert_true(bd_view_is_final(&state, true, 26 * MS, 100 * MS));
+    state.last_step = 1;
+    assert_true(bd_view_is_final(&state, true, MS, 100 * MS));
+    state.refine = false;
+    state.last_step = BD_VIEW_STEP_NONE;
+    assert_true(bd_view_is_final(&state, true, MS, 100 * MS));
+    state.wanted = 2; // another follows, whatever this was
+    assert_false(bd_view_is_final(&state, false, MS, 100 * MS));
+}
+
+// --- a view run by the rules ----------------------------------------------------------------
+
+struct run {
+    struct bd_view_state state;
+    uint64_t now_ns, ends_ns;
+    uint32_t firsts_begun, firsts_sent;
+};
+
+static void obey(struct run *run, uint64_t frame_ns)
+{
+    struct bd_view_state *s = &run->state;
+    struct bd_view_decision decision = bd_view_decide(s, run->now_ns);
+    if (decision.next == BD_VIEW_STOP) {
+        s->is_running = false;
+        s->stopped_one = s->running_step == 0;
+        obey(run, frame_ns);
+    } else if (decision.next == BD_VIEW_BEGIN) {
+        assert_int_not_equal(s->credits, 0);
+        s->is_running = true;
+        s->running = s->wanted;
+        s->running_step = decision.step;
+        s->begun_ns = run->now_ns;
+        run->ends_ns = run->now_ns + frame_ns;
+        run->firsts_begun += decision.step == 0;
+    }
+}
+
+static void send(struct run *run, uint32_t top)
+{
+    struct bd_view_state *s = &run->state;
+    s->is_final = bd_view_is_final(s, s->running_step < top, 0, 1);
+    s->is_running = s->stopped_one = false;
+    s->shown = s->running;
+    s->shown_step = s->running_step;
+    if (s->running_step == 0) s->usual_ns = run->now_ns - s->begun_ns;
+    s->credits--;
+    run->firsts_sent += s->running_step == 0;
+}
+
+// Changes at random times, credits that come back late: at least every second frame that was begun
+// for a first picture is shown, none is sent without a credit, and rest ends in a final frame.
+static void whatever_happens_it_is_seen_and_ends_final(void **cmocka)
+{
+    (void)cmocka;
+    for (unsigned round = 1; round <= 200; round++) {
+        unsigned seed = round;
+        struct run run = {.state = opened()};
+        uint64_t frame_ns = (1 + (uint64_t)(rand_r(&seed) % 50)) * MS;
+        for (int tick = 0; tick < 4000; tick++, run.now_ns += MS) {
+            if (run.state.is_running && run.now_ns >= run.ends_ns) send(&run, 2);
+            if (tick < 3000 && rand_r(&seed) % 10 == 0) {
+                run.state.wanted++;
+                run.state.is_final = false;
+            }
+            if (run.state.credits < 2 && rand_r(&seed) % 10 == 0) run.state.credits++;
+            obey(&run, frame_ns);
+        }
+        assert_true(run.firsts_begun <= 2 * run.firsts_sent + 2 && run.firsts_sent > 10);
+        assert_true(run.state.is_final && run.state.shown == run.state.wanted);
+        assert_int_equal(run.state.shown_step, 2);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_frame_needs_a_credit_and_room),
+        cmocka_unit_test(what_is_still_is_improved_until_it_is_final),
+        cmocka_unit_test(the_rate_is_kept),
+        cmocka_unit_test(a_frame_is_stopped_only_early_and_never_twice),
+        cmocka_unit_test(final_is_the_last_of_its_state),
+        cmocka_unit_test(whatever_happens_it_is_seen_and_ends_final),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
