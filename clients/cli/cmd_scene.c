@@ -1,4 +1,4 @@
-// `bounce scenes`, `bounce scene add`, `bounce scene rm`.
+// `bounce scenes`, `bounce scene add`, `bounce scene rm`; the other verbs are in history.c.
 
 #include <inttypes.h>
 #include <stdio.h>
@@ -8,6 +8,7 @@
 #include "clients/cli/commands.h"
 #include "clients/cli/conn.h"
 #include "clients/cli/help.h"
+#include "clients/cli/history.h"
 #include "clients/cli/list.h"
 #include "clients/cli/options.h"
 #include "clients/cli/progress.h"
@@ -86,9 +87,10 @@ static enum bd_err print_added(const struct bd_cli_common *common, const Bounced
     return BD_ERR_OK;
 }
 
-static enum bd_err add_scene(const struct bd_cli_common *common, const char *path,
-                             const char *environment, struct bd_fault *fault)
+static enum bd_err add_scene(const struct bd_cli_scene *options, struct bd_fault *fault)
 {
+    const struct bd_cli_common *common = &options->common;
+    const char *path = options->operands[1], *environment = options->environment;
     struct bd_cli_conn *conn = NULL;
     struct bd_cli_source source = {0};
     struct bd_cli_answer answer = {0};
@@ -109,14 +111,13 @@ static enum bd_err add_scene(const struct bd_cli_common *common, const char *pat
     return err;
 }
 
-static enum bd_err remove_scene(const struct bd_cli_common *common, const char *id,
-                                struct bd_fault *fault)
+static enum bd_err remove_scene(const struct bd_cli_scene *options, struct bd_fault *fault)
 {
     struct bd_cli_conn *conn = NULL;
-    enum bd_err err = bd_cli_conn_open(common, BD_CLI_CONN_RUNNING, &conn, fault);
+    enum bd_err err = bd_cli_conn_open(&options->common, BD_CLI_CONN_RUNNING, &conn, fault);
     if (err) return err;
     Bounced__SceneRemove remove = BOUNCED__SCENE_REMOVE__INIT;
-    remove.id = (char *)id;
+    remove.id = (char *)options->operands[1];
     Bounced__Envelope envelope = BOUNCED__ENVELOPE__INIT;
     envelope.body_case = BOUNCED__ENVELOPE__BODY_SCENE_REMOVE;
     envelope.scene_remove = &remove;
@@ -128,20 +129,45 @@ static enum bd_err remove_scene(const struct bd_cli_common *common, const char *
     return err;
 }
 
+static const struct {
+    const char *verb, *usage;
+    int operands_min, operands_max; // the verb counts
+    enum bd_err (*run)(const struct bd_cli_scene *options, struct bd_fault *fault);
+} verbs[] = {
+    {"add", "add FILE", 2, 2, add_scene},
+    {"rm", "rm ID", 2, 2, remove_scene},
+    {"log", "log ID", 2, 2, bd_cli_history_log},
+    {"undo", "undo ID", 2, 2, bd_cli_history_undo},
+    {"redo", "redo ID", 2, 2, bd_cli_history_redo},
+    {"commit", "commit ID", 2, 2, bd_cli_history_commit},
+    {"revert", "revert ID REVISION|NAME", 3, 3, bd_cli_history_revert},
+    {"name", "name ID NAME [REVISION]", 3, 4, bd_cli_history_name},
+    {"export", "export ID FILE.glb", 3, 3, bd_cli_history_export},
+};
+
+#define VERB_COUNT (sizeof verbs / sizeof verbs[0])
+
+static enum bd_err run_verb(const struct bd_cli_scene *options, struct bd_fault *fault)
+{
+    for (size_t i = 0; i < VERB_COUNT; i++) {
+        if (strcmp(verbs[i].verb, options->operands[0]) != 0) continue;
+        if (options->operand_count >= verbs[i].operands_min &&
+            options->operand_count <= verbs[i].operands_max)
+            return verbs[i].run(options, fault);
+        return bd_fault_set(fault, BD_ERR_USAGE, "scene", "bounce scene %s", verbs[i].usage);
+    }
+    return bd_fault_set(
+        fault, BD_ERR_USAGE, "scene",
+        "bounce scene add FILE, or rm, log, undo, redo, commit, revert, name, export "
+        "ID (bounce scene --help)");
+}
+
 int bd_cmd_scene(const char *const *words, int count)
 {
     struct bd_cli_scene options;
     struct bd_fault fault = {0};
     enum bd_err err = bd_cli_parse_scene(words, count, &options, &fault);
     if (!err && options.help) return bd_help_scenes();
-    const char *verb = options.operands[0], *object = options.operands[1];
-    if (err) return bd_cmd_fail(err, &fault, options.common.json);
-    if (options.operand_count == 2 && strcmp(verb, "add") == 0)
-        err = add_scene(&options.common, object, options.environment, &fault);
-    else if (options.operand_count == 2 && strcmp(verb, "rm") == 0)
-        err = remove_scene(&options.common, object, &fault);
-    else
-        err = bd_fault_set(&fault, BD_ERR_USAGE, "scene",
-                           "bounce scene add FILE, or bounce scene rm ID");
+    if (!err) err = run_verb(&options, &fault);
     return err ? bd_cmd_fail(err, &fault, options.common.json) : 0;
 }

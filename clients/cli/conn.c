@@ -273,6 +273,14 @@ enum bd_err bd_cli_conn_call(struct bd_cli_conn *conn, Bounced__Envelope *reques
     return receive(conn, &wait, want, out, fault);
 }
 
+enum bd_err bd_cli_conn_event(struct bd_cli_conn *conn, uint64_t request_id,
+                              Bounced__Envelope__BodyCase want, struct bd_cli_answer *out,
+                              struct bd_fault *fault)
+{
+    struct wait wait = {.request_id = request_id, .at_once = true};
+    return receive(conn, &wait, want, out, fault);
+}
+
 // The first line of the file, without what surrounds it.
 static enum bd_err read_token(const char *path, char token[TOKEN_BYTES_MAX], struct bd_fault *fault)
 {

@@ -57,4 +57,11 @@ enum bd_err bd_cli_conn_call(struct bd_cli_conn *conn, Bounced__Envelope *reques
                              const struct bd_cli_conn_watch *watch, struct bd_cli_answer *out,
                              struct bd_fault *fault);
 
+// The next event of a request that has been answered (a watch), which must have the body `want`.
+// Ctrl-C ends the wait at once, with BD_ERR_CANCELLED. Finish `*out` either way.
+BD_MUST_CHECK
+enum bd_err bd_cli_conn_event(struct bd_cli_conn *conn, uint64_t request_id,
+                              Bounced__Envelope__BodyCase want, struct bd_cli_answer *out,
+                              struct bd_fault *fault);
+
 #endif

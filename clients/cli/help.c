@@ -30,6 +30,9 @@ int bd_help(void)
           "  scenes                 the scenes that the daemon holds\n"
           "  scene add FILE         gives the daemon a scene; prints its id\n"
           "  scene rm ID            takes it away\n"
+          "  scene log|export|revert|name|undo|redo|commit ID    its history\n"
+          "  edit ID FILE.json|-    changes it, batch by batch\n"
+          "  watch [ID]             says what becomes of it\n"
           "  stability              every technique through the inputs that break renderers\n"
           "  bench                  error against run time, as tables and one HTML page\n"
           "\n"
@@ -154,7 +157,48 @@ int bd_help_scenes(void)
     fputs("usage: bounce scenes [options]\n"
           "       bounce scene add FILE [--environment R,G,B|FILE.exr] [options]\n"
           "       bounce scene rm ID [options]\n"
+          "       bounce scene log ID [--after REVISION] [--limit N] [options]\n"
+          "       bounce scene undo ID | redo ID | commit ID [options]\n"
+          "       bounce scene revert ID REVISION|NAME [options]\n"
+          "       bounce scene name ID NAME [REVISION] [--remove] [options]\n"
+          "       bounce scene export ID FILE.glb|- [options]\n"
+          "\n"
+          "undo, redo and revert make a new revision; nothing is lost. commit makes one\n"
+          "revision of what lies transient on the scene. A name keeps the state that it names;\n"
+          "revert takes a word of digits as a revision.\n"
           "\n" COMMON_HELP END_HELP,
+          stdout);
+    return 0;
+}
+
+int bd_help_edit(void)
+{
+    fputs("usage: bounce edit SCENE_ID FILE.json|- [options]\n"
+          "\n"
+          "Applies batches of edits: one JSON document after the other, each wholly or not at\n"
+          "all, each answered by a line of JSON on standard output before the next is read.\n"
+          "\n"
+          "  {\"message\": \"a lamp\",\n"
+          "   \"ops\": [{\"add_light\": {\"kind\": \"point\", \"intensity\": 5}},\n"
+          "           {\"add_node\": {\"light\": -2}}]}\n"
+          "\n"
+          "The form is EditBatch of protocol/bounced.proto; -2 - k names what operation k adds.\n"
+          "Names that are not in it are refused. The first batch that fails ends it, with its\n"
+          "exit code.\n"
+          "\n"
+          "  -k, --keep-going     a failure is a line too, and the next batch is read\n" COMMON_HELP
+              END_HELP,
+          stdout);
+    return 0;
+}
+
+int bd_help_watch(void)
+{
+    fputs("usage: bounce watch [SCENE_ID] [options]\n"
+          "\n"
+          "A line for each change of the scene, or of all scenes, until Ctrl-C.\n"
+          "\n"
+          "  --count N            end after N events\n" COMMON_HELP END_HELP,
           stdout);
     return 0;
 }

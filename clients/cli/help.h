@@ -8,6 +8,8 @@ int bd_help_render(void);
 int bd_help_reference(void);
 int bd_help_compare(void);
 int bd_help_scenes(void);
+int bd_help_edit(void);
+int bd_help_watch(void);
 int bd_help_devices(void);
 int bd_help_techniques(void);
 

@@ -18,6 +18,8 @@ static const struct {
     {"techniques", bd_cmd_techniques},
     {"scenes", bd_cmd_scenes},
     {"scene", bd_cmd_scene},
+    {"edit", bd_cmd_edit},
+    {"watch", bd_cmd_watch},
     {"stability", bd_cmd_stability},
     {"bench", bd_cmd_bench},
 };

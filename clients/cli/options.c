@@ -40,9 +40,6 @@ enum {
 
 static const struct bd_cli_option plain_table[] = {BD_CLI_COMMON_OPTIONS, {0}};
 
-static const struct bd_cli_option scene_table[] = {
-    BD_CLI_COMMON_OPTIONS, {"environment", 0, true, OPT_ENVIRONMENT}, {0}};
-
 static const struct bd_cli_option render_table[] = {
     BD_CLI_COMMON_OPTIONS,
     {"output", 'o', true, OPT_OUTPUT},
@@ -376,10 +373,8 @@ enum bd_err bd_cli_parse_render(const char *const *words, int count, struct bd_c
     return out->help ? BD_ERR_OK : check_render(out, fault);
 }
 
-// Options of `table` and operands; `*environment` where the table has it.
-static enum bd_err parse_words(const struct bd_cli_option *table, const char *const *words,
-                               int count, struct bd_cli_common *out, const char **operands,
-                               int operand_max, int *operand_count, const char **environment,
+enum bd_err bd_cli_parse_plain(const char *const *words, int count, struct bd_cli_common *out,
+                               const char **operands, int operand_max, int *operand_count,
                                bool *help, struct bd_fault *fault)
 {
     *out = (struct bd_cli_common){0};
@@ -388,9 +383,8 @@ static enum bd_err parse_words(const struct bd_cli_option *table, const char *co
     struct bd_cli_args args = {.words = words, .count = count};
     const char *value;
     int id;
-    while ((id = bd_cli_next(&args, table, &value, fault)) != BD_CLI_END) {
+    while ((id = bd_cli_next(&args, plain_table, &value, fault)) != BD_CLI_END) {
         if (id == BD_CLI_ERROR) return BD_ERR_USAGE;
-        if (id == OPT_ENVIRONMENT) *environment = value;
         if (id != BD_CLI_OPERAND) {
             bd_cli_parse_common(id, value, out, help);
             continue;
@@ -400,22 +394,4 @@ static enum bd_err parse_words(const struct bd_cli_option *table, const char *co
         operands[(*operand_count)++] = value;
     }
     return bd_cli_check_common(out, fault);
-}
-
-enum bd_err bd_cli_parse_plain(const char *const *words, int count, struct bd_cli_common *out,
-                               const char **operands, int operand_max, int *operand_count,
-                               bool *help, struct bd_fault *fault)
-{
-    return parse_words(plain_table, words, count, out, operands, operand_max, operand_count, NULL,
-                       help, fault);
-}
-
-enum bd_err bd_cli_parse_scene(const char *const *words, int count, struct bd_cli_scene *out,
-                               struct bd_fault *fault)
-{
-    *out = (struct bd_cli_scene){.operands = {"", ""}};
-    enum bd_err err = parse_words(scene_table, words, count, &out->common, out->operands, 2,
-                                  &out->operand_count, &out->environment, &out->help, fault);
-    if (err || !out->environment || strcmp(out->operands[0], "add") == 0) return err;
-    return usage(fault, "environment", "--environment goes with bounce scene add FILE");
 }

@@ -33,7 +33,7 @@ struct bd_cli_render {
     enum bd_cli_format format;
     const char *report; // path, NULL for none
     bool plan;
-    uint32_t width_px, height_px; // 0 = the server's default
+    uint32_t width_px, height_px;                                // 0 = the server's default
     const char *camera, *technique, *exposure, *tonemap, *fresh; // NULL = the server's default
     const char *sets[BD_CLI_SET_MAX];                            // "KEY=VALUE"
     uint32_t set_count;
@@ -73,17 +73,32 @@ BD_MUST_CHECK
 enum bd_err bd_cli_parse_reference(const char *const *words, int count,
                                    struct bd_cli_reference *out, struct bd_fault *fault);
 
+#define BD_CLI_SCENE_OPERANDS 4
+
+// Of `scene`, `edit` and `watch`: what they are about, and the options of each.
 struct bd_cli_scene {
     struct bd_cli_common common;
-    const char *operands[2]; // "add" FILE, "rm" ID; "" where there is none
+    const char *operands[BD_CLI_SCENE_OPERANDS]; // verb and objects; "" where there is none
     int operand_count;
     const char *environment; // of add; NULL = none
+    bool has_after;          // of log
+    uint64_t after;
+    uint32_t limit;  // of log; 0 = the server's default
+    bool remove;     // of name
+    bool keep_going; // of edit
+    uint64_t count;  // of watch: events; 0 = no end
     bool help;
 };
 
-// Decodes the words behind `bounce scene`.
+// Decodes the words behind `bounce scene`, `bounce edit`, `bounce watch`.
 BD_MUST_CHECK
 enum bd_err bd_cli_parse_scene(const char *const *words, int count, struct bd_cli_scene *out,
+                               struct bd_fault *fault);
+BD_MUST_CHECK
+enum bd_err bd_cli_parse_edit(const char *const *words, int count, struct bd_cli_scene *out,
+                              struct bd_fault *fault);
+BD_MUST_CHECK
+enum bd_err bd_cli_parse_watch(const char *const *words, int count, struct bd_cli_scene *out,
                                struct bd_fault *fault);
 
 // Decodes the words behind `bounce render`. BD_ERR_USAGE names the option and what it allows.

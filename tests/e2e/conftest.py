@@ -4,6 +4,7 @@ import os
 import pathlib
 import subprocess
 import sys
+import time
 
 import pytest
 
@@ -62,3 +63,18 @@ def bounce(tmp_path):
 @pytest.fixture
 def fake(tmp_path):
     return FakeBounce(tmp_path)
+
+
+@pytest.fixture
+def running(fake):
+    """A fake daemon on the default socket."""
+    folder = fake.folder / "run"
+    folder.mkdir(parents=True)
+    path = folder / "bounced.sock"
+    with subprocess.Popen([fake.env["BOUNCED"], str(path)], env=fake.env) as daemon:
+        deadline = time.monotonic() + 20
+        while not path.exists() and time.monotonic() < deadline:
+            time.sleep(0.02)
+        time.sleep(0.05)
+        yield fake
+        daemon.kill()

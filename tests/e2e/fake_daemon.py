@@ -152,6 +152,58 @@ class Peer:
         answer.done.SetInParent()
         return self.send(answer)
 
+    def on_edit_batch(self, envelope, _):
+        batch = envelope.edit_batch
+        if MODE == "unsupported":
+            return self.error(envelope.request_id, "unsupported", "no such request is known")
+        if batch.message == "refuse":
+            return self.error(envelope.request_id, "conflict", "another revision")
+        answer = pb.Envelope(request_id=envelope.request_id)
+        answer.edit_reply.revision = 2
+        answer.edit_reply.ids.extend(7 + k for k in range(len(batch.ops)))
+        return self.send(answer)
+
+    def on_change(self, envelope, _):
+        answer = pb.Envelope(request_id=envelope.request_id)
+        answer.edit_reply.revision = 5
+        answer.edit_reply.flags.append("a_flag of the edit")
+        self.send(answer)
+
+    on_edit_undo = on_edit_revert = on_edit_commit = on_change
+
+    def on_revision_name(self, envelope, _):
+        answer = pb.Envelope(request_id=envelope.request_id)
+        answer.done.SetInParent()
+        self.send(answer)
+
+    def on_scene_log(self, envelope, _):
+        answer = pb.Envelope(request_id=envelope.request_id)
+        entries = answer.scene_log_reply.entries
+        entries.add(revision=1, kind="import", time_ms=1700000000000)
+        entries.add(revision=2, kind="edit", message="a lamp", changes=["light 0", "node 3"],
+                    names=["lit"])
+        entries.add(revision=3, kind="undo", of=2)
+        self.send(answer)
+
+    def on_scene_export(self, envelope, _):
+        answer = pb.Envelope(request_id=envelope.request_id)
+        answer.scene_export_reply.revision = 3
+        self.send(answer, b"glTF of the scene")
+
+    def on_scene_watch(self, envelope, _):
+        answer = pb.Envelope(request_id=envelope.request_id)
+        answer.done.SetInParent()
+        self.send(answer)
+        for revision in (2, 3):
+            event = pb.Envelope(request_id=envelope.request_id)
+            event.scene_event.scene = "s1"
+            event.scene_event.kind = "edited"
+            event.scene_event.revision = revision
+            event.scene_event.changes.extend(["light 0", "node 3"])
+            self.send(event)
+        if MODE == "close":
+            sys.exit(0)
+
     def on_devices(self, envelope, _):
         answer = pb.Envelope(request_id=envelope.request_id)
         answer.devices_reply.devices.add(name="Fake", spec="software", software=True, in_use=True)

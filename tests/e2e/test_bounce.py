@@ -277,3 +277,16 @@ def test_paths_are_not_opened_by_the_daemon(running):
     listed = json.loads(ok(running("scenes", "--json")).stdout)["scenes"]
     result = ok(running("render", "scene:" + listed[0]["id"], "-o", "out.png", *SMALL))
     assert result.returncode == 0
+
+
+def test_watch_says_what_becomes_of_scenes(running):
+    watch = running.start("watch", "--json", "--count", "2")
+    ids = []
+    while watch.poll() is None and len(ids) < 50:  # the first ones may be before it listens
+        ids.append(running("scene", "add", SCENES / "cornell.glb").stdout.split()[0].decode())
+        assert running("scene", "rm", ids[-1]).returncode == 0
+    out, err = watch.communicate(timeout=20)
+    assert watch.returncode == 0, err
+    events = [json.loads(line) for line in out.splitlines()]
+    assert {event["kind"] for event in events} == {"added", "removed"}
+    assert all(event["scene"] in ids for event in events)

@@ -235,21 +235,6 @@ def test_a_second_ctrl_c_ends_all_at_once(fake):
     assert seconds < 1.5
 
 
-@pytest.fixture
-def running(fake):
-    """A fake daemon on the default socket."""
-    folder = fake.folder / "run"
-    folder.mkdir(parents=True)
-    path = folder / "bounced.sock"
-    with subprocess.Popen([fake.env["BOUNCED"], str(path)], env=fake.env) as daemon:
-        deadline = time.monotonic() + 20
-        while not path.exists() and time.monotonic() < deadline:
-            time.sleep(0.02)
-        time.sleep(0.05)
-        yield fake
-        daemon.kill()
-
-
 def starts(fake):
     return [e["argv"] for e in fake.asked() if "argv" in e]
 
@@ -274,7 +259,7 @@ def test_scene_commands(running):
     result = running("scenes", "--json")
     assert json.loads(result.stdout)["scenes"][0] == {
         "id": "s1", "name": "box.glb", "revision": 3, "cameras": [], "lights": [], "flags": [],
-        "bounds_min": [], "bounds_max": []}
+        "bounds_min": [], "bounds_max": [], "objects": []}
     result = running("scene", "add", "box.glb")
     assert result.returncode == 0 and result.stdout.startswith(b"s2")
     assert running("scene", "rm", "s1").returncode == 0

@@ -1,0 +1,180 @@
+// `bounce edit`: batches of edits, one JSON document after the other.
+
+#include <ctype.h>
+#include <errno.h>
+#include <inttypes.h>
+#include <jansson.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "clients/cli/commands.h"
+#include "clients/cli/conn.h"
+#include "clients/cli/help.h"
+#include "clients/cli/interrupt.h"
+#include "clients/cli/json_names.h"
+#include "clients/cli/options.h"
+#include "protocol/json.h"
+
+struct edit {
+    const struct bd_cli_scene *options;
+    struct bd_cli_conn *conn;
+    FILE *in;
+    const char *name; // of `in`, for people
+    uint64_t number;  // of the document that is being read, from 1
+    bool reported;    // what failed has been said
+};
+
+static enum bd_err print_line(char *text, struct bd_fault *fault)
+{
+    if (!text) return bd_fault_set(fault, BD_ERR_NO_MEMORY, "", "no memory for the answer");
+    // Who feeds us waits for the line.
+    bool wrote = puts(text) >= 0 && fflush(stdout) == 0;
+    free(text);
+    if (wrote) return BD_ERR_OK;
+    return bd_fault_set(fault, BD_ERR_IO, "", "standard output: %s", strerror(errno));
+}
+
+static enum bd_err print_failure(enum bd_err err, const struct bd_fault *failure,
+                                 struct bd_fault *fault)
+{
+    json_t *object = json_pack("{s:s, s:s, s:{s:s}}", "code", bd_err_name(err), "message",
+                               failure->message, "details", "field", failure->field);
+    char *text = object ? json_dumps(object, JSON_COMPACT) : NULL;
+    json_decref(object);
+    return print_line(text, fault);
+}
+
+// Skips space; true if nothing is behind it.
+static bool at_end(FILE *in)
+{
+    int c;
+    do c = getc(in);
+    while (c != EOF && isspace(c));
+    if (c == EOF) return true;
+    ungetc(c, in);
+    return false;
+}
+
+static enum bd_err read_document(struct edit *edit, json_t **out, struct bd_fault *fault)
+{
+    json_error_t error;
+    *out = json_loadf(edit->in, JSON_DISABLE_EOF_CHECK | JSON_REJECT_DUPLICATES, &error);
+    if (bd_interrupted()) return bd_fault_set(fault, BD_ERR_CANCELLED, "", "interrupted");
+    if (json_is_object(*out)) return BD_ERR_OK;
+    if (*out)
+        return bd_fault_set(fault, BD_ERR_BAD_INPUT, "",
+                            "%.100s: document %" PRIu64 " is no JSON object", edit->name,
+                            edit->number);
+    return bd_fault_set(fault, BD_ERR_BAD_INPUT, "", "%.100s: document %" PRIu64 ", line %d: %s",
+                        edit->name, edit->number, error.line, error.text);
+}
+
+// The document as a batch of the scene that the command line names.
+static enum bd_err to_batch(struct edit *edit, json_t *json, Bounced__EditBatch **out,
+                            struct bd_fault *fault)
+{
+    const ProtobufCMessageDescriptor *descriptor = &bounced__edit_batch__descriptor;
+    const char *id = edit->options->operands[0];
+    const char *named = json_string_value(json_object_get(json, "scene"));
+    if (named && strcmp(named, id) != 0)
+        return bd_fault_set(fault, BD_ERR_USAGE, "scene",
+                            "scene: the document is for %.60s, the command for %.60s", named, id);
+    enum bd_err err = bd_cli_check_json_names(json, descriptor, fault);
+    if (err) return err;
+    if (json_object_set_new(json, "scene", json_string(id)))
+        return bd_fault_set(fault, BD_ERR_USAGE, "scene", "scene: an id is UTF-8");
+    return bd_json_to_message(json, descriptor, (ProtobufCMessage **)out, fault);
+}
+
+static enum bd_err send_batch(struct edit *edit, Bounced__EditBatch *batch, struct bd_fault *fault)
+{
+    Bounced__Envelope envelope = BOUNCED__ENVELOPE__INIT;
+    envelope.body_case = BOUNCED__ENVELOPE__BODY_EDIT_BATCH;
+    envelope.edit_batch = batch;
+    struct bd_cli_answer answer;
+    enum bd_err err = bd_cli_conn_call(edit->conn, &envelope, NULL, 0,
+                                       BOUNCED__ENVELOPE__BODY_EDIT_REPLY, NULL, &answer, fault);
+    if (!err)
+        err = print_line(bd_json_text_from_message(&answer.envelope->edit_reply->base), fault);
+    bd_cli_answer_finish(&answer);
+    return err;
+}
+
+static enum bd_err apply(struct edit *edit, json_t *json, struct bd_fault *fault)
+{
+    Bounced__EditBatch *batch = NULL;
+    enum bd_err err = to_batch(edit, json, &batch, fault);
+    if (!err) err = send_batch(edit, batch, fault);
+    if (batch) protobuf_c_message_free_unpacked(&batch->base, NULL);
+    return err;
+}
+
+// Whether the next batch may be sent although this one failed: of a broken connection, of standard
+// output and of Ctrl-C nothing comes any more.
+static bool may_go_on(const struct edit *edit, enum bd_err err)
+{
+    return edit->options->keep_going && err != BD_ERR_UNREACHABLE && err != BD_ERR_CANCELLED &&
+           err != BD_ERR_IO && err != BD_ERR_NO_MEMORY;
+}
+
+// False where the stream has to end: it is no JSON from here on, so nobody knows where the next
+// document begins; or `may_go_on` says so.
+static bool apply_next(struct edit *edit, enum bd_err *err, struct bd_fault *fault)
+{
+    json_t *json = NULL;
+    *fault = (struct bd_fault){0};
+    *err = read_document(edit, &json, fault);
+    bool is_read = json != NULL;
+    if (!*err) *err = apply(edit, json, fault);
+    json_decref(json);
+    return !*err || (is_read && may_go_on(edit, *err));
+}
+
+// The failure that ends the stream is the command's, else the first of those that did not, which
+// have been reported.
+static enum bd_err apply_all(struct edit *edit, struct bd_fault *fault)
+{
+    enum bd_err first = BD_ERR_OK, err = BD_ERR_OK;
+    for (edit->number = 1; !at_end(edit->in); edit->number++) {
+        if (!apply_next(edit, &err, fault)) return err;
+        if (!err) continue;
+        if (!first) first = err;
+        fprintf(stderr, "bounce: document %" PRIu64 ": %s\n", edit->number, fault->message);
+        const struct bd_fault failure = *fault;
+        err = print_failure(err, &failure, fault);
+        if (err) return err;
+    }
+    if (bd_interrupted()) return bd_fault_set(fault, BD_ERR_CANCELLED, "", "interrupted");
+    if (ferror(edit->in))
+        return bd_fault_set(fault, BD_ERR_IO, "", "%.200s: %s", edit->name, strerror(errno));
+    edit->reported = first != BD_ERR_OK;
+    return first;
+}
+
+static enum bd_err run(const struct bd_cli_scene *options, bool *reported, struct bd_fault *fault)
+{
+    const char *path = options->operands[1];
+    bool is_stdin = strcmp(path, "-") == 0;
+    struct edit edit = {.options = options, .name = is_stdin ? "standard input" : path};
+    edit.in = is_stdin ? stdin : fopen(path, "re");
+    if (!edit.in) return bd_fault_set(fault, BD_ERR_IO, path, "%.200s: %s", path, strerror(errno));
+    enum bd_err err = bd_cli_conn_open(&options->common, BD_CLI_CONN_RUNNING, &edit.conn, fault);
+    if (!err) err = apply_all(&edit, fault);
+    *reported = edit.reported;
+    bd_cli_conn_close(&edit.conn);
+    if (!is_stdin) fclose(edit.in);
+    return err;
+}
+
+int bd_cmd_edit(const char *const *words, int count)
+{
+    struct bd_cli_scene options;
+    struct bd_fault fault = {0};
+    enum bd_err err = bd_cli_parse_edit(words, count, &options, &fault);
+    if (!err && options.help) return bd_help_edit();
+    bool reported = false;
+    if (!err) err = run(&options, &reported, &fault);
+    if (reported) return bd_err_exit_code(err);
+    return err ? bd_cmd_fail(err, &fault, options.common.json) : 0;
+}
