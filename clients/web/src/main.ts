@@ -1,0 +1,518 @@
+// The page: puts the modules together. Each knows one topic; what depends on several is here.
+
+import { type Report, type Scene, type SceneEvent, type Technique } from "../gen/bounced_pb";
+import { listen } from "./camera_input";
+import { Connection, Lost, Refusal } from "./connection";
+import { byId, options, set } from "./dom";
+import { Edits, type Op } from "./edits";
+import { type FrameInit, frameRequest, motionScale, pictureSize } from "./frame_request";
+import { Handles } from "./handles";
+import { filesOfDrop, filesOfInput } from "./drop";
+import { type Orbit, diagonalOf, frame, ofCamera } from "./orbit";
+import { CostPanel } from "./panel_cost";
+import { ErrorMap } from "./error_map";
+import { ErrorPanel } from "./panel_error";
+import { HistoryPanel } from "./panel_history";
+import { type LightInit, ObjectsPanel } from "./panel_objects";
+import { PicturePanel } from "./panel_picture";
+import { TechniquePanel } from "./panel_technique";
+import { Measure, type Subject } from "./measure";
+import { pick } from "./pick";
+import { Picture } from "./picture";
+import { empty, grown } from "./plot";
+import { type Point, type Size } from "./project";
+import { type Local, type Model, type Placed, aimedAt, firstOrbit, modelOf, movedTo, withLocal } from "./scene";
+import { isUnauthorized, tokenOfFragment, trade, withoutToken } from "./session";
+import { loadSettings, saveSettings } from "./settings";
+import { Status } from "./status";
+import { toast } from "./toast";
+import { type Upload, addScene } from "./upload";
+import { type Vec3 } from "./vec";
+import { type Shown, View } from "./view";
+
+// After the last movement the picture is asked for at its full size.
+const REST_MS = 250;
+const REFRESH_MS = 150;
+const RESIZE_MS = 120;
+
+class Page {
+  private readonly settings = loadSettings();
+  private readonly stage = byId("stage");
+  private readonly connection: Connection;
+  private readonly view: View;
+  private readonly handles: Handles;
+  private readonly status: Status;
+  private readonly technique: TechniquePanel;
+  private readonly pictureOptions: PicturePanel;
+  private readonly cost = new CostPanel(byId("cost"));
+  private readonly error: ErrorPanel;
+  private readonly measure: Measure;
+  private readonly errorMap: ErrorMap;
+  private readonly objects: ObjectsPanel;
+  private readonly history: HistoryPanel;
+  private readonly scenes = byId<HTMLSelectElement>("scenes");
+  private readonly cameras = byId<HTMLSelectElement>("cameras");
+
+  private sceneId: string | null = null;
+  private added: string | null = null; // by this page, and not yet in a list
+  private model: Model | null = null;
+  private edits: Edits | null = null;
+  private orbit: Orbit | null = null;
+  private camera: string | null = null; // of the scene, while the view is just it
+  private shownOrbit: Orbit | null = null;
+  private selected: number | null = null;
+  private request: FrameInit | null = null;
+  private requestKey = "";
+  private size: Size = { width: 1, height: 1 };
+  private isMoving = false;
+  private isDragging = false;
+  private fullFrameMs = 0;
+  private changedMs = 0; // performance.now() of the last change of the view
+  private series = empty;
+  private rest = 0;
+  private refresh = 0;
+  private readonly poses = new Map<string, Orbit>(); // of scenes that were looked at
+
+  constructor() {
+    const scheme = location.protocol === "https:" ? "wss:" : "ws:";
+    this.connection = new Connection(`${scheme}//${location.host}/v1/socket`, isUnauthorized);
+    this.status = new Status(() => this.connection.tryNow());
+    const picture = new Picture(byId<HTMLCanvasElement>("picture"));
+    this.view = new View(this.connection, picture, (shown) => this.onShown(shown), toast);
+    const changed = () => this.onSettings();
+    this.technique = new TechniquePanel(byId("technique"), this.settings, changed);
+    this.pictureOptions = new PicturePanel(byId("look"), byId("layers"), this.settings, changed);
+    this.error = new ErrorPanel(byId("error"), this.settings, changed);
+    this.measure = new Measure(this.connection, (subject, report) => this.onMeasured(subject, report), toast);
+    this.errorMap = new ErrorMap(this.connection, toast);
+    this.history = new HistoryPanel(byId("history"), (revision) => void this.edits?.revert(revision));
+    const hooks = {
+      select: (node: number | null) => this.select(node),
+      move: (node: number, world: Vec3) => this.place(node, (model, placed) => movedTo(model, placed, world)),
+      aim: (node: number, world: Vec3) => this.place(node, (model, placed) => aimedAt(model, placed, world)),
+      end: () => this.endDrag(),
+    };
+    this.handles = new Handles(document.querySelector<SVGSVGElement>("#overlay")!, hooks);
+    this.objects = new ObjectsPanel(byId("objects"), {
+      ...hooks,
+      light: (light, change, isFinal) => this.changeLight(light, change, isFinal),
+      show: (node, isShown) =>
+        void this.edits?.apply([{ op: { case: "setNode", value: { node, shown: isShown } } }], isShown ? "shown" : "hidden"),
+    });
+  }
+
+  async start(): Promise<void> {
+    this.listen();
+    const token = tokenOfFragment(location.hash);
+    if (token !== null) await this.login(token);
+    this.connection.onState((state) => {
+      this.status.setState(state);
+      document.body.dataset["connection"] = state.kind;
+      if (state.kind !== "open") this.stage.dataset["current"] = "false";
+      if (state.kind === "open") this.pictureOptions.setDevice(state.device?.software ?? true);
+      if (state.kind === "unauthorized") byId<HTMLDialogElement>("login").showModal();
+    });
+    this.connection.onOpen((isSame) => void this.onOpen(isSame));
+    this.connection.connect();
+  }
+
+  // --- who we are ---
+
+  private async login(token: string): Promise<boolean> {
+    // Gone from the address before anything else can read it, or it is bookmarked.
+    history.replaceState(null, "", location.pathname + withoutToken(location.hash));
+    const isTaken = await trade(token).catch(() => false);
+    if (!isTaken) toast("The token was not accepted.");
+    return isTaken;
+  }
+
+  private async onLogin(event: Event): Promise<void> {
+    event.preventDefault();
+    const input = byId<HTMLInputElement>("token");
+    if (!(await this.login(input.value.trim()))) return;
+    input.value = "";
+    byId<HTMLDialogElement>("login").close();
+    this.connection.connect();
+  }
+
+  // --- what the server has ---
+
+  private async onOpen(isSame: boolean): Promise<void> {
+    if (isSame) {
+      // The watch goes on; what it missed meanwhile it says.
+      await this.listScenes();
+      return;
+    }
+    const onEvent = ({ body }: { body: { case?: string | undefined; value?: unknown } }) => {
+      if (body.case === "sceneEvent") this.onSceneEvent(body.value as SceneEvent);
+    };
+    const once = { isBound: true };
+    const ask = this.connection;
+    try {
+      const techniques = await ask.request("techniquesReply", { case: "techniques", value: {} }, once);
+      this.setTechniques(techniques.techniques);
+      const list = await ask.request("sceneListReply", { case: "sceneList", value: {} }, once);
+      this.setScenes(list.scenes);
+      await ask.request("done", { case: "sceneWatch", value: {} }, { isBound: true, onEvent });
+    } catch (error) {
+      this.fault(error);
+    }
+  }
+
+  private setTechniques(techniques: Technique[]): void {
+    this.technique.setTechniques(techniques);
+    this.sync();
+  }
+
+  private setScenes(scenes: Scene[]): void {
+    options(this.scenes, scenes.map((scene) => [scene.id, scene.name || scene.id] as const));
+    document.body.classList.toggle("has-scenes", scenes.length > 0);
+    // A list from before it was added: another follows.
+    if (this.added !== null && !scenes.some((scene) => scene.id === this.added)) return;
+    const wanted = this.added ?? this.sceneId ?? new URLSearchParams(location.hash.slice(1)).get("scene");
+    const found = scenes.find((scene) => scene.id === wanted) ?? scenes.at(-1);
+    this.added = null;
+    if (found) void this.openScene(found.id);
+    else this.closeScene();
+  }
+
+  private onSceneEvent(event: SceneEvent): void {
+    if (event.kind === "added" || event.kind === "removed" || event.kind === "missed") void this.listScenes();
+    if (event.scene !== this.sceneId && event.kind !== "missed") return;
+    this.changed();
+    if (event.kind !== "transient") void this.readLog();
+    if (!this.isDragging) this.refreshSoon();
+  }
+
+  private async listScenes(): Promise<void> {
+    try {
+      this.setScenes((await this.connection.request("sceneListReply", { case: "sceneList", value: {} })).scenes);
+    } catch (error) {
+      this.fault(error);
+    }
+  }
+
+  private closeScene(): void {
+    this.sceneId = this.model = this.edits = this.orbit = this.shownOrbit = this.selected = null;
+    this.view.none();
+    this.status.setShown(null);
+    this.redraw();
+  }
+
+  private async openScene(id: string): Promise<void> {
+    if (this.sceneId !== null && this.orbit) this.poses.set(this.sceneId, this.orbit);
+    const isOther = this.sceneId !== id;
+    this.sceneId = id;
+    this.scenes.value = id;
+    history.replaceState(null, "", `#scene=${encodeURIComponent(id)}`);
+    if (isOther) {
+      this.edits = new Edits(this.connection, id, toast);
+      this.selected = null;
+      this.orbit = null;
+    }
+    await this.readScene();
+    void this.readLog();
+  }
+
+  private async readScene(): Promise<void> {
+    const id = this.sceneId;
+    if (id === null) return;
+    try {
+      const scene = await this.connection.request("scene", { case: "sceneGet", value: { id, objects: true } });
+      if (this.sceneId === id && !this.isDragging) this.setModel(modelOf(scene));
+    } catch (error) {
+      this.fault(error);
+    }
+  }
+
+  private async readLog(): Promise<void> {
+    const scene = this.sceneId;
+    if (scene === null) return;
+    try {
+      const reply = await this.connection.request("sceneLogReply", { case: "sceneLog", value: { scene, limit: 40 } });
+      if (this.sceneId === scene) this.history.show(reply.entries);
+    } catch (error) {
+      // A server without a journal has no history: nothing to be told of.
+      if (!(error instanceof Refusal && error.code === "unsupported")) this.fault(error);
+    }
+  }
+
+  private refreshSoon(): void {
+    clearTimeout(this.refresh);
+    this.refresh = window.setTimeout(() => void this.readScene(), REFRESH_MS);
+  }
+
+  private setModel(model: Model): void {
+    this.model = model;
+    if (this.selected !== null && !model.nodes.has(this.selected)) this.selected = null;
+    const entries = model.cameras.map((camera) => [camera.index, camera.name] as const);
+    options(this.cameras, [["", "Free"], ...entries]);
+    if (!this.orbit) {
+      const held = this.poses.get(model.id);
+      this.orbit = held ?? firstOrbit(model, this.size.width / this.size.height);
+      this.setCamera(held ? null : (model.cameras[0]?.index ?? null));
+      this.changed();
+    }
+    this.sync();
+    this.redraw();
+  }
+
+  private fault(error: unknown): void {
+    if (!(error instanceof Lost)) toast(error instanceof Error ? error.message : String(error));
+  }
+
+  // --- the view ---
+
+  private onSettings(): void {
+    saveSettings(this.settings);
+    this.changed();
+    this.sync();
+  }
+
+  // Something that the picture shows is another now.
+  private changed(): void {
+    this.changedMs = performance.now();
+    this.series = empty;
+    this.measure.drop();
+    this.errorMap.drop();
+  }
+
+  private moving(): void {
+    this.isMoving = true;
+    this.changed();
+    clearTimeout(this.rest);
+    this.rest = window.setTimeout(() => {
+      this.isMoving = false;
+      this.sync();
+    }, REST_MS);
+  }
+
+  private moveCamera(orbit: Orbit): void {
+    this.orbit = orbit;
+    this.setCamera(null);
+    this.moving();
+    this.sync();
+  }
+
+  private sync(): void {
+    if (this.sceneId === null || !this.orbit || !this.settings.technique) return;
+    const isCoarse = this.isMoving && this.settings.coarseInMotion;
+    const detail = Number(this.settings.detail) || 1;
+    const scale = detail * (isCoarse ? motionScale(this.fullFrameMs) : 1);
+    const size = pictureSize(this.size, Math.min(devicePixelRatio, 2), scale);
+    const moment = { size, isMoving: this.isMoving };
+    const request = frameRequest(this.settings, moment);
+    const key = JSON.stringify(request);
+    if (key !== this.requestKey) this.request = request;
+    this.requestKey = key;
+    this.stage.dataset["current"] = "false";
+    this.view.want({ scene: this.sceneId, frame: this.request!, orbit: this.orbit, camera: this.camera });
+    this.error.setHint(this.settings.measure && this.camera === null);
+    const hint = this.camera === null ? "Only what a camera of the scene sees can be compared: choose one above." : "Tracing";
+    this.errorMap.setLegend(this.settings.layer === "error", hint);
+  }
+
+  private onShown(shown: Shown): void {
+    const { report } = shown;
+    this.shownOrbit = shown.orbit;
+    this.status.setShown(shown);
+    this.redraw();
+    this.stage.dataset["frames"] = String(shown.frame.number);
+    if (shown.isCurrent) this.stage.dataset["current"] = "true";
+    this.stage.dataset["final"] = String(shown.frame.final);
+    if (!report) return;
+    this.stage.dataset["technique"] = report.technique;
+    this.stage.dataset["revision"] = String(report.revision);
+    if (!this.isMoving) this.fullFrameMs = report.timeMs?.total ?? 0;
+    this.cost.show(report);
+    this.pictureOptions.setStopsUsed(report.exposureStops);
+    const seconds = (shown.atMs - this.changedMs) / 1000;
+    this.series = grown(this.series, report, seconds);
+    this.error.show(this.series, undefined);
+    this.compare(report, seconds);
+  }
+
+  // With the reference, which looks through the scene's cameras alone.
+  private compare(report: Report, seconds: number): void {
+    if (this.isMoving || this.camera === null || report.technique === "reference") return;
+    const { sceneId, camera, settings } = this;
+    const subject = { scene: sceneId!, camera, against: settings.against, report, seconds };
+    if (settings.measure) this.measure.want(subject);
+    if (settings.layer === "error") this.errorMap.want(subject);
+  }
+
+  private onMeasured({ seconds }: Subject, report: Report): void {
+    this.series = grown(this.series, report, seconds);
+    this.error.show(this.series, report.error[0]);
+  }
+
+  private redraw(): void {
+    const orbit = this.shownOrbit ?? this.orbit;
+    this.handles.update({ model: this.model, orbit, size: this.size, selected: this.selected });
+    this.objects.update(this.model, this.selected);
+    document.body.classList.toggle("has-scene", this.sceneId !== null);
+  }
+
+  // --- edits ---
+
+  private select(node: number | null): void {
+    this.selected = node;
+    if (node !== null) byId<HTMLDetailsElement>("objects-section").open = true;
+    this.redraw();
+  }
+
+  private place(id: number, localOf: (model: Model, node: Placed) => Local | null): void {
+    const node = this.model?.nodes.get(id);
+    const local = node && localOf(this.model!, node);
+    if (!node || !local) return;
+    this.isDragging = true;
+    const op: Op = { op: { case: "setTransform", value: { node: id, ...local } } };
+    this.model = withLocal(this.model!, node, local);
+    this.moving();
+    this.edits?.drag([op]);
+    this.sync();
+    this.redraw();
+  }
+
+  private changeLight(light: number, change: Partial<LightInit>, isFinal: boolean): void {
+    const op: Op = { op: { case: "setLight", value: { light, ...change } } };
+    this.isDragging = true;
+    this.moving();
+    this.edits?.drag([op]);
+    if (isFinal) this.endDrag();
+    this.sync();
+  }
+
+  private endDrag(): void {
+    this.isDragging = false;
+    this.edits?.drop();
+    this.refreshSoon();
+  }
+
+  // --- files ---
+
+  private async open(files: readonly Upload[]): Promise<void> {
+    if (files.length === 0) return;
+    const busy = byId("busy");
+    const bar = byId<HTMLProgressElement>("busy-share");
+    busy.hidden = false;
+    try {
+      const isHeld = (blob: string) => this.isHeld(blob);
+      const id = await addScene(files, isHeld, (text, share) => {
+        byId("busy-text").textContent = text;
+        set(bar, { value: share });
+      });
+      this.added = id;
+      void this.listScenes();
+    } catch (error) {
+      this.fault(error);
+    } finally {
+      busy.hidden = true;
+    }
+  }
+
+  private async isHeld(blob: string): Promise<boolean> {
+    const reply = await this.connection.request("blobReply", { case: "blobHave", value: { blobs: [blob] } });
+    return reply.have.includes(blob);
+  }
+
+  // --- input ---
+
+  private listen(): void {
+    listen(this.stage, {
+      orbit: () => this.orbit,
+      move: (orbit) => this.moveCamera(orbit),
+      pick: (at) => this.pickAt(at),
+      showAll: () => this.showAll(),
+      stepM: () => (this.model ? diagonalOf(this.model.bounds) / 80 : 0.1),
+    });
+    this.scenes.addEventListener("change", () => void this.openScene(this.scenes.value));
+    this.cameras.addEventListener("change", () => this.useCamera());
+    byId("undo").addEventListener("click", () => void this.edits?.undo());
+    byId("redo").addEventListener("click", () => void this.edits?.redo());
+    byId("login-form").addEventListener("submit", (event) => void this.onLogin(event));
+    byId("remove").addEventListener("click", () => void this.removeScene());
+    byId("help-open").addEventListener("click", () => byId<HTMLDialogElement>("help").showModal());
+    addEventListener("keydown", (event) => this.onKey(event));
+    this.listenForFiles();
+    this.listenForSize();
+  }
+
+  private onKey(event: KeyboardEvent): void {
+    const isText = event.target instanceof HTMLInputElement && event.target.type === "text";
+    if (isText || !(event.ctrlKey || event.metaKey) || event.altKey) return;
+    const key = event.key.toLowerCase();
+    if (key !== "z" && key !== "y") return;
+    event.preventDefault();
+    void (key === "y" || event.shiftKey ? this.edits?.redo() : this.edits?.undo());
+  }
+
+  private listenForFiles(): void {
+    const input = byId<HTMLInputElement>("file");
+    for (const id of ["open", "open-first"])
+      byId(id).addEventListener("click", () => input.click());
+    input.addEventListener("change", () => {
+      const files = filesOfInput(input);
+      input.value = "";
+      void this.open(files);
+    });
+    const over = (isOver: boolean) => document.body.classList.toggle("is-over", isOver);
+    addEventListener("dragover", (event) => {
+      event.preventDefault();
+      over(true);
+    });
+    addEventListener("dragleave", (event) => over(event.relatedTarget !== null));
+    addEventListener("drop", (event) => {
+      event.preventDefault();
+      over(false);
+      if (event.dataTransfer) filesOfDrop(event.dataTransfer).then((files) => this.open(files), (error) => this.fault(error));
+    });
+  }
+
+  private listenForSize(): void {
+    let soon = 0;
+    new ResizeObserver(() => {
+      this.size = { width: this.stage.clientWidth || 1, height: this.stage.clientHeight || 1 };
+      this.redraw();
+      clearTimeout(soon);
+      soon = window.setTimeout(() => this.sync(), RESIZE_MS);
+    }).observe(this.stage);
+    this.size = { width: this.stage.clientWidth || 1, height: this.stage.clientHeight || 1 };
+  }
+
+  private pickAt(at: Point): void {
+    if (this.model && this.orbit) this.select(pick(this.model, this.shownOrbit ?? this.orbit, at, this.size));
+  }
+
+  private showAll(): void {
+    if (this.model && this.orbit)
+      this.moveCamera(frame(this.orbit, this.model.bounds, this.size.width / this.size.height));
+  }
+
+  private useCamera(): void {
+    const camera = this.model?.cameras.find((one) => one.index === this.cameras.value);
+    if (camera && this.model) this.orbit = ofCamera(camera.worldFromNode, camera.yfov, this.model.bounds);
+    this.setCamera(camera?.index ?? null);
+    this.changed();
+    this.sync();
+  }
+
+  private setCamera(index: string | null): void {
+    this.camera = index;
+    this.cameras.value = index ?? "";
+  }
+
+  private async removeScene(): Promise<void> {
+    const id = this.sceneId;
+    if (id === null || !confirm(`Remove “${this.model?.name ?? id}” from the server?`)) return;
+    try {
+      await this.connection.request("done", { case: "sceneRemove", value: { id } });
+      this.sceneId = null;
+      await this.listScenes();
+    } catch (error) {
+      this.fault(error);
+    }
+  }
+}
+
+void new Page().start();

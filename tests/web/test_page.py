@@ -1,0 +1,486 @@
+"""The page against a daemon that draws marks (stand_in.py): what it asks for, and what it does with the answers."""
+import math
+import time
+
+import numpy as np
+import pytest
+
+from browser import difference
+from conftest import SCENES
+from stand_in import TOKEN
+from stand_in_scene import Pinhole
+
+FINAL = "document.getElementById('stage').dataset.final === 'true'"
+TOAST = "document.getElementById('toasts').textContent"
+
+
+def wait(true, timeout_s=10):
+    end = time.monotonic() + timeout_s
+    while not (value := true()):
+        assert time.monotonic() < end, "not in time"
+        time.sleep(0.02)
+    return value
+
+
+def updates(stand_in):
+    return stand_in.requests("view_update")
+
+
+def last_frame(stand_in):
+    asked = stand_in.requests("view_open")[-1:] + [one for one in updates(stand_in) if one.HasField("frame")]
+    return asked[-1].frame
+
+
+def pose_now(stand_in):
+    last = updates(stand_in)[-1]
+    return last.pose if last.HasField("pose") else last.frame.pose
+
+
+def still(page):
+    """Waits until the picture is final and stays so, and returns its pixels."""
+    page.until(FINAL)
+    number = None
+    while number != (number := page.run("document.getElementById('stage').dataset.frames")):
+        time.sleep(0.4)
+    return page.pixels()
+
+
+def light_node(scene, name):
+    return next(i for i, node in enumerate(scene.nodes) if node.name == name)
+
+
+@pytest.fixture
+def page(new_page, stand_in, scene):
+    """A page that shows the scene, at its final picture."""
+    one = new_page(stand_in.url)
+    one.until(FINAL)
+    return one
+
+
+def choose(page, name):
+    page.run("document.getElementById('objects-section').open = true")
+    value = page.until(f"[...document.querySelectorAll('#objects option')].find(o => o.text === '{name}')?.value")
+    page.set("#objects select", value)
+    page.until("getComputedStyle(document.querySelector('.gizmo')).display !== 'none'")
+
+
+# --- the page itself ---
+
+def test_without_scenes_it_asks_for_one(new_page, stand_in):
+    page = new_page(stand_in.url)
+    page.until("document.getElementById('connection').textContent === 'Connected'")
+    assert page.run("getComputedStyle(document.getElementById('welcome')).display") == "grid"
+    assert page.run("getComputedStyle(document.getElementById('layers')).display") == "none"
+
+
+@pytest.mark.parametrize("how", ["drop", "choose"])
+def test_a_file_becomes_a_scene_and_pixels(new_page, stand_in, how):
+    page = new_page(stand_in.url)
+    page.until("document.getElementById('connection').textContent === 'Connected'")
+    file = SCENES / "cornell.glb"
+    page.drop_files("#stage", [file]) if how == "drop" else page.choose_files("#file", [file])
+    page.until(FINAL)
+    assert len(stand_in.blobs) == 1 and list(stand_in.blobs.values())[0] == file.read_bytes()
+    assert page.run("document.getElementById('scenes').selectedOptions[0].text") == "cornell.glb"
+    assert len({tuple(pixel) for pixel in page.pixels()}) > 10
+    assert page.run("location.hash").startswith("#scene=scene1")
+
+
+def test_a_file_that_is_no_scene_is_refused_in_words(new_page, stand_in, tmp_path):
+    page = new_page(stand_in.url)
+    page.allowed = ("400",)
+    (tmp_path / "bad.glb").write_bytes(b"nothing")
+    page.choose_files("#file", [tmp_path / "bad.glb"])
+    page.until(TOAST + ".includes('this is no glTF')")
+    (tmp_path / "a.txt").write_bytes(b"nothing")
+    page.choose_files("#file", [tmp_path / "a.txt"])
+    page.until(TOAST + ".includes('no .glb or .gltf')")
+    assert page.run("document.getElementById('busy').hidden")
+
+
+def test_a_gltf_comes_with_its_files(new_page, stand_in):
+    page = new_page(stand_in.url)
+    page.allowed = ("400",)  # the stand-in reads .glb alone
+    page.choose_files("#file", [SCENES / "bare.gltf", SCENES / "bare.bin"])
+    page.until(TOAST + ".includes('this is no glTF')")
+    assert set(stand_in.blobs.values()) == {(SCENES / "bare.gltf").read_bytes(), (SCENES / "bare.bin").read_bytes()}
+
+
+# --- the view ---
+
+def test_the_view_begins_at_the_scenes_camera(page, stand_in, scene):
+    asked = stand_in.requests("view_open")[0]
+    assert asked.frame.camera == "0" and asked.credits == 2 and asked.frame.encoding == "jpeg"
+    assert page.run("document.getElementById('cameras').selectedOptions[0].text") == "Left"
+    # The first movement goes on from there.
+    page.run("document.getElementById('stage').focus()")
+    page.key("+")
+    still(page)
+    pose, camera = pose_now(stand_in), scene.world(light_node(scene, "Left"))
+    forward = np.subtract(pose.target, pose.eye)
+    assert np.allclose(forward / np.linalg.norm(forward), -camera[:3, 2], atol=1e-5)
+    assert np.allclose(np.cross(np.subtract(pose.eye, camera[:3, 3]), forward), 0, atol=1e-5)
+    assert pose.yfov == pytest.approx(0.8)
+    page.set("#cameras", "1")
+    wait(lambda: last_frame(stand_in).camera == "1")
+
+
+def test_lights_are_marked_where_the_picture_has_them(page, stand_in, scene):
+    page.run("document.getElementById('stage').focus()")
+    page.key("Home")
+    still(page)
+    marks = page.run("""[...document.querySelectorAll('.mark')].filter(m => m.getAttribute('display') !== 'none')
+        .map(m => { const b = m.querySelector('.back').getBoundingClientRect(),
+                          s = document.getElementById('stage').getBoundingClientRect();
+                    return [(b.x + b.width / 2 - s.x) / s.width, (b.y + b.height / 2 - s.y) / s.height]; })""")
+    width, height = last_frame(stand_in).size
+    view = Pinhole(pose_now(stand_in), width, height)
+    expected = [view.at(scene.place(light_node(scene, name))) for name in ("Spot", "Sun")]
+    seen = [(x / width, y / height) for x, y in expected if 0 < x < width and 0 < y < height]
+    assert len(marks) == len(seen) >= 1
+    assert np.allclose(sorted(marks), sorted(seen), atol=0.004)
+
+
+def test_dragging_turns_the_camera(page, stand_in):
+    page.run("document.getElementById('stage').focus()")
+    page.key("Home")
+    before = still(page)
+    pose = pose_now(stand_in)
+    x, y = page.centre("#stage")
+    page.drag((x, y), (x + 150, y + 30))
+    after = still(page)
+    assert difference(before, after) > 1
+    moved = pose_now(stand_in)
+    distance = math.dist(pose.eye, pose.target)
+    assert math.dist(moved.eye, moved.target) == pytest.approx(distance) and math.dist(moved.eye, pose.eye) > 0.2
+    assert np.allclose(moved.target, pose.target)
+    # At rest it is asked for in full.
+    assert last_frame(stand_in).jpeg_quality == 92
+
+
+def test_wheel_and_keys_move_the_camera(page, stand_in):
+    page.run("document.getElementById('stage').focus()")
+    page.key("Home")
+    still(page)
+    pose = pose_now(stand_in)
+    x, y = page.centre("#stage")
+    page.mouse("mouseWheel", x, y, button="none", deltaX=0, deltaY=-300)
+    wait(lambda: updates(stand_in))
+    page.run("document.getElementById('stage').focus()")
+    for key in ("w", "ArrowLeft", "+"):
+        count = len(updates(stand_in))
+        page.key(key)
+        wait(lambda: len(updates(stand_in)) > count)
+    still(page)
+    last = pose_now(stand_in)
+    assert math.dist(last.eye, last.target) < 0.7 * math.dist(pose.eye, pose.target)
+
+
+def test_technique_layer_and_parameter_reach_the_picture(page, stand_in):
+    before = still(page)
+    page.set("#technique select", "direct")
+    page.until("document.getElementById('stage').dataset.technique === 'direct'")
+    darker = still(page)
+    assert difference(before, darker) > 20
+    page.click("#layers label:nth-of-type(3)")
+    wait(lambda: list(last_frame(stand_in).layers) == ["indirect"])
+    assert difference(darker, still(page)) > 5
+    page.run("document.querySelector('#technique details').open = true")
+    page.set("#technique input.number", "77")
+    wait(lambda: [(one.key, one.value) for one in last_frame(stand_in).parameters] == [("vpls", "77")])
+    page.set("#technique input[type=range]", "2", "input")
+    wait(lambda: ("vpls", "4096") in [(one.key, one.value) for one in last_frame(stand_in).parameters])
+    assert page.run("document.querySelector('#technique output').textContent") == "3 of 3"
+
+
+def test_choices_are_kept(new_page, stand_in, scene):
+    page = new_page(stand_in.url)
+    page.until(FINAL)
+    page.set("#technique select", "direct")
+    page.until("document.getElementById('stage').dataset.technique === 'direct'")
+    page.open(stand_in.url)
+    page.until("document.getElementById('stage').dataset.technique === 'direct'")
+
+
+def test_exposure_is_taken_over_from_the_server(page, stand_in):
+    assert last_frame(stand_in).exposure == "auto"
+    page.run("document.getElementById('look').parentElement.open = true")
+    page.click("#look input[type=checkbox]")
+    wait(lambda: last_frame(stand_in).exposure == "1.25")
+    page.set("#look input[type=range]", "-2", "input")
+    wait(lambda: last_frame(stand_in).exposure == "-2")
+
+
+def test_credits_are_given_back_one_a_frame(page, stand_in):
+    still(page)
+    x, y = page.centre("#stage")
+    page.drag((x, y), (x + 60, y))
+    still(page)
+    view = stand_in.clients[0].views[1]
+    assert view.frames > 4
+    wait(lambda: view.credits == 2)
+    assert sum(credit.count for credit in stand_in.requests("view_credit")) == view.frames
+
+
+def test_cost_shows_passes_reuse_and_what_was_left_out(page):
+    rows = page.run("[...document.querySelectorAll('.bars li')].map(li => [li.dataset.state, li.innerText])")
+    named = {text.split("\n")[0].split("\t")[0].strip(): state for state, text in rows}
+    assert named == {"gbuffer": "ran", "shadow_map": "reused", "rsm": "reused", "vpl_grid": "reused", "gather": "ran",
+                     "tonemap": "ran", "encode": "rest"}
+    assert "glossy no glossy surface" in page.run("document.getElementById('cost').innerText")
+    widths = page.run("[...document.querySelectorAll('.fill')].map(f => parseFloat(f.style.width))")
+    assert widths[4] == 100 and 0 < widths[0] < 50 and widths[1] == 0
+
+
+def test_error_is_measured_at_rest_through_the_scenes_camera(page, stand_in):
+    still(page)
+    assert not stand_in.requests("render")
+    page.click("#error input[type=checkbox]")
+    page.until("document.getElementById('error').innerText.includes('%')")
+    asked = stand_in.requests("render")[0].frame
+    assert (asked.check, asked.camera, asked.encoding, asked.against) == (256, "0", "none", "model")
+    assert list(asked.size) == list(last_frame(stand_in).size)
+    page.until("document.querySelectorAll('.plot .dot').length >= 1")
+    x, y = page.centre("#stage")
+    page.drag((x, y), (x + 60, y))
+    still(page)
+    count = len(stand_in.requests("render"))
+    assert "choose one" in page.run("document.getElementById('error').innerText")
+    page.set("#cameras", "1")
+    wait(lambda: len(stand_in.requests("render")) > count)
+    assert stand_in.requests("render")[-1].frame.camera == "1"
+
+
+def test_the_layer_error_shows_where_the_picture_is_wrong(page, stand_in):
+    still(page)
+    page.click("#layers label:last-of-type")
+    page.until("!document.getElementById('error-map').hidden", 20)
+    asked = [one.frame for one in stand_in.requests("render")]
+    assert {one.technique for one in asked} == {"multires_gather", "reference"}
+    assert {one.encoding for one in asked} == {"half"} and max(max(one.size) for one in asked) <= 192
+    assert list(last_frame(stand_in).layers) == ["beauty"]
+    page.until("document.getElementById('error-legend').innerText.includes('64 samples')")
+    row = page.run("(() => { const c = document.getElementById('error-map'); "
+                   "return [...c.getContext('2d').getImageData(0, c.height / 2, c.width, 1).data]; })()")
+    left, right = row[len(row) // 16 * 4:], row[len(row) // 16 * 12:]
+    assert sum(left[:3]) > 250 and sum(right[:3]) < 60
+    page.run("document.getElementById('stage').focus()")
+    page.key("+")
+    page.until("document.getElementById('error-map').hidden")
+    assert "choose one" in page.run("document.getElementById('error-legend').innerText")
+
+
+# --- edits ---
+
+def test_dragging_a_handle_moves_a_light(page, stand_in, scene):
+    page.run("document.getElementById('stage').focus()")
+    page.key("Home")
+    before = still(page)
+    choose(page, "Spot")
+    node = light_node(scene, "Spot")
+    place = scene.place(node)
+    x, y = page.centre(".grip.x .tip")
+    page.drag((x, y), (x + 80, y))
+    wait(lambda: stand_in.requests("edit_commit"))
+    wait(lambda: scene.revision == 2)
+    moved = scene.place(node) - place
+    assert abs(moved[0]) > 0.1 and np.allclose(moved[1:], 0, atol=1e-9)
+    transient = [one for one in stand_in.requests("edit_batch")]
+    assert transient and all(one.durability == "transient" for one in transient)
+    assert len(stand_in.requests("edit_commit")) == 1
+    assert difference(before, still(page)) > 0.1
+    handle, mark = page.centre(".grip.plane"), page.centre(".mark[aria-pressed=true]")
+    assert math.dist(handle, mark) < 2
+    page.click("#undo")
+    wait(lambda: scene.revision == 3)
+    assert np.allclose(scene.place(node), place)
+    page.click("#redo")
+    wait(lambda: scene.revision == 4)
+    assert np.allclose(scene.place(node), place + moved)
+    assert difference(before, still(page)) > 0.1
+
+
+def test_the_sun_is_aimed(page, stand_in, scene):
+    page.run("document.getElementById('stage').focus()")
+    page.key("Home")
+    still(page)
+    choose(page, "Sun")
+    node = light_node(scene, "Sun")
+    before = scene.world(node)
+    x, y = page.centre(".grip.aim .tip")
+    page.drag((x, y), (x + 50, y - 30))
+    wait(lambda: stand_in.requests("edit_commit") and scene.revision == 2)
+    after = scene.world(node)
+    assert np.allclose(after[:3, 3], before[:3, 3]) and after[:3, 2] @ before[:3, 2] < 0.99
+    assert np.allclose(after[:3, :3] @ after[:3, :3].T, np.eye(3), atol=1e-6)
+
+
+def test_handles_and_lights_answer_to_keys(page, stand_in, scene):
+    page.run("document.getElementById('stage').focus()")
+    page.key("Home")
+    still(page)
+    page.run("document.querySelector('.mark').focus()")
+    page.key("Enter")
+    page.until("document.querySelector('.mark').getAttribute('aria-pressed') === 'true'")
+    place = scene.place(light_node(scene, "Spot"))
+    page.run("document.querySelector('.grip.y').focus()")
+    page.key("ArrowUp")
+    page.key("ArrowUp")
+    wait(lambda: scene.revision == 2)
+    assert scene.place(light_node(scene, "Spot"))[1] > place[1]
+
+
+def test_a_lights_intensity_changes_the_picture_and_faults_are_told(page, stand_in, scene):
+    before = still(page)
+    choose(page, "Spot")
+    page.set("#objects .field:has(input[type=range]) input.number", "500")
+    wait(lambda: scene.revision == 2)
+    assert scene.lights[0].intensity == 500
+    assert difference(before, still(page)) > 3
+    page.set("#objects .field:has(input[type=range]) input.number", "-1")
+    page.until(TOAST + ".includes('ops[0].set_light.intensity: must be at least 0')")
+    assert scene.revision == 2
+
+
+def test_clicking_the_picture_chooses_what_is_there(page, stand_in, scene):
+    page.run("document.getElementById('stage').focus()")
+    page.key("Home")
+    still(page)
+    node = light_node(scene, "Stretched")
+    width, height = last_frame(stand_in).size
+    at = Pinhole(pose_now(stand_in), width, height).at(scene.place(node, np.add(*scene.meshes[scene.nodes[node].mesh]) / 2))
+    left, top, wide, high = page.run("(() => { const b = document.getElementById('stage').getBoundingClientRect(); "
+                                     "return [b.x, b.y, b.width, b.height]; })()")
+    x, y = left + wide * at[0] / width, top + high * at[1] / height
+    page.mouse("mousePressed", x, y)
+    page.mouse("mouseReleased", x, y)
+    assert page.until("document.querySelector('#objects select').selectedOptions[0].text") == "Stretched"
+    assert page.run("document.getElementById('objects-section').open")
+
+
+def test_history_is_listed_and_undo_of_nothing_is_told(page, scene):
+    page.click("#undo")
+    page.until(TOAST + ".includes('nothing to undo')")
+    choose(page, "Spot")
+    page.set("#objects .field:has(input[type=range]) input.number", "5")
+    wait(lambda: scene.revision == 2)
+    page.until("document.querySelectorAll('.log li').length === 2")
+
+
+# --- connections that break ---
+
+def test_it_comes_back_by_itself_and_goes_on(page, stand_in, scene):
+    first = still(page)
+    stand_in.cut()
+    page.until("document.getElementById('connection').textContent !== 'Connected'")
+    page.until("document.getElementById('connection').textContent === 'Connected'", 30)
+    wait(lambda: len(stand_in.requests("hello")) == 2)
+    assert stand_in.requests("hello")[1].resume == "session 1"
+    wait(lambda: len(stand_in.requests("view_open")) == 2)
+    assert difference(first, still(page)) < 0.5
+    page.set("#technique select", "direct")
+    page.until("document.getElementById('stage').dataset.technique === 'direct'")
+
+
+def test_a_session_that_is_kept_goes_on_with_its_view(page, stand_in):
+    first = still(page)
+    stand_in.cut(is_kept=True)
+    page.set("#technique select", "direct")
+    wait(lambda: len(stand_in.requests("hello")) == 2, 20)
+    page.until("document.getElementById('stage').dataset.technique === 'direct'")
+    assert difference(first, still(page)) > 20
+    assert len(stand_in.requests("view_open")) == len(stand_in.requests("scene_watch")) == 1
+    view = stand_in.clients[0].views[1]
+    wait(lambda: view.credits == 2)
+
+
+def test_an_edit_under_way_is_asked_again_with_its_name(page, stand_in, scene):
+    choose(page, "Spot")
+    stand_in.cut()
+    page.set("#objects .field:has(input[type=range]) input.number", "7")
+    wait(lambda: len(stand_in.requests("hello")) == 2 and scene.lights[0].intensity == 7, 20)
+
+
+def test_a_scene_is_opened_that_an_older_list_does_not_have(new_page, stand_in, scene):
+    stand_in.list_delay_s = 0.7
+    page = new_page(stand_in.url)
+    page.until("document.getElementById('connection').textContent === 'Connected'")
+    page.choose_files("#file", [SCENES / "cornell.glb"])
+    page.until("document.getElementById('scenes').selectedOptions[0]?.text === 'cornell.glb'")
+    time.sleep(1)
+    assert page.run("document.getElementById('scenes').selectedOptions[0].text") == "cornell.glb"
+    page.until(FINAL)
+    assert stand_in.requests("view_open")[-1].scene == "scene2"
+
+
+def test_a_token_in_the_address_is_traded_and_gone(new_page, stand_in):
+    stand_in.is_locked = True
+    page = new_page(stand_in.url + "#token=" + TOKEN)
+    page.until("document.getElementById('connection').textContent === 'Connected'")
+    assert stand_in.tokens == ["Bearer " + TOKEN]
+    assert TOKEN not in page.run("location.href + JSON.stringify(localStorage)")
+
+
+def test_a_token_is_asked_for(new_page, stand_in, scene):
+    stand_in.is_locked = True
+    page = new_page(stand_in.url)
+    page.allowed = ("401", "WebSocket")
+    page.until("document.getElementById('login').open")
+    page.run("document.getElementById('token').value = 'wrong wrong wrong wrong'")
+    page.click("#login-form button")
+    page.until(TOAST + ".includes('not accepted')")
+    page.run(f"document.getElementById('token').value = '{TOKEN}'")
+    page.click("#login-form button")
+    page.until(FINAL)
+    assert not page.run("document.getElementById('login').open")
+
+
+# --- for everyone ---
+
+def test_everything_has_a_name_and_can_be_reached_by_tab(page):
+    nameless = page.run("""[...document.querySelectorAll('button, select, input:not([type=file])')]
+        .filter(e => !(e.labels?.length || e.textContent.trim() || e.getAttribute('aria-label') || e.ariaHidden === 'true'))
+        .map(e => e.outerHTML)""")
+    assert nameless == []
+    page.run("document.body.focus()")
+    reached = []
+    for _ in range(30):
+        page.key("Tab")
+        reached.append(page.run("document.activeElement.id || document.activeElement.name || document.activeElement.tagName"))
+    for name in ("scenes", "open", "undo", "stage", "layer"):
+        assert name in reached, reached
+    page.run("document.getElementById('scenes').focus()")
+    assert page.run("getComputedStyle(document.getElementById('open')).outlineStyle") is not None
+
+
+def test_nothing_is_wider_than_the_screen(page):
+    for details in ("technique", "look", "objects"):
+        page.run(f"document.getElementById('{details}').closest('details').open = true")
+    choose(page, "Spot")
+    for width, height in ((360, 640), (390, 844), (760, 500), (1280, 800), (2560, 1440)):
+        page.resize(width, height)
+        page.until(f"innerWidth === {width}")
+        assert page.run("document.documentElement.scrollWidth") <= width
+        wide = page.run("""[...document.querySelectorAll('.panel')].flatMap(panel => [...panel.querySelectorAll('*')]
+            .filter(e => e.clientWidth && e.getBoundingClientRect().right > panel.getBoundingClientRect().right - 13)
+            .map(e => e.outerHTML.slice(0, 90)))""")
+        assert wide == []
+        assert page.run("document.getElementById('stage').clientHeight") >= 0.3 * height
+
+
+@pytest.mark.parametrize("is_dark", [True, False])
+def test_text_can_be_read_in_either_scheme(new_page, stand_in, scene, is_dark):
+    page = new_page(stand_in.url, is_dark=is_dark)
+    page.until(FINAL)
+    ratios = page.run("""(() => {
+        const light = c => { const v = c.match(/[\\d.]+/g).map(Number).slice(0, 3).map(x => x / 255)
+            .map(x => x <= 0.04045 ? x / 12.92 : ((x + 0.055) / 1.055) ** 2.4);
+            return 0.2126 * v[0] + 0.7152 * v[1] + 0.0722 * v[2]; };
+        const ground = e => { for (; e; e = e.parentElement) { const b = getComputedStyle(e).backgroundColor;
+            if (!/^rgba.*, 0\\)|transparent/.test(b)) return b; } };
+        return [...document.querySelectorAll('aside .note, aside label, aside h2, .bars .ms, #frame, button.primary')]
+            .filter(e => e.offsetParent && e.textContent.trim()).map(e => {
+            const [a, b] = [light(getComputedStyle(e).color), light(ground(e))].sort((x, y) => y - x);
+            return [(a + 0.05) / (b + 0.05), e.textContent.slice(0, 30)]; });
+    })()""")
+    assert len(ratios) > 10 and min(ratios)[0] >= 4.5, min(ratios)
