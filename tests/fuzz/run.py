@@ -1,0 +1,20 @@
+"""Runs one libFuzzer target for some seconds: TARGET CORPUS WORK_FOLDER SECONDS.
+
+The committed corpus is read and never written; new inputs and findings go to the work folder. On a
+finding the input's path is the last line."""
+import pathlib
+import subprocess
+import sys
+
+
+def main(target, corpus, work, seconds):
+    found = pathlib.Path(work) / "new"
+    found.mkdir(parents=True, exist_ok=True)
+    command = [target, f"-max_total_time={seconds}", "-timeout=10", "-rss_limit_mb=4096",
+               "-max_len=16384", f"-artifact_prefix={work}/", "-print_final_stats=1",
+               str(found), corpus]
+    return subprocess.run(command).returncode
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:5]))
