@@ -1,10 +1,10 @@
 """Counts the results of one `meson test` run and holds its suites to their time budgets.
 
-usage: count_results.py TESTLOG_JSON BUDGETS COLUMN
+usage: count_results.py TESTLOG_JSON BUDGETS COLUMN FACTOR
 
 Prints a table of suites on standard error and `PASSED FAILED SKIPPED` on standard output. A suite
 beyond its budget, or without one, counts as one failure. COLUMN: 1 for the first build, 2 for the
-second.
+second. FACTOR: what budgets are multiplied by (machine_speed.py).
 """
 
 import collections
@@ -14,13 +14,13 @@ import sys
 PASSED = ('OK', 'EXPECTEDFAIL')
 
 
-def read_budgets(path, column):
+def read_budgets(path, column, factor):
     budgets = {}
     with open(path, encoding='utf-8') as file:
         for line in file:
             words = line.split('#')[0].split()
             if words:
-                budgets[words[0]] = float(words[column])
+                budgets[words[0]] = factor * float(words[column])
     return budgets
 
 
@@ -52,7 +52,7 @@ def over_budget(seconds, budgets):
 
 def main():
     results, seconds = read_results(sys.argv[1])
-    over = over_budget(seconds, read_budgets(sys.argv[2], int(sys.argv[3])))
+    over = over_budget(seconds, read_budgets(sys.argv[2], int(sys.argv[3]), float(sys.argv[4])))
     skipped = results.pop('SKIP', 0)
     passed = sum(results.pop(name, 0) for name in PASSED)
     print(passed, sum(results.values()) + over, skipped)

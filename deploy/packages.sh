@@ -3,16 +3,17 @@
 build_packages=(
   gcc g++ meson ninja-build pkg-config python3
   libembree-dev libepoxy-dev libhttp-parser-dev libjansson-dev libopenexr-dev libprotobuf-c-dev libseccomp-dev
-  libspng-dev libssl-dev libtinygltf-dev libturbojpeg0-dev libuv1-dev libxxhash-dev
+  libspng-dev libsqlite3-dev libssl-dev libtinygltf-dev libturbojpeg0-dev libuv1-dev libwslay-dev libxxhash-dev
   protobuf-c-compiler
 )
 # A device for machines that have no GPU, and the library that finds either.
 device_packages=(libegl1 libegl-mesa0 libgl1-mesa-dri libopengl0)
 test_packages=(
-  clang libclang-rt-14-dev llvm glslang-tools libcmocka-dev curl
-  python3-matplotlib python3-numpy python3-pil python3-protobuf python3-pytest protobuf-compiler
+  chromium clang libclang-rt-14-dev llvm glslang-tools libcmocka-dev curl
+  python3-matplotlib python3-numpy python3-pil python3-protobuf python3-pytest python3-websockets protobuf-compiler
 )
-bundle_packages=(patchelf)
+# protoc makes the messages of the Python client.
+bundle_packages=(patchelf protobuf-compiler)
 
 is_installed() {
   [ "$(dpkg-query -W -f '${db:Status-Status}' "$1" 2>/dev/null)" = installed ]

@@ -3,8 +3,8 @@
 usage: layers.py SOURCE_ROOT
 
 A room may include itself, base/, the contract (protocol/) where the table says so, structs shared
-with GLSL (shared/), and the rooms that stand beside its name. GL and EGL belong to gpu/ alone, and
-C++ to the shim around the glTF parser.
+with GLSL (shared/), and the rooms that stand beside its name. GL and EGL belong to gpu/ alone, SQLite
+to the journal, and C++ to the shim around the glTF parser.
 """
 
 import os
@@ -26,6 +26,8 @@ ROOMS = {
     'net': ['sched', 'frame', 'technique', 'scene', 'image', 'protocol'],
 }
 GL = re.compile(r'^(epoxy|GL|GLES\d?|EGL|KHR|gbm)/|^(gbm|glvnd).*\.h$')
+SQLITE = re.compile(r'^sqlite3(ext)?\.h$')
+JOURNAL = re.compile(r'^server/scene/journal[a-z_]*\.[ch]$')
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
 # The one C++ file.
 CPP_SHIM = re.compile(r'^server/scene/[a-z_/]*gltf[a-z_]*\.(cc|cpp)$')
@@ -69,6 +71,8 @@ def check_file(root, path):
     for number, quoted, name in includes(root, path):
         if GL.match(name) and room != 'gpu':
             yield f'{path}:{number}: <{name}>: only server/gpu/ includes GL or EGL'
+        elif SQLITE.match(name) and not JOURNAL.match(path):
+            yield f'{path}:{number}: <{name}>: only the journal includes SQLite'
         elif quoted and room:
             wrong = check_room_include(room, name)
             if wrong:
