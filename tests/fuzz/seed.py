@@ -1,6 +1,7 @@
 """Writes the first inputs of the corpora, out of what the other tests have: BUILD_PB2 OUT.
 
 What fuzzing finds beyond them is merged in by hand (README.md) and kept small."""
+import hashlib
 import json
 import pathlib
 import struct
@@ -64,6 +65,177 @@ def seed_scenes(out):
             write(out / "gltf", path.name, path.read_bytes())
 
 
+# --- scripts (script.h) --------------------------------------------------------------------------
+
+def script(*steps):
+    """Each step is bytes and its command; without one, what is sent at the end."""
+    return b"".join(step.replace(b"\xff", b"\xff\xff") if command is None
+                    else step.replace(b"\xff", b"\xff\xff") + b"\xff" + command.encode()
+                    for step, command in steps)
+
+
+def random_bytes(seed):
+    """What machine.c gives in the place of the system's random bytes."""
+    while True:
+        seed = (seed * 6364136223846793005 + 1442695040888963407) % 2**64
+        yield seed >> 56
+
+
+def take(source, count):
+    return bytes(next(source) for _ in range(count))
+
+
+OPS = {
+    "nodes": [{"add_node": {"name": "n", "parent": 0, "mesh": 0, "transform": {"translation": [1, 2, 3]}}},
+              {"set_node": {"node": 2, "parent": -1, "shown": False}},
+              {"set_transform": {"node": 1, "rotation": [0, 0.7, 0, 0.7], "scale": [2, 1, 1]}},
+              {"remove_node": {"id": 3}}],
+    "materials": [{"add_material": {"name": "m", "metallic": 1, "alpha_mode": "blend"}},
+                  {"set_material": {"material": 0, "emissive": [1, 0, 0], "unlit": True}},
+                  {"remove_material": {"id": -2}}],
+    "meshes": [{"add_mesh": {"primitives": [{"positions": {"values": [0, 0, 0, 1, 0, 0, 0, 1, 0]},
+                                             "uv0": {"values": [0, 0, 1, 0, 0, 1]}}]}},
+               {"set_mesh_vertices": {"mesh": 1, "primitive": 1,
+                                      "positions": {"values": [0, 0, 2, 1, 0, 2, 0, 1, 2]}}},
+               {"set_mesh": {"mesh": 0, "name": "other"}}, {"remove_mesh": {"id": -2}}],
+    "lights": [{"add_light": {"kind": "spot", "cone_inner": 0.1, "cone_outer": 0.5, "range": 3}},
+               {"set_light": {"light": 0, "kind": "directional", "color": [1, 0.5, 0]}},
+               {"add_node": {"light": -2}}],
+    "cameras": [{"add_camera": {"yfov": 1, "near": 0.01, "far": 100}},
+                {"set_camera": {"camera": 0, "orthographic": True, "xmag": 1, "ymag": 1}},
+                {"remove_node": {"id": 6}}, {"remove_camera": {"id": -2}}],
+    "sky": [{"set_environment": {"radiance": [1, 1, 2]}}],
+    "refused": [{"set_light": {"light": 1, "intensity": 7}}, {"remove_light": {"id": 0}}],
+}
+
+
+def batch(ops, **more):
+    return json.dumps({"ops": ops, **more}, separators=(",", ":")).encode()
+
+
+def seed_edits(pb, out):
+    for name, ops in OPS.items():
+        write(out / "edits", name, script((batch(ops), None)))
+    lamp, node = batch(OPS["lights"]), batch(OPS["nodes"])
+    write(out / "edits", "undo-redo", script((lamp, "e"), (b"", "u"), (b"", "r"), (node, "e"), (b"", "u"),
+                                             (b"", "u"), (b"\0", "v")))
+    write(out / "edits", "transient", script((lamp, "t"), (node, "t"), (b"", "c"), (lamp, "t"), (node, "e"),
+                                             (b"", "u")))
+    write(out / "edits", "failed", script((lamp, "x"), (node, "e")))
+    message = pb.EditBatch(ops=[pb.EditOp(add_mesh=pb.MeshEdit(primitives=[pb.PrimitiveEdit(
+        material=0, positions=pb.Data(payload=True))]))])
+    floats = struct.pack("<9f", 0, 0, 0, 1, 0, 0, 0, 1, 0)
+    write(out / "edits", "payload", script((floats, "d"), (message.SerializeToString(), "b")))
+
+
+def seed_journal(out):
+    def damage(*changes):
+        return b"".join(struct.pack("<I", at)[:3] + bytes([how, by]) for at, how, by in changes)
+    write(out / "journal", "whole", b"\0")
+    write(out / "journal", "flipped", b"\0" + damage((9000, 0, 1), (40000, 0, 128)))
+    write(out / "journal", "cut", b"\0" + damage((30000, 5, 0)))
+    write(out / "journal", "pages", b"\0" + damage((20480, 3, 2), (28672, 4, 0)))
+    write(out / "journal", "log-whole", b"\1")
+    write(out / "journal", "log-torn", b"\1" + damage((50000, 2, 0)))
+    write(out / "journal", "log-cut", b"\1" + damage((70000, 5, 0)))
+    write(out / "journal", "forged-delta", b"\2" + bytes([0, 2, 9, 0, 0, 3]))
+    write(out / "journal", "forged-index", b"\2" + bytes([14, 0, 60, 0, 2, 17, 22, 0, 0, 0, 0, 1]))
+    write(out / "journal", "forged-content", b"\2" + bytes([26, 0, 20, 0, 2, 12, 26, 2, 4, 0, 3, 4]))
+    write(out / "journal", "session", b"\3" + bytes(range(1, 64)) + b"\xff\0" + bytes(range(64, 90)))
+
+
+def request(line, *headers, body=b""):
+    if body:
+        headers += (f"Content-Length: {len(body)}",)
+    return "\r\n".join((line + " HTTP/1.1", "Host: localhost", *headers, "", "")).encode() + body
+
+
+JSON_TYPE = "Content-Type: application/json"
+
+
+def seed_http_requests(out, scene, blob):
+    at = f"/v1/scenes/{scene}"
+    gets = ["/", "/healthz", "/readyz", "/metrics", "/v1/devices", "/v1/stats", "/v1/techniques", "/v1/scenes",
+            at, at + "?objects=1", at + "/log?limit=3"]
+    write(out, "gets", script((b"".join(request("GET " + path) for path in gets), None)))
+    frame = f"GET {at}/frame.png?size=8x8&technique=rsm&param=vpls=64&exposure=auto&layers=albedo&camera=front"
+    write(out, "frame", script((request(frame), None)))
+    write(out, "frame-cancelled", script((request(frame), "x"), (request(frame), "c")))
+    edit = batch(OPS["lights"], client_edit_id="x", message="m")
+    posts = [("edits", edit), ("edits", edit), ("undo", b"{}"), ("undo", b'{"redo":true}'), ("revert", b'{"revision":2}'),
+             ("edits", batch(OPS["nodes"], durability="transient")), ("commit", b"{}"),
+             ("names", b'{"name":"best"}'), ("edits", batch(OPS["sky"], dry_run=True))]
+    write(out, "edits", script(*((request(f"POST {at}/{word}", JSON_TYPE, body=body), "a")
+                                 for word, body in posts)))
+    write(out, "edits-together", script(*((request(f"POST {at}/{word}", JSON_TYPE, body=body), "2134"[i % 4])
+                                          for i, (word, body) in enumerate(posts))))
+    put = request(f"PUT /v1/blobs/sha256:{blob[0]}", "Content-Type: application/octet-stream", body=blob[1])
+    add = json.dumps({"blob": "sha256:" + blob[0], "name": "bare"}).encode()
+    write(out, "add-scene", script((put, "a"), (request("POST /v1/scenes", JSON_TYPE, body=add), "a"),
+                                   (request("GET /v1/scenes"), "a"), (request("DELETE " + at), None)))
+    form = (b'--xyz\r\nContent-Disposition: form-data; name="scene"\r\n\r\n' + blob[1] + b"\r\n--xyz--\r\n")
+    write(out, "multipart", script((request("POST /v1/render?size=4x4&encoding=exr",
+                                            "Content-Type: multipart/form-data; boundary=xyz",
+                                            "Bounced-Client: x", "Expect: 100-continue", body=form), None)))
+    write(out, "streams", script((request(f"GET {at}/stream.mjpeg?size=4x4&fps=5"), "g"), (b"", "a"), (b"\3", "t"),
+                                 (b"", "a"), (b"", "2"), (request("GET /v1/events"), "h"),
+                                 (request(f"POST {at}/edits", JSON_TYPE, body=edit), "a")))
+    write(out, "odd-heads", script((request("GET /x", "Transfer-Encoding: chunked"), "h"),
+                                   (b"GET / HTTP/1.1\r\nHost : a\r\n\r\n", "h"),
+                                   (request("POST /v1/scenes", "Content-Length: 5", "Content-Length: 6"), "h"),
+                                   (b"\x16\x03\x01", None)))
+    login = request("POST /v1/session", "Authorization: Bearer admin-admin-admin", JSON_TYPE, body=b"{}")
+    cookie = take(random_bytes(2), 32).hex()
+    write(out, "tokens", script((b"", "T"), (request("GET /v1/scenes"), "a"), (login, "a"),
+                                (request("GET /v1/stats", f"Cookie: bounced_session={cookie}"), "a"),
+                                (request("GET " + at, "Authorization: Bearer read-read-read-read"), "a"),
+                                (request("GET /metrics", "Authorization: Bearer edit-edit-edit-edit"), None)))
+
+
+def seed_http_sessions(out, scene, blob):
+    def unit(request_id=None, **body):
+        if request_id:
+            body["request_id"] = request_id
+        return json.dumps(body, separators=(",", ":")).encode(), "j"
+    hello = unit(1, hello={"min": 1, "max": 1, "resume": ""})
+    token = take(random_bytes(2), 32).hex()
+    again = unit(1, hello={"min": 1, "resume": token})
+    frame = {"size": [4, 4], "technique": "rsm"}
+    views = [unit(2, view_open={"scene": scene, "frame": frame, "credits": 2}), (b"", "g"), (b"", "a"),
+             unit(view_credit={"view": 1, "count": 1}), unit(3, view_update={"view": 1, "pose": {
+                 "eye": [0, 0, 5], "target": [0, 0, 0]}, "sequence": 7}), (b"", "a"), (b"\2", "t"), (b"", "a")]
+    edit = unit(4, edit_batch={"scene": scene, "ops": OPS["lights"], "durability": "transient"})
+    write(out, "view", script((b"", "f"), hello, *views, edit, (b"", "a"), unit(5, view_close={"view": 1})))
+    write(out, "resume", script((b"", "f"), hello, *views, unit(6, scene_watch={}), edit, (b"", "x"), (b"", "a"),
+                                (b"", "f"), again, (b"", "a"), (b"", "2"), (b"", "f"), again, (b"\7", "t")))
+    write(out, "requests", script((b"", "f"), hello, unit(2, render={"scene": scene, "frame": frame, "progress": True}),
+                                  unit(3, cancel={"request_id": 2}), unit(4, scene_list={}), unit(5, devices={}),
+                                  unit(6, scene_get={"id": scene, "objects": True}), unit(7, stats={}),
+                                  unit(8, edit_undo={"scene": scene}), unit(9, scene_log={"scene": scene}),
+                                  unit(10, scene_remove={"id": scene}), unit(10, techniques={}), (b"", "q")))
+    half = len(blob[1]) // 2
+    put = {"blob": "sha256:" + blob[0], "size_bytes": len(blob[1])}
+    write(out, "upload", script((b"", "f"), hello, (blob[1][:half], "d"), unit(2, blob_put={**put, "offset": 0}), (b"", "a"),
+                                (blob[1][half:], "d"), unit(3, blob_put={**put, "offset": half}), (b"", "r"),
+                                unit(4, blob_have={"blobs": [put["blob"]]}), (b"", "a"),
+                                unit(5, scene_add={"blob": put["blob"]}), (b"", "r"), unit(6, cancel={"request_id": 5})))
+    upgrade = request("GET /v1/socket", "Upgrade: websocket", "Connection: Upgrade", "Sec-WebSocket-Version: 13",
+                      "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==", "Sec-WebSocket-Protocol: bounced.v1")
+    write(out, "websocket", script((upgrade, "s"), hello, *views, (b"\x89ping", "w"), (b"\x02\0\0", "w"),
+                                   (b"\x80\0\0", "w"), (b"\x88\x03\xe8", "w")))
+    write(out, "two-views", script((b"", "f"), hello, *views, (b"", "2"), (b"", "f"), hello, *views,
+                                   unit(8, scene_remove={"id": scene}), (b"", "a")))
+
+
+def seed_http(out):
+    source = random_bytes(1)
+    scene = "%016x" % int.from_bytes(take(source, 8), "little")
+    content = (SCENES / "wall_floor.glb").read_bytes()
+    blob = (hashlib.sha256(content).hexdigest(), content)
+    seed_http_requests(out / "http", scene, blob)
+    seed_http_sessions(out / "http", scene, blob)
+
+
 def main(pb2_folder, out):
     sys.path.insert(0, pb2_folder)
     import bounced_pb2 as pb
@@ -71,6 +243,9 @@ def main(pb2_folder, out):
     seed_messages(pb, out)
     seed_json(out)
     seed_scenes(out)
+    seed_edits(pb, out)
+    seed_journal(out)
+    seed_http(out)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,171 @@
+#include "tests/fuzz/pool.h"
+
+#include <string.h>
+#include <uv.h>
+
+#include "base/assert.h"
+#include "scene/flat.h"
+#include "scene/gltf.h"
+#include "tests/fuzz/machine.h"
+
+#define WORK_MAX   4096
+#define TIMERS_MAX 8
+
+struct work {
+    uv_work_t *request;
+    uv_work_cb run;
+    uv_after_work_cb back;
+};
+
+struct queue {
+    struct work items[WORK_MAX];
+    uint32_t first, count;
+};
+
+struct timer {
+    uv_timer_t *handle; // NULL: none
+    uv_timer_cb fire;
+    uint64_t due_ms, repeat_ms;
+};
+
+static struct {
+    struct queue waiting, done;
+    struct timer timers[TIMERS_MAX];
+} pool;
+
+static void push(struct queue *queue, struct work work)
+{
+    BD_ASSERT_CMP(queue->count, <, WORK_MAX);
+    queue->items[(queue->first + queue->count++) % WORK_MAX] = work;
+}
+
+static bool pop(struct queue *queue, struct work *out)
+{
+    if (queue->count == 0) return false;
+    *out = queue->items[queue->first];
+    queue->first = (queue->first + 1) % WORK_MAX;
+    queue->count--;
+    return true;
+}
+
+void pool_begin(void)
+{
+    BD_ASSERT_CMP(pool_count(), ==, 0);
+    memset(pool.timers, 0, sizeof pool.timers);
+}
+
+uint32_t pool_count(void)
+{
+    return pool.waiting.count + pool.done.count;
+}
+
+bool pool_run_one(void)
+{
+    struct work work;
+    if (!pop(&pool.waiting, &work)) return false;
+    work.run(work.request);
+    push(&pool.done, work);
+    return true;
+}
+
+bool pool_return_one(void)
+{
+    struct work work;
+    if (!pop(&pool.done, &work)) return false;
+    work.back(work.request, 0);
+    return true;
+}
+
+static struct timer *first_due(void)
+{
+    struct timer *first = NULL;
+    for (uint32_t i = 0; i < TIMERS_MAX; i++) {
+        struct timer *timer = &pool.timers[i];
+        if (timer->handle && timer->due_ms <= machine_now_ms() &&
+            (!first || timer->due_ms < first->due_ms))
+            first = timer;
+    }
+    return first;
+}
+
+void pool_pass_ms(uint64_t ms)
+{
+    machine_pass_ms(ms);
+    // One that begins anew, again and again, is one that does not wait: enough of it.
+    for (uint32_t i = 0; i < 64; i++) {
+        struct timer *timer = first_due();
+        if (!timer) return;
+        const struct timer fired = *timer;
+        timer->due_ms = machine_now_ms() + fired.repeat_ms;
+        if (fired.repeat_ms == 0) timer->handle = NULL;
+        fired.fire(fired.handle);
+    }
+}
+
+// --- what the linker puts in the place of libuv's and of the import's -------------------------
+
+int __wrap_uv_queue_work(uv_loop_t *loop, uv_work_t *request, uv_work_cb run,
+                         uv_after_work_cb back);
+int __wrap_uv_timer_start(uv_timer_t *handle, uv_timer_cb fire, uint64_t wait_ms,
+                          uint64_t repeat_ms);
+int __wrap_uv_signal_start(uv_signal_t *handle, uv_signal_cb fire, int number);
+
+int __wrap_uv_queue_work(uv_loop_t *loop, uv_work_t *request, uv_work_cb run, uv_after_work_cb back)
+{
+    request->loop = loop;
+    push(&pool.waiting, (struct work){request, run, back});
+    return 0;
+}
+
+int __wrap_uv_timer_start(uv_timer_t *handle, uv_timer_cb fire, uint64_t wait_ms,
+                          uint64_t repeat_ms)
+{
+    struct timer *place = NULL;
+    for (uint32_t i = 0; i < TIMERS_MAX; i++)
+        if (pool.timers[i].handle == handle) place = &pool.timers[i];
+    for (uint32_t i = 0; !place && i < TIMERS_MAX; i++)
+        if (!pool.timers[i].handle) place = &pool.timers[i];
+    BD_ASSERT(place);
+    *place = (struct timer){handle, fire, machine_now_ms() + wait_ms, repeat_ms};
+    return 0;
+}
+
+// Signals are whoever's runs the target.
+int __wrap_uv_signal_start(uv_signal_t *handle, uv_signal_cb fire, int number)
+{
+    (void)handle;
+    (void)fire;
+    (void)number;
+    return 0;
+}
+
+enum bd_err __wrap_bd_import_under(const char *program, const struct bd_import_file *files,
+                                   uint32_t file_count, const struct bd_import_limits *limits,
+                                   const struct bd_environment *environment, struct bd_scene **out,
+                                   struct bd_fault *fault);
+enum bd_err __wrap_bd_import(const char *program, const struct bd_import_file *files,
+                             uint32_t file_count, const struct bd_import_limits *limits,
+                             struct bd_scene **out, struct bd_fault *fault);
+
+enum bd_err __wrap_bd_import_under(const char *program, const struct bd_import_file *files,
+                                   uint32_t file_count, const struct bd_import_limits *limits,
+                                   const struct bd_environment *environment, struct bd_scene **out,
+                                   struct bd_fault *fault)
+{
+    (void)program;
+    enum bd_err err = bd_gltf_read(files, file_count, limits, out, fault);
+    if (err) return err;
+    if (environment) (*out)->environment = *environment;
+    if (environment && environment->map) bd_sky_map_retain(environment->map);
+    err = bd_scene_finish(*out, fault);
+    if (err) bd_scene_release(out);
+    if (!err) bd_scene_set_hash(*out);
+    return err;
+}
+
+enum bd_err __wrap_bd_import(const char *program, const struct bd_import_file *files,
+                             uint32_t file_count, const struct bd_import_limits *limits,
+                             struct bd_scene **out, struct bd_fault *fault)
+{
+    return __wrap_bd_import_under(program, files, file_count, limits, NULL, out, fault);
+}
