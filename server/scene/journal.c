@@ -2,15 +2,15 @@
 
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include "base/assert.h"
 #include "scene/journal_internal.h"
 
-// Connects and looks for damage; nothing stays open then.
-static enum bd_err try_open(struct bd_journal *journal, char *where, size_t where_bytes,
-                            struct bd_fault *fault)
+enum bd_err bd_journal_try_open(struct bd_journal *journal, char *where, size_t where_bytes,
+                                struct bd_fault *fault)
 {
     snprintf(where, where_bytes, "its structure");
     journal->is_damaged = false;
@@ -24,8 +24,7 @@ static enum bd_err try_open(struct bd_journal *journal, char *where, size_t wher
     return err;
 }
 
-// SQLite takes a file of less than a page for an empty one, and would begin anew.
-static enum bd_err check_size(const struct bd_journal *journal, struct bd_fault *fault)
+enum bd_err bd_journal_check_size(const struct bd_journal *journal, struct bd_fault *fault)
 {
     struct stat info;
     char rollback[BD_JOURNAL_FILE_BYTES + 32];
@@ -40,22 +39,22 @@ static enum bd_err check_size(const struct bd_journal *journal, struct bd_fault 
     return bd_fault_set(fault, BD_ERR_IO, "data",
                         "%s is cut short to %lld bytes, and nothing in it can be read: mend it, or "
                         "move it away to begin without scenes",
-                        journal->path, (long long)info.st_size);
+                        journal->name, (long long)info.st_size);
 }
 
 static enum bd_err open_or_mend(struct bd_journal *journal, struct bd_fault *fault)
 {
     char where[128] = "as it was met before", suspect[BD_JOURNAL_FILE_BYTES + 32];
     bd_journal_suspect_path(journal, suspect, sizeof suspect);
-    enum bd_err err = check_size(journal, fault);
+    enum bd_err err = bd_journal_check_size(journal, fault);
     if (err) return err;
     bool is_suspect = access(suspect, F_OK) == 0;
-    if (!is_suspect) err = try_open(journal, where, sizeof where, fault);
+    if (!is_suspect) err = bd_journal_try_open(journal, where, sizeof where, fault);
     if (!is_suspect && !journal->is_damaged) return err;
     err = bd_journal_salvage(journal->path, where, fault);
     if (err) return err;
     unlink(suspect);
-    return try_open(journal, where, sizeof where, fault);
+    return bd_journal_try_open(journal, where, sizeof where, fault);
 }
 
 enum bd_err bd_journal_open(const char *directory, struct bd_journal **out, struct bd_fault *fault)
@@ -66,6 +65,7 @@ enum bd_err bd_journal_open(const char *directory, struct bd_journal **out, stru
     enum bd_err err = BD_ERR_OK;
     if (length < 0 || (size_t)length >= sizeof journal->path)
         err = bd_fault_set(fault, BD_ERR_USAGE, "data", "the data directory's path is too long");
+    memcpy(journal->name, journal->path, sizeof journal->name);
     if (!err) err = open_or_mend(journal, fault);
     if (err) bd_journal_close(&journal);
     *out = journal;
@@ -80,6 +80,7 @@ void bd_journal_close(struct bd_journal **journal)
     bd_digests_clear(&(*journal)->damaged);
     bd_digests_clear(&(*journal)->needed);
     free((*journal)->lent.bytes);
+    if ((*journal)->is_copy) bd_data_dir_close(&(*journal)->copy_dir);
     free(*journal);
     *journal = NULL;
 }

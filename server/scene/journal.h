@@ -55,6 +55,13 @@ struct bd_journal;
 // journal, or so damaged that nothing can be read; it is left as it is.
 BD_MUST_CHECK
 enum bd_err bd_journal_open(const char *directory, struct bd_journal **out, struct bd_fault *fault);
+// A copy of a journal that no daemon holds, for reading: `path` is the file, or the data directory
+// around it. The file is only read, and its write-ahead log with it; the copy lies in a temporary
+// directory and goes with bd_journal_close. BD_ERR_CONFLICT: a daemon holds the directory.
+// BD_ERR_NOT_FOUND: there is no such file. BD_ERR_UNSUPPORTED: it was written by a newer version.
+// BD_ERR_IO: it is no journal, or damaged, which is said and not mended.
+BD_MUST_CHECK
+enum bd_err bd_journal_open_copy(const char *path, struct bd_journal **out, struct bd_fault *fault);
 // Takes NULL.
 void bd_journal_close(struct bd_journal **journal);
 
@@ -187,6 +194,14 @@ BD_MUST_CHECK
 enum bd_err bd_journal_load(struct bd_journal *journal, const char *scene, uint64_t revision,
                             const struct bd_journal_visitor *visitor, uint64_t *reached,
                             struct bd_fault *fault);
+
+// Walks from the oldest state that is kept, along every edit, to `revision`; 0: to the newest. The
+// visitor has seen all that is whole when this fails: BD_ERR_IO names the revision that is damaged
+// or whose content is missing. BD_ERR_NOT_FOUND: the scene is not there, or has no such revision
+// any more.
+BD_MUST_CHECK
+enum bd_err bd_journal_walk(struct bd_journal *journal, const char *scene, uint64_t revision,
+                            const struct bd_journal_visitor *visitor, struct bd_fault *fault);
 
 // Takes away what lies beyond `revision`, which becomes the scene's newest. For damage alone; says
 // in the log what went.

@@ -44,7 +44,7 @@ void bd_journal_warn_of_tail(struct bd_journal *journal)
     if (count)
         bd_log(BD_LOG_WARN, "journal",
                "%s: the last %u pages of its write-ahead log were not finished and are cut off",
-               journal->path, count);
+               journal->name, count);
 }
 
 static int check_snapshot(struct bd_journal *journal, int64_t row, uint64_t *revision)

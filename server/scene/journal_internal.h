@@ -5,6 +5,7 @@
 
 #include <sqlite3.h>
 
+#include "scene/data_dir.h"
 #include "scene/journal.h"
 #include "scene/journal_digests.h"
 #include "scene/journal_sql.h"
@@ -22,6 +23,9 @@ struct bd_journal {
     sqlite3 *db;
     sqlite3_stmt *statements[BD_SQL_COUNT];
     char path[BD_JOURNAL_FILE_BYTES];
+    char name[BD_JOURNAL_FILE_BYTES]; // in messages: the path, or that of the file it is a copy of
+    bool is_copy;
+    struct bd_data_dir copy_dir; // of a copy
     bool is_damaged;           // something was read that SQLite cannot have written
     struct bd_digests pinned;  // content that is on its way to a commit
     struct bd_digests damaged; // content that was read and is not what its name says
@@ -34,6 +38,17 @@ struct bd_journal {
     int64_t round_at;
     struct bd_digests needed;
 };
+
+// --- journal.c
+
+// BD_ERR_IO if the file is shorter than a page. SQLite takes such a file for an empty one, and
+// would begin anew.
+BD_MUST_CHECK
+enum bd_err bd_journal_check_size(const struct bd_journal *journal, struct bd_fault *fault);
+// Connects and looks for damage: `where` says where it lies, and nothing stays open then.
+BD_MUST_CHECK
+enum bd_err bd_journal_try_open(struct bd_journal *journal, char *where, size_t where_bytes,
+                                struct bd_fault *fault);
 
 // --- journal_sql.c: statements, transactions, faults
 

@@ -105,3 +105,34 @@ enum bd_err bd_journal_load(struct bd_journal *journal, const char *scene, uint6
     *reached = walk.at;
     return err;
 }
+
+static enum bd_err walk_all(struct walk *walk, uint64_t oldest, uint64_t target)
+{
+    if (target < oldest)
+        return bd_fault_set(walk->fault, BD_ERR_NOT_FOUND, "revision",
+                            "scene \"%.64s\" begins at revision %llu: what was before it is "
+                            "forgotten",
+                            walk->scene, (unsigned long long)oldest);
+    enum bd_err err = find_snapshot(walk, oldest);
+    if (!err && walk->at == oldest) err = visit_edits(walk, target);
+    if (err || walk->at == target) return err;
+    return bd_fault_set(walk->fault, BD_ERR_IO, "revision",
+                        "revision %llu of scene \"%.64s\" is damaged, or content that it needs is "
+                        "missing",
+                        (unsigned long long)(walk->at < oldest ? oldest : walk->at + 1),
+                        walk->scene);
+}
+
+enum bd_err bd_journal_walk(struct bd_journal *journal, const char *scene, uint64_t revision,
+                            const struct bd_journal_visitor *visitor, struct bd_fault *fault)
+{
+    struct walk walk = {.journal = journal, .scene = scene, .visitor = visitor, .fault = fault};
+    uint64_t newest, oldest = 0;
+    enum bd_err err = bd_journal_find_scene(journal, scene, &walk.row, &newest, fault);
+    if (!err && revision > newest)
+        err = bd_fault_set(fault, BD_ERR_NOT_FOUND, "revision",
+                           "scene \"%.64s\" has no revision %llu: its newest is %llu", scene,
+                           (unsigned long long)revision, (unsigned long long)newest);
+    if (!err) err = bd_journal_oldest(journal, scene, &oldest, fault);
+    return err ? err : walk_all(&walk, oldest, revision ? revision : newest);
+}

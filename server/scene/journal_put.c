@@ -208,7 +208,7 @@ static enum bd_err say_damaged(struct bd_journal *journal, const uint8_t sha256[
     struct bd_fault local;
     if (!bd_digests_have(&journal->damaged, sha256)) bd_digests_add(&journal->damaged, sha256);
     enum bd_err err = missing(sha256, "is damaged in the journal", &local);
-    bd_log(BD_LOG_WARN, "journal", "%s: %s", journal->path, local.message);
+    bd_log(BD_LOG_WARN, "journal", "%s: %s", journal->name, local.message);
     if (fault) *fault = local;
     return err;
 }

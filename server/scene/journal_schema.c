@@ -138,12 +138,12 @@ static enum bd_err check_version(struct bd_journal *journal, uint32_t *version,
     if (result) return open_fault(journal, result, fault);
     bool is_empty = number == 0 && application == 0 && tables == 0;
     if (!is_empty && application != APPLICATION_ID)
-        return bd_fault_set(fault, BD_ERR_IO, "data", "%s is no journal of bounced", journal->path);
+        return bd_fault_set(fault, BD_ERR_IO, "data", "%s is no journal of bounced", journal->name);
     if (number < 0 || number > BD_JOURNAL_FORMAT)
         return bd_fault_set(fault, BD_ERR_UNSUPPORTED, "data",
                             "%s has format %lld, of a newer bounced; this one knows formats up to "
                             "%d: use the newer one, or another data directory",
-                            journal->path, number, BD_JOURNAL_FORMAT);
+                            journal->name, number, BD_JOURNAL_FORMAT);
     *version = (uint32_t)number;
     return BD_ERR_OK;
 }

@@ -132,15 +132,15 @@ static bool is_full(struct bd_journal *journal, int result)
 enum bd_err bd_journal_fault(struct bd_journal *journal, int result, const char *what,
                              struct bd_fault *fault)
 {
-    const char *path = journal->path;
+    const char *path = journal->name;
     BD_ASSERT_CMP(result, !=, SQLITE_OK);
     if (is_full(journal, result))
         return bd_fault_set(fault, BD_ERR_NO_MEMORY, "data", "%s: the disk of %s is full", what,
                             path);
     if (bd_journal_is_damage(result)) suspect(journal);
     if (bd_journal_is_damage(result))
-        return bd_fault_set(fault, BD_ERR_IO, "data", "%s: %s is damaged; the next start mends it",
-                            what, path);
+        return bd_fault_set(fault, BD_ERR_IO, "data", "%s: %s is damaged%s", what, path,
+                            journal->is_copy ? "" : "; the next start mends it");
     switch (result & 0xff) {
     case SQLITE_NOMEM:
         return bd_fault_set(fault, BD_ERR_NO_MEMORY, "", "%s: out of memory", what);

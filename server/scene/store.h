@@ -102,6 +102,11 @@ struct bd_batch {
 BD_MUST_CHECK
 enum bd_err bd_store_stage_add(struct bd_store *store, struct bd_scene *scene, const char *name,
                                const char *owner, struct bd_batch **out, struct bd_fault *fault);
+// The same of a scene that was elsewhere before: it begins with `revision`, 1 or more.
+BD_MUST_CHECK
+enum bd_err bd_store_stage_add_at(struct bd_store *store, struct bd_scene *scene, const char *name,
+                                  const char *owner, uint64_t revision, struct bd_batch **out,
+                                  struct bd_fault *fault);
 BD_MUST_CHECK
 enum bd_err bd_store_stage_remove(struct bd_store *store, const char *id, struct bd_batch **out,
                                   struct bd_fault *fault);

@@ -64,15 +64,22 @@ static void make_id(char id[BD_SCENE_ID_BYTES])
 enum bd_err bd_store_stage_add(struct bd_store *store, struct bd_scene *scene, const char *name,
                                const char *owner, struct bd_batch **out, struct bd_fault *fault)
 {
+    return bd_store_stage_add_at(store, scene, name, owner, 1, out, fault);
+}
+
+enum bd_err bd_store_stage_add_at(struct bd_store *store, struct bd_scene *scene, const char *name,
+                                  const char *owner, uint64_t revision, struct bd_batch **out,
+                                  struct bd_fault *fault)
+{
     enum bd_err err = bd_store_check_room(store, fault);
     if (err) return err;
     struct bd_slot *slot = bd_slot_append(store);
     make_id(slot->shown.id);
     snprintf(slot->shown.name, sizeof slot->shown.name, "%s", name);
     snprintf(slot->shown.owner, sizeof slot->shown.owner, "%s", owner);
-    bd_slot_set_head(slot, scene, 1);
+    bd_slot_set_head(slot, scene, revision);
     struct bd_batch *batch = bd_slot_new_batch(BD_BATCH_ADD, slot);
-    batch->revision = 1;
+    batch->revision = revision;
     batch->after = bd_scene_retain(scene);
     memcpy(batch->name, slot->shown.name, sizeof batch->name);
     memcpy(batch->owner, slot->shown.owner, sizeof batch->owner);
