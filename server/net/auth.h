@@ -25,7 +25,7 @@
 enum bd_role {
     BD_ROLE_READ,  // look: lists, frames, views, logs, exports of scenes that are there
     BD_ROLE_EDIT,  // and upload, add, edit and remove scenes
-    BD_ROLE_ADMIN, // and see the daemon's own figures
+    BD_ROLE_ADMIN, // and see the daemon's own figures, and play journals
 };
 
 // What a token, or being trusted without one, allows.

@@ -9,6 +9,7 @@
 #include "net/command_internal.h"
 #include "net/command_rights.h"
 #include "net/device_list.h"
+#include "net/edit_replay.h"
 #include "net/edit_step.h"
 #include "net/edit_work.h"
 #include "net/scene_step.h"
@@ -259,6 +260,9 @@ static void dispatch(struct bd_command *command)
     case BOUNCED__ENVELOPE__BODY_REVISION_NAME:
         bd_command_edit(command);
         break;
+    case BOUNCED__ENVELOPE__BODY_SCENE_REPLAY:
+        bd_command_replay(command);
+        break;
     case BOUNCED__ENVELOPE__BODY_SCENE_LOG:
         bd_command_scene_log(command);
         break;
@@ -322,7 +326,9 @@ static void watched_progress(void *user, const char *stage, double share)
 // Other requests' payloads mean nothing.
 static void keep_payload(struct bd_command *command, const struct bd_command_start *start)
 {
-    if (start->envelope->body_case != BOUNCED__ENVELOPE__BODY_EDIT_BATCH) return;
+    if (start->envelope->body_case != BOUNCED__ENVELOPE__BODY_EDIT_BATCH &&
+        start->envelope->body_case != BOUNCED__ENVELOPE__BODY_SCENE_REPLAY)
+        return;
     command->payload_bytes = start->payload_bytes;
     command->payload = malloc(start->payload_bytes + 1);
     BD_ASSERT(command->payload);

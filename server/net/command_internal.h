@@ -45,8 +45,9 @@ struct bd_command {
     struct bd_multipart_part *parts; // of a multipart body
     Bounced__BlobReply *blob_reply;
     struct bd_edit_work *edit; // of requests that change a scene
-    uint8_t *payload;          // of an edit batch
+    uint8_t *payload;          // of an edit batch, or a revision out of a journal
     size_t payload_bytes;
+    uint64_t time_ms; // since 1970, when what it brings was done; 0: now
 };
 
 // Ends the command with this answer (taken over) and frees it.

@@ -19,6 +19,7 @@ static enum bd_role role_for(const Bounced__Envelope *envelope)
         // A file of one's own is a scene for as long as it is looked at.
         return envelope->render->scene ? BD_ROLE_READ : BD_ROLE_EDIT;
     case BOUNCED__ENVELOPE__BODY_STATS:
+    case BOUNCED__ENVELOPE__BODY_SCENE_REPLAY: // a past that did not happen here
         return BD_ROLE_ADMIN;
     default:
         return BD_ROLE_READ;
@@ -49,6 +50,8 @@ static const char *scene_of(const Bounced__Envelope *envelope)
         return envelope->scene_log->scene;
     case BOUNCED__ENVELOPE__BODY_SCENE_EXPORT:
         return envelope->scene_export->scene;
+    case BOUNCED__ENVELOPE__BODY_SCENE_REPLAY:
+        return envelope->scene_replay->scene;
     default:
         return NULL;
     }

@@ -9,6 +9,7 @@
 #include "net/command_rights.h"
 #include "net/commit.h"
 #include "net/edit_dry_run.h"
+#include "net/edit_replay.h"
 #include "net/edit_reply.h"
 #include "net/edit_work.h"
 
@@ -214,6 +215,7 @@ static void stage_read(struct bd_edit_work *work)
                                            .of = work->of,
                                            .base_revision = work->head_revision,
                                            .client_edit_id = work->client_edit_id,
+                                           .message = work->message,
                                            .delta = &work->delta};
     struct bd_batch *batch;
     command->err = bd_command_check_growth(command, work->place.scene_id, work->base, &work->delta,
@@ -222,6 +224,7 @@ static void stage_read(struct bd_edit_work *work)
         command->err =
             bd_store_stage(command->net->options.store, &change, &batch, &command->fault);
     if (stop_here(work)) return;
+    if (command->time_ms) batch->time_ms = command->time_ms;
     wait_for_disk(work, batch, bd_edit_reply_of_batch(batch, work));
 }
 
@@ -298,6 +301,37 @@ static bool begin_revert(struct bd_edit_work *work)
     return begin_past(work, request->base_revision);
 }
 
+// --- a revision out of a journal -------------------------------------------------------------
+
+static void read_replay_on_pool(uv_work_t *pool)
+{
+    struct bd_command *command = pool->data;
+    command->err = bd_edit_replay_read(command->edit);
+}
+
+static void read_replay_back(uv_work_t *pool, int status)
+{
+    struct bd_command *command = pool->data;
+    struct bd_net *net = command->net;
+    BD_ASSERT_CMP(status, ==, 0);
+    if (!stop_here(command->edit)) stage_read(command->edit);
+    bd_edits_go_on(net);
+}
+
+static bool begin_replay(struct bd_edit_work *work)
+{
+    struct bd_command *command = work->command;
+    const struct bd_scene *head = NULL;
+    uint64_t revision;
+    command->err = bd_store_head(command->net->options.store, work->place.scene_id, &head,
+                                 &revision, &command->fault);
+    if (!command->err) command->err = bd_edit_replay_check(work, revision);
+    if (stop_here(work)) return true;
+    work->base = bd_scene_retain((struct bd_scene *)head);
+    bd_command_pool(command, read_replay_on_pool, read_replay_back);
+    return true;
+}
+
 // --- commit, names --------------------------------------------------------------------------
 
 static bool begin_commit(struct bd_edit_work *work)
@@ -345,6 +379,8 @@ static bool begin_new(struct bd_edit_work *work)
         return begin_revert(work);
     case BOUNCED__ENVELOPE__BODY_EDIT_COMMIT:
         return begin_commit(work);
+    case BOUNCED__ENVELOPE__BODY_SCENE_REPLAY:
+        return begin_replay(work);
     default:
         return begin_name(work);
     }
@@ -414,9 +450,11 @@ void bd_command_scene_add(struct bd_command *command, const char *name)
     struct bd_batch *batch;
     command->err = bd_command_check_new_scene(command, name, &command->fault);
     if (bd_command_stop_here(command)) return;
-    command->err = bd_store_stage_add(command->net->options.store, command->scene, name,
-                                      command->grant->name, &batch, &command->fault);
+    command->err = bd_store_stage_add_at(
+        command->net->options.store, command->scene, name, command->grant->name,
+        command->revision ? command->revision : 1, &batch, &command->fault);
     if (bd_command_stop_here(command)) return;
+    if (command->time_ms) batch->time_ms = command->time_ms;
     struct bd_edit_work *work = work_of_scene(command);
     work->waiter.done = on_scene_added;
     batch->user = &work->waiter;

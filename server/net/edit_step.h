@@ -10,7 +10,7 @@
 
 // The command's request, to its answer. It is answered once what it asks for is on the disk.
 void bd_command_edit(struct bd_command *command);
-// command->scene becomes a scene of the store; `name` is its name.
+// command->scene becomes a scene of the store, at command->revision (0: 1); `name` is its name.
 void bd_command_scene_add(struct bd_command *command, const char *name);
 void bd_command_scene_remove(struct bd_command *command);
 

@@ -40,6 +40,9 @@ static struct request request_of(const Bounced__Envelope *envelope)
     case BOUNCED__ENVELOPE__BODY_EDIT_COMMIT:
         return (struct request){envelope->edit_commit->scene,
                                 envelope->edit_commit->client_edit_id};
+    case BOUNCED__ENVELOPE__BODY_SCENE_REPLAY:
+        return (struct request){envelope->scene_replay->scene,
+                                envelope->scene_replay->client_edit_id};
     default:
         return (struct request){envelope->revision_name->scene, NULL};
     }
@@ -55,10 +58,15 @@ static enum bd_err take_text(const char *field, const char *from, char *to, size
     return BD_ERR_OK;
 }
 
+static enum bd_err check_message(const char *text, struct bd_fault *fault)
+{
+    char message[BD_EDIT_MESSAGE_BYTES];
+    return take_text("message", text, message, sizeof message, fault);
+}
+
 static enum bd_err check_batch(struct bd_edit_work *work, const Bounced__EditBatch *batch,
                                struct bd_fault *fault)
 {
-    char message[BD_EDIT_MESSAGE_BYTES];
     const char *durability = batch->durability ? batch->durability : "durable";
     work->is_transient = strcmp(durability, "transient") == 0;
     if (!work->is_transient && strcmp(durability, "durable") != 0)
@@ -70,7 +78,7 @@ static enum bd_err check_batch(struct bd_edit_work *work, const Bounced__EditBat
         return bd_fault_set(fault, BD_ERR_LIMIT, "ops",
                             "a batch has at most %" PRIu32 " operations",
                             bd_edit_default_limits.ops);
-    return take_text("message", batch->message, message, sizeof message, fault);
+    return check_message(batch->message, fault);
 }
 
 enum bd_err bd_edit_work_create(struct bd_command *command, struct bd_edit_work **out)
@@ -92,6 +100,8 @@ enum bd_err bd_edit_work_create(struct bd_command *command, struct bd_edit_work 
                                 sizeof work->client_edit_id, fault);
     if (!err && envelope->body_case == BOUNCED__ENVELOPE__BODY_EDIT_BATCH)
         err = check_batch(work, envelope->edit_batch, fault);
+    if (!err && envelope->body_case == BOUNCED__ENVELOPE__BODY_SCENE_REPLAY)
+        err = check_message(envelope->scene_replay->message, fault);
     return err;
 }
 

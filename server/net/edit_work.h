@@ -27,9 +27,10 @@ struct bd_edit_work {
     int32_t *ids;
     struct bd_edit_flags flags;
 
-    // Of undo, redo and revert
+    // Of undo, redo and revert, and of what is played from a journal
     enum bd_batch_kind kind;
     uint64_t of, head_revision;
+    const char *message; // borrowed from the request; NULL: none
 
     struct bd_scene *base; // what is read beside the loop is read for this
     struct bd_delta delta;
