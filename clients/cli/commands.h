@@ -16,6 +16,7 @@ int bd_cmd_scenes(const char *const *words, int count);
 int bd_cmd_scene(const char *const *words, int count); // add FILE, rm ID, log ID, ...
 int bd_cmd_edit(const char *const *words, int count);
 int bd_cmd_watch(const char *const *words, int count);
+int bd_cmd_replay(const char *const *words, int count);
 
 int bd_cmd_stability(const char *const *words, int count); // these two do not come back but to fail
 int bd_cmd_bench(const char *const *words, int count);

@@ -33,6 +33,7 @@ int bd_help(void)
           "  scene log|export|revert|name|undo|redo|commit ID    its history\n"
           "  edit ID FILE.json|-    changes it, batch by batch\n"
           "  watch [ID]             says what becomes of it\n"
+          "  replay JOURNAL         plays what a data directory's journal holds, edit by edit\n"
           "  stability              every technique through the inputs that break renderers\n"
           "  bench                  error against run time, as tables and one HTML page\n"
           "\n"
@@ -199,6 +200,31 @@ int bd_help_watch(void)
           "A line for each change of the scene, or of all scenes, until Ctrl-C.\n"
           "\n"
           "  --count N            end after N events\n" COMMON_HELP END_HELP,
+          stdout);
+    return 0;
+}
+
+int bd_help_replay(void)
+{
+    fputs("usage: bounce replay JOURNAL [options]\n"
+          "\n"
+          "Plays every scene of a journal (journal.sqlite, or the data directory around it, of no\n"
+          "running daemon) into a daemon, revision by revision, and prints a line for each. The\n"
+          "journal is only read. Where no daemon runs, a private one with a fresh data directory\n"
+          "is started and ended.\n"
+          "\n"
+          "  --scene ID           this scene alone, by its id in the journal\n"
+          "  --to REVISION        end there (default: the newest)\n"
+          "  --check              compare each revision's hash with the journal's: exit 1 if any\n"
+          "                       differs\n"
+          "  --render FILE        one frame at the end: .png, .jpg (.jpeg) or .exr\n"
+          "  --frames DIR         one of each revision, DIR/SCENE-REVISION.png\n"
+          "  --every N            of revisions that N divides, and of the last\n"
+          "  --at REVISION        of this one instead; repeatable\n"
+          "  --format png|jpg|exr of --frames (default png)\n"
+          "  --size, --camera, --technique, --set, --aa, --layers, --exposure, --tonemap, --seed,\n"
+          "  --deadline-ms, --fresh, --region    as of bounce render\n" START_HELP COMMON_HELP
+              END_HELP,
           stdout);
     return 0;
 }

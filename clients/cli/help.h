@@ -10,6 +10,7 @@ int bd_help_compare(void);
 int bd_help_scenes(void);
 int bd_help_edit(void);
 int bd_help_watch(void);
+int bd_help_replay(void);
 int bd_help_devices(void);
 int bd_help_techniques(void);
 

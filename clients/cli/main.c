@@ -20,6 +20,7 @@ static const struct {
     {"scene", bd_cmd_scene},
     {"edit", bd_cmd_edit},
     {"watch", bd_cmd_watch},
+    {"replay", bd_cmd_replay},
     {"stability", bd_cmd_stability},
     {"bench", bd_cmd_bench},
 };

@@ -13,6 +13,7 @@
 
 #define BD_CLI_SET_MAX   32
 #define BD_CLI_LAYER_MAX 16
+#define BD_CLI_AT_MAX    64
 
 // Where to, and how to speak: every command has these.
 struct bd_cli_common {
@@ -100,6 +101,27 @@ enum bd_err bd_cli_parse_edit(const char *const *words, int count, struct bd_cli
 BD_MUST_CHECK
 enum bd_err bd_cli_parse_watch(const char *const *words, int count, struct bd_cli_scene *out,
                                struct bd_fault *fault);
+
+struct bd_cli_replay {
+    const char *journal; // a file, or a data directory
+    const char *scene;   // the journal's id; NULL: all
+    uint64_t to;         // the last revision; 0: the newest
+    bool check;          // each revision's hash against the journal's
+    const char *render;  // a frame of the end; NULL: none
+    const char *frames;  // a directory for one of every `every`th revision; NULL: none
+    uint64_t every;
+    uint64_t at[BD_CLI_AT_MAX]; // of these instead
+    uint32_t at_count;
+    // How frames are rendered, and the common options; its `scene`, `output` and `report` are
+    // unset.
+    struct bd_cli_render frame;
+    bool help;
+};
+
+// Decodes the words behind `bounce replay`. Fills `out` in place, as bd_cli_parse_render does.
+BD_MUST_CHECK
+enum bd_err bd_cli_parse_replay(const char *const *words, int count, struct bd_cli_replay *out,
+                                struct bd_fault *fault);
 
 // Decodes the words behind `bounce render`. BD_ERR_USAGE names the option and what it allows.
 BD_MUST_CHECK

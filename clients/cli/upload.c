@@ -7,20 +7,26 @@
 
 #define PIECE_BYTES (1u << 20)
 
+static enum bd_err ask_which_of(struct bd_cli_conn *conn, char **names, size_t count,
+                                struct bd_cli_answer *answer, struct bd_fault *fault)
+{
+    Bounced__BlobHave have = BOUNCED__BLOB_HAVE__INIT;
+    have.n_blobs = count;
+    have.blobs = names;
+    Bounced__Envelope envelope = BOUNCED__ENVELOPE__INIT;
+    envelope.body_case = BOUNCED__ENVELOPE__BODY_BLOB_HAVE;
+    envelope.blob_have = &have;
+    return bd_cli_conn_call(conn, &envelope, NULL, 0, BOUNCED__ENVELOPE__BODY_BLOB_REPLY, NULL,
+                            answer, fault);
+}
+
 static enum bd_err ask_which_are_held(struct bd_cli_conn *conn, const struct bd_cli_files *files,
                                       struct bd_cli_answer *answer, struct bd_fault *fault)
 {
     char **names = calloc(files->count, sizeof *names);
     if (!names) return bd_fault_set(fault, BD_ERR_NO_MEMORY, "", "no memory for a list of blobs");
     for (size_t i = 0; i < files->count; i++) names[i] = files->items[i].blob;
-    Bounced__BlobHave have = BOUNCED__BLOB_HAVE__INIT;
-    have.n_blobs = files->count;
-    have.blobs = names;
-    Bounced__Envelope envelope = BOUNCED__ENVELOPE__INIT;
-    envelope.body_case = BOUNCED__ENVELOPE__BODY_BLOB_HAVE;
-    envelope.blob_have = &have;
-    enum bd_err err = bd_cli_conn_call(conn, &envelope, NULL, 0, BOUNCED__ENVELOPE__BODY_BLOB_REPLY,
-                                       NULL, answer, fault);
+    enum bd_err err = ask_which_of(conn, names, files->count, answer, fault);
     free(names);
     return err;
 }
@@ -40,25 +46,24 @@ static bool came_before(const struct bd_cli_files *files, size_t index)
     return false;
 }
 
-static enum bd_err put_piece(struct bd_cli_conn *conn, const struct bd_cli_file *file,
+static enum bd_err put_piece(struct bd_cli_conn *conn, const char *blob, uint64_t size_bytes,
                              uint64_t offset, const void *bytes, size_t size, bool *complete,
                              struct bd_fault *fault)
 {
     Bounced__BlobPut put = BOUNCED__BLOB_PUT__INIT;
-    put.blob = (char *)file->blob;
+    put.blob = (char *)blob;
     put.has_offset = put.has_size_bytes = 1;
     put.offset = offset;
-    put.size_bytes = file->size_bytes;
+    put.size_bytes = size_bytes;
     Bounced__Envelope envelope = BOUNCED__ENVELOPE__INIT;
     envelope.body_case = BOUNCED__ENVELOPE__BODY_BLOB_PUT;
     envelope.blob_put = &put;
     struct bd_cli_answer answer;
     enum bd_err err = bd_cli_conn_call(conn, &envelope, bytes, size,
                                        BOUNCED__ENVELOPE__BODY_BLOB_REPLY, NULL, &answer, fault);
-    if (err) return err;
-    *complete = answer.envelope->blob_reply->complete;
+    if (!err) *complete = answer.envelope->blob_reply->complete;
     bd_cli_answer_finish(&answer);
-    return BD_ERR_OK;
+    return err;
 }
 
 struct upload {
@@ -79,8 +84,8 @@ static enum bd_err put_open_file(struct upload *upload, const struct bd_cli_file
         if (got < 0 || (got == 0 && file->size_bytes > 0))
             return bd_fault_set(fault, BD_ERR_IO, file->path, "%.200s: %s", file->path,
                                 got < 0 ? strerror(errno) : "changed while it was read");
-        enum bd_err err =
-            put_piece(upload->conn, file, offset, upload->piece, (size_t)got, &complete, fault);
+        enum bd_err err = put_piece(upload->conn, file->blob, file->size_bytes, offset,
+                                    upload->piece, (size_t)got, &complete, fault);
         if (err) return err;
         offset += (uint64_t)got;
         upload->sent_bytes += (uint64_t)got;
@@ -123,6 +128,33 @@ enum bd_err bd_cli_upload(struct bd_cli_conn *conn, const struct bd_cli_files *f
         if (!is_held(held, files->items[i].blob) && !came_before(files, i))
             err = put_file(&upload, &files->items[i], fault);
     free(upload.piece);
+    bd_cli_answer_finish(&answer);
+    return err;
+}
+
+enum bd_err bd_cli_upload_bytes(struct bd_cli_conn *conn, const char *blob, const void *bytes,
+                                size_t size, struct bd_fault *fault)
+{
+    bool complete = false;
+    size_t at = 0;
+    enum bd_err err;
+    do {
+        size_t piece = size - at < PIECE_BYTES ? size - at : PIECE_BYTES;
+        err = put_piece(conn, blob, size, at, (const char *)bytes + at, piece, &complete, fault);
+        at += piece;
+    } while (!err && !complete && at < size);
+    if (err || complete) return err;
+    return bd_fault_set(fault, BD_ERR_INTERNAL, "server",
+                        "%.80s: sent whole, and the daemon wants more", blob);
+}
+
+enum bd_err bd_cli_upload_is_held(struct bd_cli_conn *conn, const char *blob, bool *out,
+                                  struct bd_fault *fault)
+{
+    struct bd_cli_answer answer;
+    char *names[] = {(char *)blob};
+    enum bd_err err = ask_which_of(conn, names, 1, &answer, fault);
+    *out = !err && is_held(answer.envelope->blob_reply, blob);
     bd_cli_answer_finish(&answer);
     return err;
 }

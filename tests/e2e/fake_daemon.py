@@ -30,6 +30,7 @@ class Peer:
     def __init__(self, sock):
         self.sock = sock
         self.blobs = {}
+        self.replays = 0
         self.waiting = None  # id of a render that is never answered
 
     def read(self, size):
@@ -51,11 +52,11 @@ class Peer:
         prefix = struct.pack("<II", 4 + len(header) + len(payload), len(header))
         self.sock.sendall(prefix + header + payload)
 
-    def error(self, request_id, code, message):
+    def error(self, request_id, code, message, field="test"):
         answer = pb.Envelope(request_id=request_id)
         answer.error.code = code
         answer.error.message = message
-        answer.error.details.field = "test"
+        answer.error.details.field = field
         self.send(answer)
 
     def serve(self):
@@ -144,6 +145,21 @@ class Peer:
         answer.scene.name = envelope.scene_add.name
         answer.scene.revision = 1
         self.send(answer)
+
+    def on_scene_replay(self, envelope, _):
+        """Every second one comes too fast, and what it makes is something else."""
+        self.replays += 1
+        if self.replays % 2:
+            return self.error(envelope.request_id, "busy", "too fast", "requests_per_second")
+        if MODE == "full":
+            return self.error(envelope.request_id, "no_memory", "the disk is full")
+        answer = pb.Envelope(request_id=envelope.request_id)
+        body = answer.edit_reply if envelope.scene_replay.scene else answer.scene
+        body.hash = "sha256:" + "0" * 64
+        body.revision = envelope.scene_replay.revision
+        if not envelope.scene_replay.scene:
+            body.id = "s9"
+        return self.send(answer)
 
     def on_scene_remove(self, envelope, _):
         if envelope.scene_remove.id != "s1":

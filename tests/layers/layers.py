@@ -3,7 +3,7 @@
 usage: layers.py SOURCE_ROOT
 
 A room may include itself, base/, the contract (protocol/) where the table says so, structs shared
-with GLSL (shared/), and the rooms that stand beside its name. GL and EGL belong to gpu/ alone, SQLite
+with GLSL (shared/), and the rooms that stand beside its name. Clients share a few of them. GL and EGL belong to gpu/ alone, SQLite
 to the journal, and C++ to the shim around the glTF parser.
 """
 
@@ -25,6 +25,9 @@ ROOMS = {
     'sched': ['frame', 'reference', 'scene', 'image'],
     'net': ['sched', 'frame', 'technique', 'scene', 'image', 'protocol'],
 }
+# What clients share with the daemon: rooms, and of one of them a single header.
+CLIENT_ROOMS = {'clients', 'base', 'image', 'protocol'}
+CLIENT_HEADERS = {'scene/journal.h'}
 GL = re.compile(r'^(epoxy|GL|GLES\d?|EGL|KHR|gbm)/|^(gbm|glvnd).*\.h$')
 SQLITE = re.compile(r'^sqlite3(ext)?\.h$')
 JOURNAL = re.compile(r'^server/scene/journal[a-z_]*\.[ch]$')
@@ -62,6 +65,12 @@ def check_room_include(room, name):
     return None
 
 
+def check_client_include(name):
+    if name.split('/')[0] in CLIENT_ROOMS or name in CLIENT_HEADERS:
+        return None
+    return 'is the daemon\'s own'
+
+
 def check_file(root, path):
     parts = path.split(os.sep)
     room = parts[1] if parts[0] == 'server' and len(parts) > 2 else None
@@ -75,6 +84,10 @@ def check_file(root, path):
             yield f'{path}:{number}: <{name}>: only the journal includes SQLite'
         elif quoted and room:
             wrong = check_room_include(room, name)
+            if wrong:
+                yield f'{path}:{number}: "{name}": {wrong}'
+        elif quoted and parts[0] == 'clients':
+            wrong = check_client_include(name)
             if wrong:
                 yield f'{path}:{number}: "{name}": {wrong}'
 
