@@ -229,6 +229,21 @@ static enum bd_err check_hello(struct bd_session *session, const Bounced__Hello 
     return BD_ERR_OK;
 }
 
+// Who comes back learns what has arrived: what it asked for and is neither here nor among the kept
+// answers was lost on its way.
+static void add_under_way(Bounced__HelloReply *reply, const struct bd_session *session)
+{
+    size_t count = session->request_count + session->view_count + session->watch_count;
+    reply->under_way = malloc((count + 1) * sizeof *reply->under_way);
+    BD_ASSERT(reply->under_way);
+    for (const struct bd_session_request *at = session->requests; at; at = at->next)
+        reply->under_way[reply->n_under_way++] = at->id;
+    bd_session_view_ids(session, reply->under_way + reply->n_under_way);
+    reply->n_under_way += session->view_count;
+    bd_session_watch_ids(session, reply->under_way + reply->n_under_way);
+    reply->n_under_way += session->watch_count;
+}
+
 static void welcome(struct bd_session *session, uint64_t request_id, const Bounced__Hello *hello,
                     bool was_resumed)
 {
@@ -242,6 +257,7 @@ static void welcome(struct bd_session *session, uint64_t request_id, const Bounc
         bd_session_make_token(session, token);
         reply->session = bd_answer_text(token);
         BD_SET(reply, resumed, was_resumed);
+        if (was_resumed) add_under_way(reply, session);
     }
     bd_session_send_event(session, request_id, &answer); // not kept: it belongs to the connection
 }

@@ -58,6 +58,8 @@ void bd_session_credit_view(struct bd_session *session, const Bounced__ViewCredi
 // By the request that opened it.
 bool bd_session_has_view(const struct bd_session *session, uint64_t request_id);
 void bd_session_end_view(struct bd_session *session, uint64_t request_id);
+// The ids of the requests that opened them, view_count of them.
+void bd_session_view_ids(const struct bd_session *session, uint64_t *out);
 // There is room again; `restart`: the peer came back, and has lost what was under way to it.
 void bd_session_wake_views(struct bd_session *session, bool restart);
 void bd_session_end_views(struct bd_session *session);
@@ -67,6 +69,8 @@ void bd_session_end_views(struct bd_session *session);
 void bd_session_watch(struct bd_session *session, const Bounced__Envelope *envelope);
 bool bd_session_has_watch(const struct bd_session *session, uint64_t request_id);
 void bd_session_end_watch(struct bd_session *session, uint64_t request_id);
+// The same of watches, watch_count of them.
+void bd_session_watch_ids(const struct bd_session *session, uint64_t *out);
 void bd_session_end_watches(struct bd_session *session);
 // There is room again: says what was missed.
 void bd_session_flush_watches(struct bd_session *session);

@@ -216,6 +216,12 @@ static struct bd_session_view *find_request(const struct bd_session *session, ui
     return view;
 }
 
+void bd_session_view_ids(const struct bd_session *session, uint64_t *out)
+{
+    for (const struct bd_session_view *view = session->views; view; view = view->next)
+        *out++ = view->request_id;
+}
+
 bool bd_session_has_view(const struct bd_session *session, uint64_t request_id)
 {
     return find_request(session, request_id) != NULL;

@@ -93,6 +93,12 @@ void bd_session_watch(struct bd_session *session, const Bounced__Envelope *envel
     bd_session_send(session, envelope->request_id, &answer);
 }
 
+void bd_session_watch_ids(const struct bd_session *session, uint64_t *out)
+{
+    for (const struct bd_session_watch *watch = session->watches; watch; watch = watch->next)
+        *out++ = watch->request_id;
+}
+
 bool bd_session_has_watch(const struct bd_session *session, uint64_t request_id)
 {
     const struct bd_session_watch *watch = session->watches;

@@ -79,6 +79,24 @@ def test_requests_go_on_and_their_answers_come(start, face):
     assert not face(daemon, reply.session)[1].resumed
 
 
+def test_what_arrived_is_told(start, face):
+    """So that what was lost on its way, and that alone, can be sent again."""
+    daemon = start(env={"BD_FAKE_FRAME_MS": "1000"})
+    client, reply = face(daemon)
+    assert not reply.under_way and "under_way" in reply.capabilities
+    scene = add_scene(client)
+    client.connection.ask(envelope(scene_list=bounced_pb2.SceneList()))  # is over: not among them
+    watch = client.connection.send(envelope(scene_watch=bounced_pb2.SceneWatch()))
+    view = client.connection.send(envelope(view_open=bounced_pb2.ViewOpen(
+        scene=scene, frame=frame())))
+    wanted = client.connection.send(render(scene))
+    time.sleep(0.2)
+    break_off(client)
+    time.sleep(0.1)
+    client, again = face(daemon, reply.session)
+    assert sorted(again.under_way) == sorted([watch, view, wanted])
+
+
 def test_across_faces(start):
     daemon = start(env={"BD_FAKE_FRAME_MS": "200"})
     client, reply = framed(daemon)

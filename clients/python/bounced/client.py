@@ -9,6 +9,7 @@ from .frame import Frame, FrameOptions, render_request
 from .files import PathLike
 from .messages import as_dict, pb
 from .private import PrivateDaemon
+from .resume import Reopen
 from .scene import Environment, OnProgress, Scenes, send_file, start_render
 from .transport import StreamTransport, Transport, open_transport
 from .view import Watch
@@ -25,9 +26,11 @@ class Client:
     """
 
     def __init__(self, transport: Transport, token: str | None = None, timeout_s: float = 60,
-                 daemon: PrivateDaemon | None = None) -> None:
+                 daemon: PrivateDaemon | None = None, reopen: Reopen | None = None,
+                 resume_s: float | None = None) -> None:
         self._daemon = daemon
-        self._conn = Connection(transport, token, timeout_s, daemon.reason if daemon else None)
+        self._conn = Connection(transport, token, timeout_s, daemon.reason if daemon else None,
+                                reopen, resume_s)
         hello = self._conn.hello
         self.scenes = Scenes(self._conn)
         self.capabilities = list(hello.capabilities)
@@ -86,8 +89,8 @@ class Client:
         return as_dict(self._conn.call("stats", pb.Stats(), "stats_reply"))
 
 
-def connect(address: str | None = None, token: str | None = None,
-            timeout_s: float = 60) -> Client:
+def connect(address: str | None = None, token: str | None = None, timeout_s: float = 60,
+            resume_s: float | None = None) -> Client:
     """Connects to a daemon that runs.
 
     address    "unix:PATH", "tcp:HOST:PORT", "http://HOST:PORT" (a WebSocket on the daemon's HTTP
@@ -95,8 +98,14 @@ def connect(address: str | None = None, token: str | None = None,
                $XDG_RUNTIME_DIR/bounced.sock
     token      where the daemon asks for one
     timeout_s  for the connection and the daemon's first word; requests wait as long as they take
+    resume_s   a connection that breaks is taken up again, and tried for so long before what is under
+               way fails; None: as long as the daemon keeps the session (its limit resume_seconds,
+               30); 0: not at all
     """
-    return Client(open_transport(address, token, timeout_s), token, timeout_s)
+    def reopen(within_s: float) -> Transport:
+        return open_transport(address, token, within_s)
+
+    return Client(reopen(timeout_s), token, timeout_s, None, reopen, resume_s)
 
 
 def private(device: str | None = None, limits: dict[str, int] | None = None,

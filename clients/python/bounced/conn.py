@@ -7,12 +7,13 @@ from typing import Any, Callable, Generic, Sequence, TypeVar
 
 from .errors import Error, Unreachable
 from .messages import EVENTS, error_from, pb
+from .resume import VERSION, Lost, Reopen, Resumer, hello_of
 from .transport import Buffer, Transport
 
-VERSION = 1  # of the protocol
-CLIENT_NAME = "bounced-python/0.1"
+GOODBYE_S = 1.0  # for a peer that reads no more
 
 T = TypeVar("T")
+Unit = tuple[bytes, Sequence[Buffer]]  # a header and the pieces of a payload
 # An envelope and its payload.
 Answer = tuple[Any, memoryview]
 OnEvent = Callable[[Any, memoryview], None]
@@ -21,10 +22,15 @@ OnEvent = Callable[[Any, memoryview], None]
 class _Call:
     """What a request waits for. `lasts`: events come behind its answer, until its owner leaves."""
 
-    def __init__(self, on_event: OnEvent | None, on_gone: Callable[[Error], None] | None) -> None:
+    def __init__(self, unit: Unit, on_event: OnEvent | None,
+                 on_gone: Callable[[Error], None] | None, is_bound: bool) -> None:
         self.future: Future[Answer] = Future()
+        self.unit: Unit | None = unit  # until it is answered: it may be lost on its way
+        self.sent_on = 0  # the connection's generation
         self.on_event = on_event
         self.on_gone = on_gone
+        self.is_bound = is_bound
+        self.then: Callable[[], None] | None = None
 
     @property
     def lasts(self) -> bool:
@@ -75,13 +81,24 @@ class Pending(Generic[T]):
 
 
 class Connection:
-    """Speaks `hello` when made. Every request is answered once, by request id."""
+    """Speaks `hello` when made. Every request is answered once, by request id.
+
+    reopen    makes another transport to the same daemon, within so many seconds. With it a
+              connection that breaks is taken up again (resume.py), for `resume_s` at most (None: as
+              long as the daemon waits), while requests, watches and views go on
+    why_gone  of a private daemon: why it has ended
+    """
 
     def __init__(self, transport: Transport, token: str | None = None, timeout_s: float = 60,
-                 why_gone: Callable[[], Error] | None = None) -> None:
+                 why_gone: Callable[[], Error] | None = None, reopen: Reopen | None = None,
+                 resume_s: float | None = None) -> None:
         self._transport = transport
         self._why_gone = why_gone
+        self._resumer = None if reopen is None or resume_s == 0 else Resumer(reopen, token,
+                                                                              resume_s)
         self._lock = threading.Lock()
+        self._wire = threading.Lock()  # which transport is in use, and what was sent on it
+        self.generation = 1  # of the transport: one more with each that was taken up again
         self._calls: dict[int, _Call] = {}
         self._last_id = 0
         self._gone: Error | None = None
@@ -96,6 +113,8 @@ class Connection:
             self.close()
             raise
         self.limits = {pair.key: int(pair.value) for pair in self.hello.limits}
+        if self._resumer:
+            self._resumer.greeted(self.hello)
         if why_gone is None and self.limits.get("idle_seconds"):
             # A private daemon waits as long as its client lives; others hang up on the silent.
             threading.Thread(target=self._keep_alive, args=(self.limits["idle_seconds"] / 3,),
@@ -113,9 +132,7 @@ class Connection:
                     return
 
     def _shake_hands(self, token: str | None, timeout_s: float) -> Any:
-        hello = pb.Hello(min=VERSION, max=VERSION, client=CLIENT_NAME)
-        if token is not None:
-            hello.token = token
+        hello = hello_of(token, "" if self._resumer else None)
         pending = self.start("hello", hello, lambda envelope, _: envelope.hello_reply)
         try:
             reply = pending.result(timeout_s)
@@ -127,38 +144,42 @@ class Connection:
 
     def start(self, name: str, body: Any, read: Callable[[Any, memoryview], T],
               payload: Sequence[Buffer] = (), on_event: OnEvent | None = None,
-              on_gone: Callable[[Error], None] | None = None) -> Pending[T]:
+              on_gone: Callable[[Error], None] | None = None,
+              is_bound: bool = False) -> Pending[T]:
         """Sends the request `name` and returns without waiting.
 
         read      makes the result of the answer, on the thread that asks for it
         on_event  gets events on the reader's thread; what it raises fails the request
         on_gone   says that events come behind the answer too, until `forget`; is told, on the
                   reader's thread, when the connection ends
+        is_bound  to this transport: fails with `Lost` if another one takes its place
         """
-        call = _Call(on_event, on_gone)
         with self._lock:
             if self._gone:
                 raise self._gone
             self._last_id += 1
             request_id = self._last_id
-            self._calls[request_id] = call
-        self._send(request_id, name, body, payload)
+            unit = (_header(request_id, name, body), payload)
+            call = self._calls[request_id] = _Call(unit, on_event, on_gone, is_bound)
+        self._post(call)
         return Pending(self, request_id, call.future, read)
 
-    def call(self, name: str, body: Any, want: str, payload: Sequence[Buffer] = ()) -> Any:
+    def call(self, name: str, body: Any, want: str, payload: Sequence[Buffer] = (),
+             is_bound: bool = False) -> Any:
         """Sends a request and waits for its answer's body `want`."""
         def read(envelope: Any, _: memoryview) -> Any:
             if envelope.WhichOneof("body") != want:
                 raise Unreachable(f"{name} was answered by {envelope.WhichOneof('body')}")
             return getattr(envelope, want)
 
-        return self.start(name, body, read, payload).wait()
+        return self.start(name, body, read, payload, is_bound=is_bound).wait()
 
     def tell(self, name: str, body: Any) -> None:
         """Says what needs no answer; nothing if the connection is gone."""
         try:
-            self._send(0, name, body, ())
-        except Error:
+            with self._wire:
+                self._transport.send(_header(0, name, body), ())
+        except OSError:
             pass
 
     def cancel(self, request_id: int) -> None:
@@ -173,33 +194,44 @@ class Connection:
         with self._lock:
             self._calls.pop(request_id, None)
 
-    def _send(self, request_id: int, name: str, body: Any, payload: Sequence[Buffer]) -> None:
-        envelope = pb.Envelope(request_id=request_id)
-        getattr(envelope, name).CopyFrom(body)
-        # Without a field set, CopyFrom does not choose the body.
-        getattr(envelope, name).SetInParent()
+    def _post(self, call: _Call) -> None:
+        """Sends it on the transport of the moment; once, however often it is posted."""
         try:
-            self._transport.send(envelope.SerializeToString(), payload)
+            with self._wire:
+                unit = call.unit
+                if unit is None or call.sent_on == self.generation:
+                    return  # the reader was faster, after it took up the connection again
+                call.sent_on = self.generation
+                self._transport.send(*unit)
         except OSError:
-            # The daemon may have said why before it closed: the reader finds that, and the call
-            # fails by it. A peer that reads no more but keeps silent is left by closing.
-            if threading.current_thread() is not self._reader:
+            # The reader finds out: it sends this again on another transport, or fails it. The
+            # daemon may also have said why before it closed. A peer that reads no more but keeps
+            # silent is left by closing.
+            if self._resumer is None and threading.current_thread() is not self._reader:
                 self._reader.join(2)
                 if self._reader.is_alive():
                     self._transport.close()
 
     def _read_all(self) -> None:
+        while reason := self._read_stream():
+            if not self._resume():
+                self._end(self._reason(reason))
+                break
+
+    def _read_stream(self) -> str | None:
+        """Until it breaks: how that looked. None: it has ended, and everything with it."""
         try:
             while unit := self._transport.receive():
                 self._take(*unit)
         except Error as reason:
             self._end(reason)
         except OSError as reason:
-            self._end(self._reason(f"the connection broke: {reason}"))
+            return f"the connection broke: {reason}"
         except Exception as reason:  # whatever it is, nobody may wait for ever
             self._end(Unreachable(f"the daemon sent nonsense: {reason!r}", "server"))
         else:
-            self._end(self._reason("the daemon closed the connection"))
+            return "the daemon closed the connection"
+        return None
 
     def _reason(self, seen: str) -> Error:
         """Why the stream ended. A private daemon's end says more than what is seen from here."""
@@ -218,6 +250,56 @@ class Connection:
         self._ended.set()
         for call in calls:
             call.end(error)
+
+    def _resume(self) -> bool:
+        """On another transport the session goes on; False if there is none to be had."""
+        if self._resumer is None or self._closing:
+            return False
+        self._transport.close()  # and whoever waits in a send
+        with self._lock:
+            self._last_id += 1
+            request_id = self._last_id
+        resumed = self._resumer.resume(request_id)
+        if resumed is None:
+            return False
+        transport, reply = resumed
+        with self._wire:
+            self._transport = transport
+            self.generation += 1
+        if self._closing:
+            transport.close()
+        self._ask_whether_all_is_told(self.generation, frozenset(reply.under_way))
+        return True
+
+    def _ask_whether_all_is_told(self, generation: int, under_way: frozenset[int]) -> None:
+        """The daemon says its kept answers again, in order, and then answers this."""
+        def settle() -> None:
+            if generation == self.generation:
+                self._settle(under_way)
+
+        with self._lock:
+            self._last_id += 1
+            request_id = self._last_id
+            unit = (_header(request_id, "cancel", pb.Cancel(request_id=0)), ())
+            call = self._calls[request_id] = _Call(unit, None, None, True)
+            call.then = settle
+        self._post(call)
+
+    def _settle(self, under_way: frozenset[int]) -> None:
+        """What waits still is under way, or was lost on its way, or ended unheard."""
+        with self._lock:
+            waiting = [(number, call) for number, call in self._calls.items()
+                       if call.sent_on < self.generation and number not in under_way]
+            for number, call in waiting:
+                if call.is_bound or call.future.done():
+                    del self._calls[number]
+        for _, call in waiting:
+            if call.is_bound:
+                call.fail(Lost("the connection broke while this was sent", "server"))
+            elif call.future.done():
+                call.end(Unreachable("it ended while the connection was broken", "server"))
+            else:
+                self._post(call)
 
     def _take(self, header: memoryview, payload: memoryview) -> None:
         envelope = pb.Envelope.FromString(bytes(header))
@@ -239,10 +321,13 @@ class Connection:
             self._answer(call, envelope, payload)
 
     def _answer(self, call: _Call, envelope: Any, payload: memoryview) -> None:
+        call.unit = None
         try:
             call.future.set_result((envelope, payload))
         except InvalidStateError:
-            pass  # its progress callback raised
+            pass  # its progress callback raised, or it was answered before the connection broke
+        if call.then:
+            call.then()
 
     def _pass_on(self, call: _Call, envelope: Any, payload: memoryview) -> None:
         if call.on_event is None:
@@ -252,9 +337,32 @@ class Connection:
         except Exception as error:
             call.fail(error)
 
+    def _say_goodbye(self) -> None:
+        """The end of a stream alone would leave everything under way, for us to come back."""
+        with self._lock:
+            left = list(self._calls)
+        impatience = threading.Timer(GOODBYE_S, self._transport.close)
+        impatience.daemon = True
+        impatience.start()
+        for request_id in left:
+            self.cancel(request_id)
+        impatience.cancel()
+
     def close(self) -> None:
         """Ends the conversation; what is under way fails. More than once is once."""
+        if self._resumer and not self._closing:
+            self._resumer.stop()
+            self._say_goodbye()
         self._closing = True
         self._transport.close()
         if threading.current_thread() is not self._reader:
             self._reader.join()
+
+
+def _header(request_id: int, name: str, body: Any) -> bytes:
+    envelope = pb.Envelope(request_id=request_id)
+    getattr(envelope, name).CopyFrom(body)
+    # Without a field set, CopyFrom does not choose the body.
+    getattr(envelope, name).SetInParent()
+    serialized: bytes = envelope.SerializeToString()
+    return serialized

@@ -175,11 +175,22 @@ def scene_contents(path: PathLike) -> list[Content]:
 
 
 def _put(conn: Connection, content: Content, piece_bytes: int) -> None:
+    while True:
+        generation = conn.generation
+        try:
+            return _put_pieces(conn, content, piece_bytes)
+        except Error:
+            # Uploads begin anew on a connection that was taken up again.
+            if conn.generation == generation:
+                raise
+
+
+def _put_pieces(conn: Connection, content: Content, piece_bytes: int) -> None:
     complete = False
     for offset, piece in content.pieces(piece_bytes):
         reply = conn.call("blob_put", pb.BlobPut(blob=content.blob, offset=offset,
                                                  size_bytes=content.size_bytes),
-                          "blob_reply", (piece,))
+                          "blob_reply", (piece,), is_bound=True)
         complete = reply.complete
         if complete:
             return

@@ -18,6 +18,10 @@ from .errors import Error, Unreachable
 Buffer = Union[bytes, bytearray, memoryview]
 
 
+class NobodyThere(Unreachable):
+    """No daemon serves a socket of this machine: it has ended, and all its sessions with it."""
+
+
 class Transport(Protocol):
     def send(self, header: bytes, payload: Sequence[Buffer]) -> None: ...
 
@@ -63,7 +67,7 @@ class StreamTransport:
             if got == 0 and used == 0 and may_end:
                 return None
             if got == 0:
-                raise Unreachable("the daemon closed the connection in the middle of a unit")
+                raise ConnectionResetError("the daemon closed it in the middle of a unit")
             used += got
         return view
 
@@ -93,8 +97,9 @@ def connect_unix(path: str, timeout_s: float) -> socket.socket:
         sock.connect(path)
     except OSError as error:
         sock.close()
-        raise Unreachable(f"cannot reach unix:{path}: {error.strerror or error}",
-                          "server") from error
+        is_gone = isinstance(error, (ConnectionRefusedError, FileNotFoundError))
+        raise (NobodyThere if is_gone else Unreachable)(
+            f"cannot reach unix:{path}: {error.strerror or error}", "server") from error
     sock.settimeout(None)
     return sock
 

@@ -1,0 +1,200 @@
+"""Connections that break, over a proxy: the session goes on, and everything happens once."""
+import threading
+import time
+
+import bounced
+import pytest
+from conftest import SCENES
+from proxy import Proxy
+
+
+@pytest.fixture(params=["tcp", "http"])
+def cuttable(request, serve):
+    """(proxy, client): a framed stream, or a WebSocket."""
+    if request.param == "http":
+        pytest.importorskip("websockets")
+    with Proxy(getattr(serve(), request.param)) as proxy, \
+            bounced.connect(proxy.address) as client:
+        yield proxy, client
+
+
+@pytest.fixture
+def slow(monkeypatch):
+    monkeypatch.setenv("BD_FAKE_FRAME_MS", "600")
+
+
+def wait_until(condition, timeout_s=20):
+    until = time.monotonic() + timeout_s
+    while not condition():
+        assert time.monotonic() < until
+        time.sleep(0.01)
+
+
+def move(scene, x):
+    with scene.edit() as edit:
+        edit.set_transform(0, translation=(x, 0, 0))
+    return edit.result
+
+
+def test_what_is_under_way_gets_its_answer(slow, cuttable):
+    proxy, client = cuttable
+    scene = client.scenes.add(SCENES / "cornell.glb")
+    ends = client.stats()["jobs_done"]
+    frames = [scene.render_later(size=(8, 8), seed=seed) for seed in (3, 4)]
+    wait_until(lambda: client.stats()["jobs_running"])
+    proxy.cut()
+    assert [frame.result(20).report["seed"] for frame in frames] == [3, 4]
+    assert client.stats()["jobs_done"] == ends + 2 and proxy.taken == 2
+
+
+def test_an_answer_that_was_lost_comes_again(cuttable):
+    proxy, client = cuttable
+    scene = client.scenes.add(SCENES / "cornell.glb")
+    proxy.mute = True
+    threading.Timer(0.5, proxy.cut).start()
+    assert move(scene, 1).revision == 2
+    assert scene.info()["revision"] == 2
+
+
+def test_a_request_that_was_lost_is_sent_again(cuttable):
+    proxy, client = cuttable
+    scene = client.scenes.add(SCENES / "cornell.glb")
+    proxy.deaf = True
+    threading.Timer(0.3, proxy.cut).start()
+    assert move(scene, 1).revision == 2
+    # An undo has no id that would make it safe to be sent twice: it happens once.
+    move(scene, 2)
+    proxy.deaf = True
+    threading.Timer(0.3, proxy.cut).start()
+    assert scene.undo().revision == 4
+    assert [entry["kind"] for entry in scene.log()] == ["import", "edit", "edit", "undo"]
+
+
+def test_requests_that_begin_while_it_is_broken_wait(cuttable):
+    proxy, client = cuttable
+    scene = client.scenes.add(SCENES / "cornell.glb")
+    proxy.is_shut = True
+    proxy.cut()
+
+    def heal():
+        proxy.is_shut = False
+
+    threading.Timer(0.5, heal).start()
+    assert move(scene, 1).revision == 2
+
+
+def test_views_and_watches_go_on(cuttable):
+    proxy, client = cuttable
+    scene = client.scenes.add(SCENES / "cornell.glb")
+    with scene.view(size=(8, 6), refine=False) as view, scene.watch() as watch:
+        assert view.next(20).final
+        proxy.cut()
+        assert view.next(20).report["revision"] == 1  # a first frame, once more
+        move(scene, 1)
+        while view.next(20).report["revision"] != 2:
+            pass
+        event = watch.next(20)
+        while event["kind"] == "missed":
+            event = watch.next(20)
+        assert (event["kind"], event["revision"]) == ("edited", 2)
+        sequence = view.update(size=(4, 4))
+        while (frame := view.next(20)).sequence != sequence:
+            pass
+        assert frame.width == 4
+
+
+def test_breaking_again_and_again(cuttable):
+    proxy, client = cuttable
+    scene = client.scenes.add(SCENES / "cornell.glb")
+    done = threading.Event()
+
+    def cut():
+        while not done.wait(0.03):
+            proxy.cut()
+
+    cutter = threading.Thread(target=cut)
+    cutter.start()
+    revisions = []
+    while proxy.taken < 5:
+        revisions.append(move(scene, len(revisions)).revision)
+    done.set()
+    cutter.join()
+    assert revisions == list(range(2, 2 + len(revisions)))
+    assert scene.info()["revision"] == revisions[-1]
+
+
+def test_an_upload_begins_anew(serve, tmp_path):
+    big = tmp_path / "big.glb"
+    data = bytearray((SCENES / "cornell.glb").read_bytes())
+    data += bytes(6 << 20)  # bytes behind the chunks are no scene: it is the upload that counts
+    big.write_bytes(data)
+    with Proxy(serve().tcp) as proxy, bounced.connect(proxy.address) as client:
+        proxy.cut_after = 3 << 20
+        assert client.scenes.add(big).info()["counts"]["triangles"] > 0
+        assert proxy.taken == 2
+
+
+def test_nobody_comes_back(slow, serve):
+    served = serve(options=("--limit", "resume_seconds=2"))
+    with Proxy(served.tcp) as proxy, bounced.connect(served.tcp) as direct:
+        scene = direct.scenes.add(SCENES / "cornell.glb")
+        for options, least_s, most_s in (({"resume_s": 0}, 0, 1), ({"resume_s": 0.5}, 0.4, 1.6),
+                                         ({}, 1.9, 4)):
+            with bounced.connect(proxy.address, **options) as client:
+                frame = client.scenes.get(scene.id).render_later(size=(8, 8))
+                proxy.is_shut = True
+                began = time.monotonic()
+                proxy.cut()
+                with pytest.raises(bounced.Unreachable):
+                    frame.result(20)
+                assert least_s <= time.monotonic() - began < most_s
+                with pytest.raises(bounced.Unreachable):
+                    client.stats()
+            proxy.is_shut = False
+
+
+def test_a_daemon_that_forgot_the_session_is_no_help(slow, serve):
+    served = serve(options=("--limit", "resume_seconds=1"))
+    with Proxy(served.tcp) as proxy, bounced.connect(proxy.address, resume_s=20) as client:
+        frame = client.scenes.add(SCENES / "cornell.glb").render_later(size=(8, 8))
+        client._conn._resumer._patience_s = 20  # longer than the daemon's
+        proxy.is_shut = True
+        proxy.cut()
+        time.sleep(2.5)
+        proxy.is_shut = False
+        with pytest.raises(bounced.Unreachable):
+            frame.result(5)
+
+
+def test_a_daemon_that_ends_is_not_waited_for(serve, slow):
+    served = serve()
+    client = bounced.connect("unix:" + served.path)
+    client.scenes.add(SCENES / "cornell.glb")
+    began = time.monotonic()
+    served.process.kill()
+    with pytest.raises(bounced.Unreachable):
+        while True:
+            client.stats()
+    assert time.monotonic() - began < 3
+    client.close()
+    served.process.wait()
+    served.stop = lambda: None
+
+
+def test_closing_leaves_nothing_under_way(monkeypatch, serve):
+    """The end of a framed stream is no goodbye when it may be resumed."""
+    monkeypatch.setenv("BD_FAKE_FRAME_MS", "20000")
+    served = serve()
+    with bounced.connect(served.tcp) as watcher:
+        client = bounced.connect(served.tcp)
+        scene = client.scenes.add(SCENES / "cornell.glb")
+        view = scene.view(size=(4, 4))
+        scene.render_later(size=(8, 8))
+        wait_until(lambda: watcher.stats()["jobs_running"])
+        began = time.monotonic()
+        client.close()
+        wait_until(lambda: watcher.stats()["jobs_cancelled"] >= 1)
+        wait_until(lambda: not watcher.stats()["jobs_running"], 5)
+        assert time.monotonic() - began < 5
+        with pytest.raises(bounced.Unreachable):
+            view.next(5)
