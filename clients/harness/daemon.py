@@ -71,6 +71,22 @@ def program(variable, name):
     return str(found)
 
 
+def cache_folder(name):
+    """The user's cache folder for `name`; made when something is kept there."""
+    home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(home) / "bounced" / name
+
+
+def _driver_caches():
+    """Compiled shaders outlive the daemon's folder: compiling them anew is half of a short run."""
+    folder = cache_folder("shaders")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return {}
+    return {name: str(folder) for name in ("MESA_SHADER_CACHE_DIR", "__GL_SHADER_DISK_CACHE_PATH")}
+
+
 class Daemon:
     """Use as a context: it ends the process and removes its folder, after Ctrl-C too.
 
@@ -88,7 +104,7 @@ class Daemon:
 
     def __enter__(self):
         self.folder = Path(tempfile.mkdtemp(prefix="bounce-"))
-        self.env = {**os.environ, "XDG_RUNTIME_DIR": str(self.folder)}
+        self.env = {**_driver_caches(), **os.environ, "XDG_RUNTIME_DIR": str(self.folder)}
         self.log = self.folder / "bounced.log"
         try:
             self._start()

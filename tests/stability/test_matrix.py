@@ -5,7 +5,7 @@ import signal
 import subprocess
 import time
 
-from conftest import BOUNCE, SOURCE
+from conftest import BOUNCE, IS_SANITIZED, SOURCE
 from harness.hazards import ROWS
 
 
@@ -14,13 +14,19 @@ def failures(results):
                      f"    {o['command']}" for o in results if o["status"] == "FAIL")
 
 
+# Under the sanitizers memory and arithmetic are what is tested: between them, these two run every
+# stage of the techniques. What all of them answer is the other build's to judge.
+TECHNIQUES = ["hisr", "multires_splat"] if IS_SANITIZED else []
+
+
 def test_every_technique_and_every_hazard(bounce):
-    result = bounce("stability", "--json")
+    words = [word for name in TECHNIQUES for word in ("--technique", name)]
+    result = bounce("stability", "--json", *words)
     assert result.stdout, result.stderr
     results = json.loads(result.stdout)["results"]
     assert result.returncode == 0, failures(results)
     techniques = {o["technique"] for o in results}
-    assert {"direct", "rsm"} <= techniques
+    assert set(TECHNIQUES or ["direct", "rsm"]) <= techniques
     assert sorted((o["technique"], o["row"]) for o in results) == sorted(
         (technique, row) for technique in techniques for row in range(1, 63))
     assert all(o["note"] for o in results if o["status"] in ("-", "flag")), "a reason for each"

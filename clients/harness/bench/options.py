@@ -1,9 +1,10 @@
 """The command line of bench."""
 import argparse
-import os
 import re
 import sys
 from pathlib import Path
+
+from ..daemon import cache_folder
 
 EXIT_USAGE = 2
 SEED_COUNT = 3
@@ -53,11 +54,6 @@ def at_least(least, kind):
     return parse
 
 
-def _default_cache():
-    home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(home) / "bounced" / "references"
-
-
 def parse(words):
     parser = argparse.ArgumentParser(prog="bounce bench", description=HELP,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -80,7 +76,7 @@ def parse(words):
     add("--seed", action="append", type=at_least(0, int), dest="seeds", metavar="N",
         help=f"of techniques whose picture it changes; repeatable; default 1 to {SEED_COUNT}")
     add("--device", metavar="SPEC", help="as of bounce render")
-    add("--cache", type=Path, default=_default_cache(), metavar="DIR",
+    add("--cache", type=Path, default=cache_folder("references"), metavar="DIR",
         help="references are kept here; default %(default)s")
     add("-o", "--output", type=Path, default=Path("bench"), metavar="DIR", help="default ./bench")
     add("--title", default="Error against run time", metavar="TEXT")
