@@ -172,16 +172,19 @@ static struct kept *begin(struct bd_reference_runner *runner, struct bd_scene *s
     return kept;
 }
 
-// With the lock held, which is open while the structures are built.
+// With the lock held, which is open while the structures are built: what others may look at
+// meanwhile, whoever gives something back among them, changes under it only.
 static enum bd_err build(struct bd_reference_runner *runner, struct bd_scene *scene,
                          bd_reference_should_stop should_stop, void *user, struct kept **out,
                          struct bd_fault *fault)
 {
     struct kept *kept = begin(runner, scene);
+    struct bd_reference *reference = NULL;
     pthread_mutex_unlock(&runner->lock);
     enum bd_err err = bd_reference_create(scene, runner->thread_count, should_stop, user,
-                                          &kept->reference, fault);
+                                          &reference, fault);
     pthread_mutex_lock(&runner->lock);
+    kept->reference = reference;
     kept->building = false;
     pthread_cond_broadcast(&runner->changed);
     if (err) {
