@@ -60,8 +60,19 @@ void bd_job_describe_failure(struct bd_job *job)
         (void)bd_fault_set(fault, err, "", "%s", bd_err_name(err));
 }
 
+// Whatever ended it, and wherever it was: also in a queue, where nobody had begun a report, and
+// between a frame and its check, where layers stand already.
+static void settle_failure(struct bd_job_result *result)
+{
+    if (!result->err) return;
+    for (int l = 0; l < BD_LAYER_COUNT; l++) bd_image_destroy(&result->layers[l]);
+    if (result->err == BD_ERR_CANCELLED) result->report.stopped = BD_STOPPED_CANCELLED;
+    if (result->err == BD_ERR_DEADLINE) result->report.stopped = BD_STOPPED_DEADLINE;
+}
+
 void bd_job_end(struct bd_job *job)
 {
+    settle_failure(&job->result);
     pthread_mutex_lock(&job->lock);
     job->ended = true;
     pthread_cond_broadcast(&job->ended_changed);
