@@ -46,7 +46,7 @@ static void visit_state(struct bd_flat_io *io, struct bd_change *change)
 
 static void visit_change(struct bd_flat_io *io, struct bd_change *change)
 {
-    change->kind = bd_flat_enum(io, change->kind, BD_OBJECT_KIND_COUNT);
+    bd_flat_enum(io, &change->kind, BD_OBJECT_KIND_COUNT);
     bd_flat_u32(io, &change->id);
     bd_flat_enter(io, bd_object_kind_name(change->kind));
     if (change->id >= (change->kind == BD_OBJECT_ENVIRONMENT ? 1 : BD_OBJECT_ID_END))

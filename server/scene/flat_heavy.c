@@ -196,7 +196,7 @@ void bd_flat_picture(struct bd_flat_io *io, struct bd_picture **slot)
     }
     if (io->reading) *slot = new_object(io, sizeof **slot);
     if (!*slot) return;
-    (*slot)->is_removed = is_removed;
+    if (io->reading) (*slot)->is_removed = is_removed;
     if (!is_removed) visit_picture_texels(io, *slot);
     if (io->reading && !io->failed) bd_picture_seal(*slot);
 }

@@ -117,12 +117,16 @@ void bd_flat_bool(struct bd_flat_io *io, bool *value)
     if (io->reading) *value = byte == 1;
 }
 
-uint32_t bd_flat_enum(struct bd_flat_io *io, uint32_t value, uint32_t count)
+void bd_flat_enum(struct bd_flat_io *io, void *value, uint32_t count)
 {
-    bd_flat_u32(io, &value);
-    if (value < count) return value;
-    bd_flat_fail(io);
-    return 0;
+    uint32_t number;
+    memcpy(&number, value, sizeof number);
+    bd_flat_u32(io, &number);
+    if (number >= count) {
+        bd_flat_fail(io);
+        number = 0;
+    }
+    if (io->reading) memcpy(value, &number, sizeof number);
 }
 
 void bd_flat_index(struct bd_flat_io *io, int32_t *index, uint32_t count)

@@ -5,6 +5,9 @@
 // is the field that is read. `failed` is sticky, so that a chain of fields is checked once; the
 // part that fails first is the part that is named.
 //
+// What is written belongs to snapshots that other threads read: while writing, a visitor stores
+// nothing in it, not even what stands there already.
+//
 // Thread: whoever owns the struct.
 
 #ifndef BD_SCENE_FLAT_IO_H
@@ -56,9 +59,8 @@ size_t bd_flat_left(const struct bd_flat_io *io);
 void bd_flat_bytes(struct bd_flat_io *io, void *bytes, size_t size);
 void bd_flat_u32(struct bd_flat_io *io, uint32_t *value);
 void bd_flat_bool(struct bd_flat_io *io, bool *value);
-// Any enum of ours has the size of an int; `count` is one past its last value.
-BD_MUST_CHECK
-uint32_t bd_flat_enum(struct bd_flat_io *io, uint32_t value, uint32_t count);
+// `*value` is any enum of ours, each of the size of an int; `count` is one past its last value.
+void bd_flat_enum(struct bd_flat_io *io, void *value, uint32_t count);
 // BD_NONE or below `count`.
 void bd_flat_index(struct bd_flat_io *io, int32_t *index, uint32_t count);
 void bd_flat_f32(struct bd_flat_io *io, float *value, float least, float most);

@@ -45,7 +45,7 @@ void bd_flat_material(struct bd_flat_io *io, struct bd_material *material,
     bd_flat_f32(io, &material->thickness_m, 0, FLT_MAX);
     bd_flat_f32(io, &material->attenuation_distance_m, 0, INFINITY);
     bd_flat_f32s(io, material->attenuation_color, 3, 0, 1);
-    material->alpha_mode = bd_flat_enum(io, material->alpha_mode, BD_ALPHA_BLEND + 1);
+    bd_flat_enum(io, &material->alpha_mode, BD_ALPHA_BLEND + 1);
     bd_flat_f32(io, &material->alpha_cutoff, 0, FLT_MAX);
     bd_flat_bool(io, &material->double_sided);
     bd_flat_bool(io, &material->unlit);
@@ -61,8 +61,8 @@ void bd_flat_texture(struct bd_flat_io *io, struct bd_texture *texture,
 {
     bd_flat_bool(io, &texture->is_removed);
     bd_flat_index(io, &texture->picture, counts->pictures);
-    texture->wrap_s = bd_flat_enum(io, texture->wrap_s, BD_WRAP_MIRROR + 1);
-    texture->wrap_t = bd_flat_enum(io, texture->wrap_t, BD_WRAP_MIRROR + 1);
+    bd_flat_enum(io, &texture->wrap_s, BD_WRAP_MIRROR + 1);
+    bd_flat_enum(io, &texture->wrap_t, BD_WRAP_MIRROR + 1);
     bd_flat_bool(io, &texture->nearest);
 }
 
@@ -71,7 +71,7 @@ void bd_flat_light(struct bd_flat_io *io, struct bd_light *light)
     const float half_pi = 1.57079637f;
     bd_flat_text(io, light->name, sizeof light->name);
     bd_flat_bool(io, &light->is_removed);
-    light->kind = bd_flat_enum(io, light->kind, BD_LIGHT_SPOT + 1);
+    bd_flat_enum(io, &light->kind, BD_LIGHT_SPOT + 1);
     bd_flat_f32s(io, light->color, 3, 0, FLT_MAX);
     bd_flat_f32(io, &light->intensity, 0, FLT_MAX);
     bd_flat_f32(io, &light->range_m, 0, INFINITY);

@@ -1,6 +1,7 @@
 // The flat form: what is written is what is read, and nothing else is believed.
 
 #include <stdio.h>
+#include <sys/mman.h>
 
 #include "base/hash.h"
 #include "scene/content.h"
@@ -71,6 +72,56 @@ static void a_scene_survives(void **state)
     bd_scene_release(&scene);
     bd_scene_release(&again);
 }
+
+// --- writing ---------------------------------------------------------------------------------
+
+// The same bytes where nobody may store anything.
+static void *frozen(const void *bytes, size_t size)
+{
+    void *copy = mmap(NULL, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    assert_true(copy != MAP_FAILED);
+    memcpy(copy, bytes, size);
+    assert_int_equal(mprotect(copy, size, PROT_READ), 0);
+    return copy;
+}
+
+#define FREEZE(items, count) ((items) = frozen(items, (count) * sizeof *(items)))
+
+static struct bd_scene *freeze(const struct bd_scene *scene)
+{
+    struct bd_scene cold = *scene;
+    assert_true(cold.mesh_count == 1 && cold.picture_count == 1);
+    struct bd_mesh mesh = *cold.meshes[0];
+    FREEZE(mesh.primitives, mesh.primitive_count);
+    struct bd_mesh *meshes[] = {frozen(&mesh, sizeof mesh)};
+    struct bd_picture *pictures[] = {frozen(cold.pictures[0], sizeof **cold.pictures)};
+    cold.meshes = frozen(meshes, sizeof meshes);
+    cold.pictures = frozen(pictures, sizeof pictures);
+    FREEZE(cold.textures, cold.texture_count);
+    FREEZE(cold.materials, cold.material_count);
+    FREEZE(cold.lights, cold.light_count);
+    FREEZE(cold.cameras, cold.camera_count);
+    FREEZE(cold.nodes, cold.node_count);
+    return frozen(&cold, sizeof cold);
+}
+
+// Other threads read the snapshot meanwhile: not even what stands there already is stored again.
+static void writing_stores_nothing_in_the_scene(void **state)
+{
+    (void)state;
+    struct bd_scene *scene = rich_scene();
+    const struct bd_scene *cold = freeze(scene);
+    struct bytes first = flatten(scene), second = flatten(cold), index = {NULL, 0, SIZE_MAX};
+    assert_int_equal(first.size, second.size);
+    assert_memory_equal(first.data, second.data, first.size);
+    assert_true(bd_flat_write_index(cold, collect, &index));
+    free(first.data);
+    free(second.data);
+    free(index.data);
+    bd_scene_release(&scene);
+}
+
+// --- reading ---------------------------------------------------------------------------------
 
 static void every_cut_is_refused(void **state)
 {
@@ -336,6 +387,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_scene_survives),
+        cmocka_unit_test(writing_stores_nothing_in_the_scene),
         cmocka_unit_test(every_cut_is_refused),
         cmocka_unit_test(changed_bytes_do_no_harm),
         cmocka_unit_test(counts_are_not_believed),
