@@ -349,6 +349,31 @@ def test_a_drag_that_was_never_committed_is_committed_at_the_end(tmp_path):
         daemon.stop()
 
 
+def test_a_drag_behind_a_file_is_committed_at_the_end_too(tmp_path):
+    """When the daemon is asked to end it has not been laid yet: the file before it is being read."""
+    daemon = Daemon(tmp_path)
+    scene = Scene(daemon)
+    blob = scene.client.put_blob((SCENES / "checker.glb").read_bytes())
+    asked = []
+    for op, durability in (({"import": {"blob": blob}}, "durable"),
+                           ({"set_light": {"light": 0, "intensity": 7}}, "transient")):
+        batch = pb.EditBatch(scene=scene.id, ops=[pb.EditOp(**op)], durability=durability)
+        asked.append(scene.client.send(pb.Envelope(edit_batch=batch)))
+    scene.client.send(pb.Envelope(stats=pb.Stats()))
+    assert scene.client.receive()[0].HasField("stats_reply")  # it has read all three
+    daemon.process.send_signal(signal.SIGTERM)
+    answers = dict((a.request_id, a.edit_reply) for a in (scene.client.receive()[0] for _ in asked))
+    assert (answers[asked[0]].revision, answers[asked[1]].transient) == (2, 1)
+    scene.client.close()  # at once: it does not lie there for long enough to be committed by itself
+    assert daemon.process.wait(timeout=20) == 0
+    daemon = Daemon(tmp_path)
+    try:
+        scene = Scene(daemon, scene_id=scene.id)
+        assert scene.intensity() == 7 and scene.get().revision == 3
+    finally:
+        daemon.stop()
+
+
 def test_many_edits_are_compacted_and_replayed(tmp_path):
     daemon = Daemon(tmp_path)
     scene = Scene(daemon)
