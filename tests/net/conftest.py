@@ -18,7 +18,7 @@ HERE = pathlib.Path(__file__).parent
 SCENES = HERE.parent / "scenes"
 BOUNCED = os.environ["BD_BOUNCED"]
 # Freed memory stays in the sanitizer's quarantine.
-IS_SANITIZED = b"__asan_init" in pathlib.Path(BOUNCED).read_bytes()
+IS_SANITIZED = any(init in pathlib.Path(BOUNCED).read_bytes() for init in (b"__asan_init", b"__tsan_init"))
 IS_GRADIENT = BOUNCED.endswith("bounced_gradient")
 sys.path.insert(0, os.environ["BD_PB2_DIR"])
 sys.dont_write_bytecode = True
