@@ -69,7 +69,7 @@ void bd_command_pool(struct bd_command *command, uv_work_cb on_pool, uv_after_wo
 
 bool bd_command_stop_here(struct bd_command *command)
 {
-    if (command->cancelled && !command->err)
+    if (atomic_load(&command->cancelled) && !command->err)
         command->err =
             bd_fault_set(&command->fault, BD_ERR_CANCELLED, "", "the request was cancelled");
     if (!command->err) return false;
@@ -108,7 +108,7 @@ static bool drop_waiting_import(struct bd_command *command)
 
 void bd_command_cancel(struct bd_command *command)
 {
-    command->cancelled = true;
+    atomic_store(&command->cancelled, true);
     if (drop_waiting_import(command)) return;
     if (command->job) bd_job_cancel(command->job);
 }

@@ -3,6 +3,7 @@
 #ifndef BD_NET_COMMAND_INTERNAL_H
 #define BD_NET_COMMAND_INTERNAL_H
 
+#include <stdatomic.h>
 #include <uv.h>
 
 #include "net/command.h"
@@ -23,7 +24,7 @@ struct bd_command {
     void *user;
     struct bd_command *previous, *next; // net->commands
     struct bd_command *next_waiting;    // net->imports_waiting
-    bool cancelled;                     // by whoever; no further step begins
+    atomic_bool cancelled;              // by whoever, on the loop; looked at on the pool, too
     bool abandoned;                     // no answer
     bool counts_as_job, waits_for_import;
     uint64_t start_ns;

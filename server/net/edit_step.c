@@ -26,7 +26,7 @@ static void end(struct bd_edit_work *work, struct bd_answer answer)
 // True, and the command is over, if there is nothing to go on with.
 static bool stop_here(struct bd_edit_work *work)
 {
-    if (!work->command->err && !work->command->cancelled) return false;
+    if (!work->command->err && !atomic_load(&work->command->cancelled)) return false;
     bd_edit_work_leave(work);
     return bd_command_stop_here(work->command);
 }

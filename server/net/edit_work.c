@@ -157,7 +157,7 @@ enum bd_err bd_edit_work_read_heavy(struct bd_edit_work *work)
                                                 .payload = command->payload,
                                                 .payload_bytes = command->payload_bytes};
     enum bd_err err = BD_ERR_OK;
-    for (size_t i = 0; !err && !command->cancelled && i < batch->n_ops; i++)
+    for (size_t i = 0; !err && !atomic_load(&command->cancelled) && i < batch->n_ops; i++)
         err =
             bd_edit_heavy_read(&inputs, i, batch->ops[i], work->ops, &work->flags, &command->fault);
     return err;
