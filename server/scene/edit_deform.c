@@ -5,6 +5,7 @@
 
 #include "base/vec.h"
 #include "scene/edit.h"
+#include "scene/primitive.h"
 
 static enum bd_err check_vectors(const float *values, uint32_t vertex_count, const char *field,
                                  const char *stream, struct bd_fault *fault)
@@ -20,30 +21,6 @@ static enum bd_err check_vectors(const float *values, uint32_t vertex_count, con
     return BD_ERR_OK;
 }
 
-static bool copy_stream(const void *from, size_t count, size_t item_bytes, void **out)
-{
-    if (!from) return true;
-    *out = malloc(count ? count * item_bytes : 1);
-    if (*out && count) memcpy(*out, from, count * item_bytes);
-    return *out != NULL;
-}
-
-static bool copy_primitive(const struct bd_primitive *from, struct bd_primitive *to)
-{
-    const size_t count = from->vertex_count, vec2 = 2 * sizeof(float), vec3 = 3 * sizeof(float),
-                 vec4 = 4 * sizeof(float);
-    *to = (struct bd_primitive){.vertex_count = from->vertex_count,
-                                .index_count = from->index_count,
-                                .material = from->material};
-    return copy_stream(from->position, count, vec3, (void **)&to->position) &&
-           copy_stream(from->normal, count, vec3, (void **)&to->normal) &&
-           copy_stream(from->tangent, count, vec4, (void **)&to->tangent) &&
-           copy_stream(from->uv[0], count, vec2, (void **)&to->uv[0]) &&
-           copy_stream(from->uv[1], count, vec2, (void **)&to->uv[1]) &&
-           copy_stream(from->color, count, vec4, (void **)&to->color) &&
-           copy_stream(from->index, from->index_count, sizeof *from->index, (void **)&to->index);
-}
-
 static struct bd_mesh *copy_mesh(const struct bd_mesh *from)
 {
     struct bd_mesh *to = calloc(1, sizeof *to);
@@ -54,7 +31,7 @@ static struct bd_mesh *copy_mesh(const struct bd_mesh *from)
     bool ok = to->primitives != NULL;
     for (uint32_t p = 0; ok && p < from->primitive_count; p++) {
         to->primitive_count = p + 1;
-        ok = copy_primitive(&from->primitives[p], &to->primitives[p]);
+        ok = bd_primitive_copy(&from->primitives[p], &to->primitives[p]);
     }
     if (!ok) bd_mesh_release(&to);
     return to;

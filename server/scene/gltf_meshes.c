@@ -5,6 +5,7 @@
 
 #include "scene/derive.h"
 #include "scene/gltf_reader.h"
+#include "scene/primitive.h"
 
 // A primitive that shows nothing still has its streams: nobody has to ask whether they are there.
 static bool make_empty(struct bd_primitive *out)
@@ -179,8 +180,15 @@ static enum bd_err read_picked(struct bd_gltf_reader *reader, const struct bd_gl
     enum bd_err err = read_attributes(reader, in, pick, out);
     if (err == BD_ERR_OK) err = bd_gltf_deform(reader, deform, in, pick, out);
     if (err != BD_ERR_OK) return err;
+    const uint32_t indices_given = out->index_count, vertices_given = out->vertex_count;
     bd_gltf_clean_triangles(reader, out);
-    return complete(reader, out);
+    err = complete(reader, out);
+    if (err != BD_ERR_OK) return err;
+    // Triangles that went leave vertices behind, and so does parting those of mirrored maps.
+    bool may_have_unused = out->index_count < indices_given || out->vertex_count > vertices_given;
+    if (may_have_unused && !bd_primitive_drop_unused(out))
+        return bd_gltf_no_memory(reader, "meshes");
+    return BD_ERR_OK;
 }
 
 static enum bd_err read_primitive(struct bd_gltf_reader *reader, const char *path,

@@ -25,12 +25,11 @@ static void read_light(struct bd_gltf_reader *reader, const struct bd_gltf_light
     out->range_m = in->range > 0 && in->range <= FLT_MAX ? (float)in->range : INFINITY;
     if (out->kind == BD_LIGHT_SPOT) {
         const double outer_min = 1e-4, gap_min = 1e-5;
-        double outer = fmin(fmax(in->cone_outer, outer_min), 1.5707963);
-        double inner = fmin(fmax(in->cone_inner, 0), outer - gap_min);
+        out->cone_outer = (float)fmin(fmax(in->cone_outer, outer_min), 1.5707963);
+        double inner_max = (double)out->cone_outer - gap_min;
         repaired |= !(in->cone_outer > 0 && in->cone_outer <= 0.5 * pi + 1e-6);
         repaired |= !(in->cone_inner >= 0 && in->cone_inner < in->cone_outer);
-        out->cone_outer = (float)outer;
-        out->cone_inner = (float)inner;
+        out->cone_inner = (float)fmin(fmax(in->cone_inner, 0), inner_max);
     }
     reader->repairs.repaired_lights += repaired;
 }
@@ -120,16 +119,17 @@ static enum bd_err adopt_children(struct bd_gltf_reader *reader)
 static enum bd_err show_scene(struct bd_gltf_reader *reader, uint32_t s)
 {
     const struct bd_gltf_scene *in = &reader->doc->scenes[s];
+    const struct bd_gltf_node *nodes = reader->doc->nodes;
     struct bd_scene *scene = reader->scene;
     for (uint32_t i = 0; i < scene->node_count; i++)
-        scene->nodes[i].is_hidden = scene->nodes[i].parent == BD_NONE;
+        scene->nodes[i].is_hidden |= scene->nodes[i].parent == BD_NONE;
     for (uint32_t i = 0; i < in->node_count; i++) {
         struct bd_node *root = &scene->nodes[in->nodes[i]];
         if (root->parent != BD_NONE)
             return bd_fault_set(reader->fault, BD_ERR_BAD_INPUT,
                                 bd_gltf_path("scenes[%u].nodes[%u]", s, i).text,
                                 "node %d is not a root node", in->nodes[i]);
-        root->is_hidden = false;
+        root->is_hidden = nodes[in->nodes[i]].is_hidden;
     }
     return BD_ERR_OK;
 }
@@ -150,6 +150,7 @@ static void read_node(struct bd_gltf_reader *reader, const struct bd_gltf_node *
     out->mesh = in->mesh;
     out->camera = in->camera;
     out->light = in->light;
+    out->is_hidden = in->is_hidden;
     out->parent_from_node = matrix_of(reader, in);
 }
 

@@ -56,13 +56,16 @@ bool bd_gltf_flat_normals(struct bd_primitive *primitive)
     return true;
 }
 
-// Normalises in place. False if nothing can be made of it.
+// Normalises in place. False if nothing can be made of it. What is unit as far as three floats can
+// be stays as it is: dividing it again would only turn last bits to and fro, and an import of what
+// was imported once would not be the same.
 static bool normalize(float n[3], bool *was_unit)
 {
     const double tolerance = 0.02; // what 8-bit normals miss by
     double length = sqrt((double)n[0] * n[0] + (double)n[1] * n[1] + (double)n[2] * n[2]);
     if (!(length > 1e-12) || !isfinite(length)) return false;
     *was_unit = fabs(length - 1) < tolerance;
+    if (fabs(length - 1) <= BD_GLTF_UNIT_ROUNDING) return true;
     for (int i = 0; i < 3; i++) n[i] = (float)(n[i] / length);
     return true;
 }

@@ -90,6 +90,8 @@ enum bd_err bd_gltf_read_triangles(struct bd_gltf_reader *reader, const char *pa
                                    uint32_t **index, uint32_t *index_count);
 // Removes triangles with a vertex that is not finite, and those without area.
 void bd_gltf_clean_triangles(struct bd_gltf_reader *reader, struct bd_primitive *primitive);
+// How many triangles that would remove.
+uint32_t bd_gltf_count_unclean(const struct bd_primitive *primitive);
 
 // gltf_deform.c: morph targets, then the skin, on the picked vertices of a primitive.
 struct bd_gltf_deform {
@@ -103,6 +105,10 @@ enum bd_err bd_gltf_deform(struct bd_gltf_reader *reader, const struct bd_gltf_d
                            const struct bd_gltf_primitive *in, const uint32_t *pick,
                            struct bd_primitive *out);
 
+// How much a unit vector's length misses one by once its three numbers are floats: half a unit in
+// the last place of each, at most 2^-25 sqrt(3), and a little.
+#define BD_GLTF_UNIT_ROUNDING 6e-8
+
 // gltf_normals.c: false only without memory.
 BD_MUST_CHECK
 bool bd_gltf_flat_normals(struct bd_primitive *primitive); // gives each triangle its own vertices
@@ -113,6 +119,10 @@ bool bd_gltf_repair_normals(struct bd_gltf_reader *reader, struct bd_primitive *
 void bd_gltf_repair_tangents(struct bd_gltf_reader *reader, struct bd_primitive *primitive);
 BD_MUST_CHECK
 bool bd_gltf_make_tangents(struct bd_primitive *primitive, uint32_t uv_set);
+
+// gltf_uv.c: the matrix (scene.h) of a KHR_texture_transform; identity where no float holds a
+// number.
+void bd_gltf_uv_matrix(const double offset[2], double rotation, const double scale[2], float m[6]);
 
 void bd_gltf_copy_name(char name[64], const char *text);
 enum bd_err bd_gltf_no_memory(struct bd_gltf_reader *reader, const char *path);

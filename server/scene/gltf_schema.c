@@ -116,9 +116,12 @@ static const struct bd_gltf_property node[] = {
     CHILD("extensions", NODE_EXTENSIONS),
 };
 
-static const struct bd_gltf_property node_extensions[] = {CHILD("KHR_lights_punctual", NODE_LIGHT)};
+static const struct bd_gltf_property node_extensions[] = {
+    CHILD("KHR_lights_punctual", NODE_LIGHT), CHILD("KHR_node_visibility", NODE_VISIBILITY)};
 
 static const struct bd_gltf_property node_light[] = {REQUIRED("light", INDEX)};
+
+static const struct bd_gltf_property node_visibility[] = {VALUE("visible", BOOL)};
 
 static const struct bd_gltf_property skin[] = {
     VALUE("name", STRING),
@@ -248,6 +251,7 @@ const struct bd_gltf_object_rule bd_gltf_rules[BD_GLTF_OBJECT_COUNT] = {
     [BD_GLTF_NODE] = RULE(node, 1500),
     [BD_GLTF_NODE_EXTENSIONS] = RULE(node_extensions, 500),
     [BD_GLTF_NODE_LIGHT] = RULE(node_light, 500),
+    [BD_GLTF_NODE_VISIBILITY] = RULE(node_visibility, 500),
     [BD_GLTF_SKIN] = RULE(skin, 500),
     [BD_GLTF_SCENE] = RULE(scene, 500),
     [BD_GLTF_MATERIAL] = RULE(material, 4000),
@@ -288,10 +292,9 @@ const struct bd_gltf_property *bd_gltf_find_property(enum bd_gltf_object object,
 bool bd_gltf_extension_is_supported(const char *name)
 {
     static const char *const supported[] = {
-        "KHR_lights_punctual",        "KHR_materials_emissive_strength",
-        "KHR_materials_ior",          "KHR_materials_unlit",
-        "KHR_materials_transmission", "KHR_materials_volume",
-        "KHR_texture_transform",      "KHR_mesh_quantization"};
+        "KHR_lights_punctual",   "KHR_materials_emissive_strength", "KHR_materials_ior",
+        "KHR_materials_unlit",   "KHR_materials_transmission",      "KHR_materials_volume",
+        "KHR_texture_transform", "KHR_mesh_quantization",           "KHR_node_visibility"};
     for (size_t i = 0; i < sizeof supported / sizeof supported[0]; i++)
         if (strcmp(name, supported[i]) == 0) return true;
     return false;

@@ -138,6 +138,12 @@ double number(const tinygltf::Value *object, const char *key, double otherwise)
     return object->Get(key).GetNumberAsDouble();
 }
 
+bool boolean(const tinygltf::Value *object, const char *key, bool otherwise)
+{
+    if (!object || !object->Has(key) || !object->Get(key).IsBool()) return otherwise;
+    return object->Get(key).Get<bool>();
+}
+
 int32_t integer(const tinygltf::Value *object, const char *key, int32_t otherwise)
 {
     double value = number(object, key, otherwise);
@@ -288,6 +294,7 @@ void copy_node(const tinygltf::Node &in, bd_gltf_node *out)
             in.skin,
             in.camera,
             BD_NONE,
+            !boolean(extension(in.extensions, "KHR_node_visibility"), "visible", true),
             (uint32_t)in.children.size(),
             in.children.data(),
             false,

@@ -76,6 +76,7 @@ struct bd_gltf_mesh {
 struct bd_gltf_node {
     const char *name;
     int32_t mesh, skin, camera, light;
+    bool is_hidden; // KHR_node_visibility
     uint32_t child_count;
     const int32_t *children;
     bool has_matrix;

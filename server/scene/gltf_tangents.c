@@ -46,11 +46,12 @@ void bd_gltf_repair_tangents(struct bd_gltf_reader *reader, struct bd_primitive 
         double length = bd_dvec3_length(vec(t));
         bool unit = fabs(length - 1) < 0.02, signed_ = t[3] == 1 || t[3] == -1;
         reader->repairs.repaired_tangents += !unit || !signed_;
+        t[3] = t[3] < 0 ? -1 : 1;
+        if (fabs(length - 1) <= BD_GLTF_UNIT_ROUNDING) continue; // as gltf_normals.c
         bd_dvec3 fixed = bd_dvec3_normalize(vec(t), some_tangent(n));
         t[0] = (float)fixed.x;
         t[1] = (float)fixed.y;
         t[2] = (float)fixed.z;
-        t[3] = t[3] < 0 ? -1 : 1;
     }
 }
 

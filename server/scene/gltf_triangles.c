@@ -137,17 +137,38 @@ static void zero_unusable(struct bd_gltf_reader *reader, struct bd_primitive *pr
     }
 }
 
+// Hazard 19: an area below 1e-14 of the square of the primitive's size is rounding.
+static double doubled_area_min(const struct bd_primitive *primitive)
+{
+    return 2e-14 * diagonal2(primitive);
+}
+
+static bool corners_are_usable(const struct bd_primitive *primitive, const uint32_t corner[3])
+{
+    bool usable = true;
+    for (int c = 0; c < 3; c++) usable &= is_usable(primitive->position + 3 * (size_t)corner[c]);
+    return usable;
+}
+
+uint32_t bd_gltf_count_unclean(const struct bd_primitive *primitive)
+{
+    double least = doubled_area_min(primitive);
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < primitive->index_count; i += 3) {
+        const uint32_t *corner = primitive->index + i;
+        count +=
+            !corners_are_usable(primitive, corner) || !(doubled_area(primitive, corner) > least);
+    }
+    return count;
+}
+
 void bd_gltf_clean_triangles(struct bd_gltf_reader *reader, struct bd_primitive *primitive)
 {
-    // Hazard 19: an area below 1e-14 of the square of the primitive's size is rounding.
-    double least = 2e-14 * diagonal2(primitive);
+    double least = doubled_area_min(primitive);
     uint32_t kept = 0;
     for (uint32_t i = 0; i < primitive->index_count; i += 3) {
         const uint32_t *corner = primitive->index + i;
-        bool usable = true;
-        for (int c = 0; c < 3; c++)
-            usable &= is_usable(primitive->position + 3 * (size_t)corner[c]);
-        if (!usable) continue;
+        if (!corners_are_usable(primitive, corner)) continue;
         if (!(doubled_area(primitive, corner) > least)) {
             reader->repairs.degenerate_triangles++;
             continue;

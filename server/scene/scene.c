@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/assert.h"
+#include "scene/primitive.h"
 
 static void retain(uint32_t *reference_count)
 {
@@ -27,24 +28,13 @@ struct bd_mesh *bd_mesh_retain(struct bd_mesh *mesh)
     return mesh;
 }
 
-static void free_primitive(struct bd_primitive *primitive)
-{
-    free(primitive->position);
-    free(primitive->normal);
-    free(primitive->tangent);
-    free(primitive->uv[0]);
-    free(primitive->uv[1]);
-    free(primitive->color);
-    free(primitive->index);
-}
-
 void bd_mesh_release(struct bd_mesh **mesh)
 {
     struct bd_mesh *dropped = *mesh;
     *mesh = NULL;
     if (!dropped || !drop(&dropped->reference_count)) return;
     for (uint32_t i = 0; !dropped->streams_of && i < dropped->primitive_count; i++)
-        free_primitive(&dropped->primitives[i]);
+        bd_primitive_free_streams(&dropped->primitives[i]);
     bd_mesh_release(&dropped->streams_of);
     free(dropped->primitives);
     free(dropped);
