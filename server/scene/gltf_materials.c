@@ -13,17 +13,6 @@ static float clamped(struct bd_gltf_reader *reader, double value, double least, 
     return (float)(value > most ? most : least);
 }
 
-// u' = R(rotation) S(scale) u + offset, where a positive rotation turns the coordinates
-// counter-clockwise as one looks at a picture whose v runs down.
-static void set_uv_transform(const struct bd_gltf_texture_info *info, float m[6])
-{
-    double c = cos(info->rotation), s = sin(info->rotation);
-    const double exact[6] = {c * info->scale[0],  s * info->scale[1], info->offset[0],
-                             -s * info->scale[0], c * info->scale[1], info->offset[1]};
-    const float identity[6] = {1, 0, 0, 0, 1, 0};
-    for (int i = 0; i < 6; i++) m[i] = fabs(exact[i]) <= FLT_MAX ? (float)exact[i] : identity[i];
-}
-
 // The material's two sets of coordinates are TEXCOORD_0 and _1 unless a map wants a later one,
 // which then takes the place of a set that no map wants.
 static bool slot_of(struct bd_gltf_uv_slots *slots, uint32_t wanted, bool in_use[2], uint32_t *slot)
@@ -53,7 +42,7 @@ static void read_ref(struct bd_gltf_reader *reader, const struct bd_gltf_texture
         return;
     }
     out->texture = info->texture;
-    set_uv_transform(info, out->uv_transform);
+    bd_gltf_uv_matrix(info->offset, info->rotation, info->scale, out->uv_transform);
 }
 
 static void mark_use(const struct bd_gltf_texture_info *info, bool in_use[2])

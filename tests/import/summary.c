@@ -1,5 +1,6 @@
 // Imports a file as the daemon does and prints what came of it, as JSON: for the lists, and for
-// eyes. `summary [--in-process] PROGRAM FILE`; the files beside a .gltf are found in its folder.
+// eyes. `summary PROGRAM|--in-process|--round-trip FILE`; the files beside a .gltf are found in its
+// folder. With --round-trip, in this process, and then through an export and back.
 //
 // Exit 0: loaded; 4: refused, with the fault in the JSON; 2: usage or no such file.
 
@@ -17,6 +18,7 @@
 #include "base/hash.h"
 #include "scene/gltf.h"
 #include "scene/import.h"
+#include "tests/import/round_trip.h"
 
 static struct bd_import_file map_file(const char *path, const char *uri)
 {
@@ -158,10 +160,11 @@ static enum bd_err import(const char *program, const struct bd_import_file *file
 int main(int argc, char **argv)
 {
     if (argc != 3) {
-        fprintf(stderr, "usage: summary PROGRAM|--in-process FILE\n");
+        fprintf(stderr, "usage: summary PROGRAM|--in-process|--round-trip FILE\n");
         return 2;
     }
-    const char *program = strcmp(argv[1], "--in-process") == 0 ? NULL : argv[1];
+    bool is_trip = strcmp(argv[1], "--round-trip") == 0;
+    const char *program = is_trip || strcmp(argv[1], "--in-process") == 0 ? NULL : argv[1];
     struct bd_import_file files[64];
     struct bd_scene *scene = NULL;
     struct bd_fault fault = {0};
@@ -171,6 +174,8 @@ int main(int argc, char **argv)
     enum bd_err err = import(program, files, count, &scene, &fault);
     json_t *summary = err == BD_ERR_OK ? scene_json(scene) : fault_json(&fault);
     json_object_set_new(summary, "import_ms", json_real(bd_ms_since(start_ns)));
+    if (is_trip && err == BD_ERR_OK)
+        json_object_set_new(summary, "round_trip", round_trip_json(scene));
     json_dumpf(summary, stdout, JSON_INDENT(1) | JSON_ENSURE_ASCII | JSON_REAL_PRECISION(9));
     puts("");
     json_decref(summary);

@@ -1,5 +1,6 @@
 // Random walks through edits of bundled scenes, from a fixed seed: whatever is accepted can be
-// taken back, comes back from bytes, and is what finishing from nothing makes of it.
+// taken back, comes back from bytes, is what finishing from nothing makes of it, and what is left
+// at the end comes back from an export.
 //
 // usage: edit_walk OWN_SCENES [SHARED_SCENES]; with SHARED_SCENES it also times one edit.
 
@@ -7,7 +8,7 @@
 
 #include "base/clock.h"
 #include "scene/edit.h"
-#include "tests/unit/scene/snapshots.h"
+#include "tests/unit/scene/round_trip.h"
 
 static const char *own_scenes, *shared_scenes;
 
@@ -256,6 +257,7 @@ static void walk_through(const char *name, uint32_t seed, unsigned steps)
     print_message("%s, seed %u: %u of %u batches accepted\n", name, seed, walk.accepted, steps);
     assert_true(walk.accepted > steps / 10);
     struct bd_scene *last = from_index(&walk);
+    assert_settles(last);
     bd_scene_release(&last), bd_scene_release(&other);
     bd_scene_release(&walk.scene), bd_scene_release(&walk.replay);
     clear_shelf(&walk.shelf);
