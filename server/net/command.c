@@ -12,6 +12,8 @@
 #include "net/edit_replay.h"
 #include "net/edit_step.h"
 #include "net/edit_work.h"
+#include "net/export_step.h"
+#include "net/pool_turn.h"
 #include "net/scene_step.h"
 #include "net/stats.h"
 #include "net/technique_list.h"
@@ -37,6 +39,7 @@ static void free_command(struct bd_command *command)
     bd_scene_release(&command->scene);
     if (command->job) bd_job_release(&command->job);
     bd_bytes_finish(&command->encoded.bytes);
+    free(command->notes);
     bd_client_release(&command->client);
     bd_edit_work_destroy(&command->edit);
     free(command->payload);
@@ -93,14 +96,10 @@ void bd_command_tick(struct bd_net *net)
     }
 }
 
-// A waiting import has nothing under way that would come back: it ends here.
-static bool drop_waiting_import(struct bd_command *command)
+// What waits for its turn has nothing under way that would come back: it ends here.
+static bool drop_waiting(struct bd_command *command)
 {
-    if (!command->waits_for_import) return false;
-    struct bd_command **at = &command->net->imports_waiting;
-    while (*at != command) at = &(*at)->next_waiting;
-    *at = command->next_waiting;
-    command->waits_for_import = false;
+    if (!bd_pool_turn_leave(command)) return false;
     bool stopped = bd_command_stop_here(command);
     BD_ASSERT(stopped);
     return true;
@@ -109,7 +108,7 @@ static bool drop_waiting_import(struct bd_command *command)
 void bd_command_cancel(struct bd_command *command)
 {
     atomic_store(&command->cancelled, true);
-    if (drop_waiting_import(command)) return;
+    if (drop_waiting(command)) return;
     if (command->job) bd_job_cancel(command->job);
 }
 
@@ -265,6 +264,9 @@ static void dispatch(struct bd_command *command)
         break;
     case BOUNCED__ENVELOPE__BODY_SCENE_LOG:
         bd_command_scene_log(command);
+        break;
+    case BOUNCED__ENVELOPE__BODY_SCENE_EXPORT:
+        bd_command_export(command);
         break;
     case BOUNCED__ENVELOPE__BODY_HELLO:
     case BOUNCED__ENVELOPE__BODY_BLOB_PUT:

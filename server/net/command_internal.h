@@ -23,25 +23,28 @@ struct bd_command {
     const struct bd_command_events *events;
     void *user;
     struct bd_command *previous, *next; // net->commands
-    struct bd_command *next_waiting;    // net->imports_waiting
+    struct bd_command *next_waiting;    // net->pool_turns_waiting
     atomic_bool cancelled;              // by whoever, on the loop; looked at on the pool, too
     bool abandoned;                     // no answer
-    bool counts_as_job, waits_for_import;
+    bool counts_as_job, waits_for_turn;
     uint64_t start_ns;
 
-    void (*then)(struct bd_command *command); // after the import
+    const char *turn_stage;                      // pool_turn.h; static
+    void (*on_pool)(struct bd_command *command); // what its turn is for
+    void (*then)(struct bd_command *command);    // and what comes after it, or after the import
     uv_work_t work;
     // Written on the pool, read on the loop once the work came back.
     enum bd_err err;
     struct bd_fault fault;
     struct bd_scene *scene;
-    uint64_t revision;
+    uint64_t revision, transient;
     double load_ms, encode_ms;
 
     struct bd_frame_options options;
     struct bd_job *job;
     struct bd_frame_job frame_job;
-    struct bd_encoded encoded;
+    struct bd_encoded encoded;       // of an export the bytes alone
+    struct bd_scene_flags *notes;    // of an export
     char *text;                      // of bd_net_options.list_devices
     struct bd_multipart_part *parts; // of a multipart body
     Bounced__BlobReply *blob_reply;

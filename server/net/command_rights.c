@@ -82,6 +82,7 @@ static enum bd_err check_jobs(const struct bd_command *command, struct bd_fault 
 bool bd_command_is_job(const Bounced__Envelope *envelope)
 {
     return envelope->body_case == BOUNCED__ENVELOPE__BODY_SCENE_ADD ||
+           envelope->body_case == BOUNCED__ENVELOPE__BODY_SCENE_EXPORT ||
            envelope->body_case == BOUNCED__ENVELOPE__BODY_RENDER;
 }
 

@@ -8,6 +8,7 @@
 
 #include "base/assert.h"
 #include "net/edit_decode.h"
+#include "net/revision_name.h"
 
 #define CONTAINER(pointer, type, member) ((type *)((char *)(pointer)-offsetof(type, member)))
 
@@ -165,35 +166,13 @@ enum bd_err bd_edit_work_read_heavy(struct bd_edit_work *work)
 
 // --- the past -------------------------------------------------------------------------------
 
-struct naming {
-    const char *name;
-    uint64_t revision;
-};
-
-static void look_at_name(void *user, const char *name, uint64_t revision)
-{
-    struct naming *naming = user;
-    if (strcmp(name, naming->name) == 0) naming->revision = revision;
-}
-
-static enum bd_err find_named(struct bd_edit_work *work, struct bd_journal *journal)
-{
-    struct naming naming = {.name = work->command->envelope->edit_revert->name};
-    struct bd_fault *fault = &work->command->fault;
-    if (!naming.name) return BD_ERR_OK;
-    enum bd_err err =
-        bd_journal_each_name(journal, work->place.scene_id, look_at_name, &naming, fault);
-    work->of = naming.revision;
-    if (err || work->of) return err;
-    return bd_fault_set(fault, BD_ERR_NOT_FOUND, "name", "no revision is called \"%.64s\"",
-                        naming.name);
-}
-
 static enum bd_err read_revert(struct bd_edit_work *work, struct bd_journal *journal)
 {
     struct bd_fault *fault = &work->command->fault;
+    const char *name = work->command->envelope->edit_revert->name;
     struct bd_scene *target = NULL;
-    enum bd_err err = find_named(work, journal);
+    enum bd_err err = BD_ERR_OK;
+    if (name) err = bd_revision_find_name(journal, work->place.scene_id, name, &work->of, fault);
     if (!err) err = bd_store_read_revision(journal, work->place.scene_id, work->of, &target, fault);
     if (!err && !bd_delta_between(work->base, target, &work->delta))
         err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "", "no memory for the edit");

@@ -18,6 +18,7 @@ static const struct {
     {"commit", BOUNCED__ENVELOPE__BODY_EDIT_COMMIT, &bounced__edit_commit__descriptor},
     {"names", BOUNCED__ENVELOPE__BODY_REVISION_NAME, &bounced__revision_name__descriptor},
     {"log", BOUNCED__ENVELOPE__BODY_SCENE_LOG, &bounced__scene_log__descriptor},
+    {"export", BOUNCED__ENVELOPE__BODY_SCENE_EXPORT, &bounced__scene_export__descriptor},
 };
 
 enum bd_http_edit bd_http_edit_find(const char *word)
@@ -29,7 +30,7 @@ enum bd_http_edit bd_http_edit_find(const char *word)
 
 bool bd_http_edit_is_get(enum bd_http_edit edit)
 {
-    return edit == BD_HTTP_EDIT_LOG;
+    return edit == BD_HTTP_EDIT_LOG || edit == BD_HTTP_EDIT_EXPORT;
 }
 
 // --- operations by name ---------------------------------------------------------------------
@@ -155,6 +156,32 @@ static enum bd_err read_log(const struct bd_http *http, ProtobufCMessage **out,
     return err;
 }
 
+static bool take_export_pair(void *user, char *key, char *value)
+{
+    Bounced__SceneExport *request = user;
+    uint64_t number;
+    if (strcmp(key, "name") == 0 && !request->name) {
+        if (!bd_http_query_decode(value)) return false;
+        request->name = bd_answer_text(value);
+        return true;
+    }
+    if (strcmp(key, "revision") != 0 || !read_number(value, &number)) return false;
+    BD_SET(request, revision, number);
+    return true;
+}
+
+static enum bd_err read_export(const struct bd_http *http, ProtobufCMessage **out,
+                               struct bd_fault *fault)
+{
+    Bounced__SceneExport *request = malloc(sizeof *request);
+    BD_ASSERT(request);
+    bounced__scene_export__init(request);
+    *out = &request->base;
+    enum bd_err err = read_pairs(http->target.query, take_export_pair, request, fault);
+    if (err) protobuf_c_message_free_unpacked(*out, NULL);
+    return err;
+}
+
 static bool take_scene_pair(void *user, char *key, char *value)
 {
     if (strcmp(key, "objects") != 0 || value[0] == 0 || value[1] != 0) return false;
@@ -177,6 +204,8 @@ enum bd_err bd_http_edit_read(const struct bd_http *http, struct bd_answer *out,
     enum bd_err err;
     if (edit == BD_HTTP_EDIT_LOG)
         err = read_log(http, &message, fault);
+    else if (edit == BD_HTTP_EDIT_EXPORT)
+        err = read_export(http, &message, fault);
     else if (bd_http_media_is(type, "application/json"))
         err = read_json(http, edit, &message, fault);
     else

@@ -15,6 +15,7 @@ enum bd_http_edit {
     BD_HTTP_EDIT_COMMIT,
     BD_HTTP_EDIT_NAMES,
     BD_HTTP_EDIT_LOG,
+    BD_HTTP_EDIT_EXPORT,
     BD_HTTP_EDIT_COUNT
 };
 

@@ -18,8 +18,7 @@ static int hex_digit(char c)
     return -1;
 }
 
-// In place. False for a broken escape, and for a zero byte, at which a string would end early.
-static bool decode(char *text)
+bool bd_http_query_decode(char *text)
 {
     char *out = text;
     for (const char *at = text; *at; at++) {
@@ -313,7 +312,7 @@ static enum bd_err read_pairs(char *text, size_t option_count, Bounced__Render *
             return bd_fault_set(fault, BD_ERR_USAGE, "query", "a query is up to %d NAME=VALUE",
                                 PAIRS_MAX);
         *value++ = 0;
-        if (!decode(pair) || !decode(value))
+        if (!bd_http_query_decode(pair) || !bd_http_query_decode(value))
             return bd_fault_set(fault, BD_ERR_USAGE, "query", "the query has a broken %%-escape");
         enum bd_err err = set_pair(pair, value, option_count, render, fault);
         if (err) return err;

@@ -1,5 +1,6 @@
 // Answers of the HTTP face: one head, one body, always with a length.
 
+#include <inttypes.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -175,6 +176,21 @@ static void send_frame(struct bd_http *http, struct bd_answer *answer)
     send_reply(http, &head, payload, answer->payload_bytes);
 }
 
+// --- exports --------------------------------------------------------------------------------
+
+static void send_export(struct bd_http *http, struct bd_answer *answer)
+{
+    const Bounced__SceneExportReply *reply = answer->envelope->scene_export_reply;
+    struct head head = begin_head(http, 200, answer->payload_type, answer->payload_bytes);
+    add(&head, "Bounced-Revision: %" PRIu64 "\r\n", reply->revision);
+    if (reply->transient) add(&head, "Bounced-Transient: %" PRIu64 "\r\n", reply->transient);
+    add_clean(&head, "Bounced-Scene", reply->hash);
+    for (size_t i = 0; i < reply->n_flags; i++) add_clean(&head, "Bounced-Flag", reply->flags[i]);
+    uint8_t *payload = answer->payload;
+    answer->payload = NULL;
+    send_reply(http, &head, payload, answer->payload_bytes);
+}
+
 // --- by body --------------------------------------------------------------------------------
 
 static void send_blob_reply(struct bd_http *http, const Bounced__BlobReply *reply)
@@ -203,6 +219,8 @@ void bd_http_send_answer(struct bd_http *http, struct bd_answer *answer)
         send_frame(http, answer);
     else if (envelope->body_case == BOUNCED__ENVELOPE__BODY_RENDER_REPLY)
         send_message(http, 200, &envelope->render_reply->report->base);
+    else if (envelope->body_case == BOUNCED__ENVELOPE__BODY_SCENE_EXPORT_REPLY)
+        send_export(http, answer);
     else
         send_message(http, http->is_scene_add ? 201 : 200, body);
     bd_answer_finish(answer);

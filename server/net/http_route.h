@@ -54,6 +54,11 @@ BD_MUST_CHECK
 enum bd_err bd_http_route_check(const struct bd_http_target *target, int method,
                                 struct bd_http_refusal *refusal);
 
+// Percent-decodes a part of a query in place. False for a broken escape, and for a zero byte, at
+// which a string would end early.
+BD_MUST_CHECK
+bool bd_http_query_decode(char *text);
+
 // The query of a frame or a one-shot render into a new message without a scene, to be freed by
 // free_unpacked with NULL. `extension` "" : from `encoding=`. Unknown names and bad numbers are
 // refused by name.

@@ -10,11 +10,8 @@
 #include "net/import_cache.h"
 #include "net/import_files.h"
 #include "net/multipart.h"
+#include "net/pool_turn.h"
 #include "scene/import.h"
-
-// Imports block a thread of the pool for as long as a hostile file can make them: never all of
-// its four, so that encoding and uploads go on.
-#define IMPORTS_AT_ONCE 2
 
 static enum bd_err map_multipart(struct bd_command *command, struct bd_import_files *import)
 {
@@ -102,9 +99,8 @@ static void import_files(struct bd_command *command, const struct bd_import_file
     bd_import_cache_put(net->import_cache, key, file_bytes, command->scene);
 }
 
-static void import_on_pool(uv_work_t *work)
+static void import_on_pool(struct bd_command *command)
 {
-    struct bd_command *command = work->data;
     uint64_t start_ns = bd_clock_ns();
     struct bd_import_files import = {0};
     struct bd_net_environment sky = {0};
@@ -120,29 +116,6 @@ static void import_on_pool(uv_work_t *work)
     command->load_ms = bd_ms_since(start_ns);
 }
 
-static void begin_next_import(struct bd_net *net);
-
-static void import_back(uv_work_t *work, int status)
-{
-    struct bd_command *command = work->data;
-    struct bd_net *net = command->net;
-    BD_ASSERT_CMP(status, ==, 0);
-    net->import_count--;
-    if (!bd_command_stop_here(command)) command->then(command);
-    begin_next_import(net);
-}
-
-static void begin_next_import(struct bd_net *net)
-{
-    if (!net->imports_waiting || net->import_count >= IMPORTS_AT_ONCE) return;
-    struct bd_command *command = net->imports_waiting;
-    net->imports_waiting = command->next_waiting;
-    command->waits_for_import = false;
-    net->import_count++;
-    bd_command_progress(command, "import");
-    bd_command_pool(command, import_on_pool, import_back);
-}
-
 static size_t file_table_size(const Bounced__Envelope *envelope)
 {
     return envelope->body_case == BOUNCED__ENVELOPE__BODY_SCENE_ADD ? envelope->scene_add->n_files
@@ -151,18 +124,11 @@ static size_t file_table_size(const Bounced__Envelope *envelope)
 
 void bd_command_import(struct bd_command *command, void (*then)(struct bd_command *command))
 {
-    struct bd_net *net = command->net;
-    uint64_t files_max = net->options.limits.scene_files;
+    uint64_t files_max = command->net->options.limits.scene_files;
     if (file_table_size(command->envelope) > files_max)
         command->err = bd_fault_set(&command->fault, BD_ERR_LIMIT, "scene_files",
                                     "the table has more than %llu files (limit scene_files)",
                                     (unsigned long long)files_max);
     if (bd_command_stop_here(command)) return;
-    command->then = then;
-    command->waits_for_import = true;
-    struct bd_command **last = &net->imports_waiting;
-    while (*last) last = &(*last)->next_waiting;
-    *last = command;
-    command->next_waiting = NULL;
-    begin_next_import(net);
+    bd_pool_turn_take(command, "import", import_on_pool, then);
 }

@@ -84,7 +84,7 @@ FORBIDDEN = (403, "forbidden", "role")
 
 def test_a_reader_looks_and_changes_nothing(ask):
     scene, reader = added(ask, "s"), ask(READ)
-    for path in ["", "?objects=1", "/log", "/frame.png?size=16x16"]:
+    for path in ["", "?objects=1", "/log", "/export", "/frame.png?size=16x16"]:
         assert reader.request("GET", scene + path)[0] == 200, path
     for path in ["/v1/scenes", "/v1/devices", "/v1/techniques"]:
         assert reader.request("GET", path)[0] == 200, path
@@ -163,8 +163,8 @@ def test_a_cookie_keeps_the_tokens_grant(ask):
 def test_others_scenes_are_not_there(ask):
     theirs, ours = added(ask, "theirs"), added(ask, "mine/a")
     missing = "/v1/scenes/" + "0" * 16
-    gets = ["", "?objects=1", "/log", "/frame.png?size=16x16", "/frame.json?size=16x16", "/events",
-            "/stream.mjpeg?size=16x16"]
+    gets = ["", "?objects=1", "/log", "/export", "/export?revision=1", "/frame.png?size=16x16",
+            "/frame.json?size=16x16", "/events", "/stream.mjpeg?size=16x16"]
     posts = [("/edits", DIM), ("/undo", {}), ("/revert", {"revision": 1}), ("/commit", {}),
              ("/names", {"name": "n"})]
     for asker in (ask(MINE), ask(MINE_READ)):
@@ -191,6 +191,7 @@ def test_others_scenes_are_not_there_for_sessions(ask):
                      {"scene_watch": pb.SceneWatch(scene=theirs)},
                      {"render": pb.Render(scene=theirs)},
                      {"scene_log": pb.SceneLog(scene=theirs)},
+                     {"scene_export": pb.SceneExport(scene=theirs)},
                      {"edit_batch": pb.EditBatch(scene=theirs)},
                      {"scene_remove": pb.SceneRemove(id=theirs)}]:
             answer = say(**body)
