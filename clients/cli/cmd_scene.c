@@ -142,7 +142,7 @@ static const struct {
     {"commit", "commit ID", 2, 2, bd_cli_history_commit},
     {"revert", "revert ID REVISION|NAME", 3, 3, bd_cli_history_revert},
     {"name", "name ID NAME [REVISION]", 3, 4, bd_cli_history_name},
-    {"export", "export ID FILE.glb", 3, 3, bd_cli_history_export},
+    {"export", "export ID FILE.glb [REVISION|NAME]", 3, 4, bd_cli_history_export},
 };
 
 #define VERB_COUNT (sizeof verbs / sizeof verbs[0])

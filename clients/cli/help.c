@@ -162,11 +162,12 @@ int bd_help_scenes(void)
           "       bounce scene undo ID | redo ID | commit ID [options]\n"
           "       bounce scene revert ID REVISION|NAME [options]\n"
           "       bounce scene name ID NAME [REVISION] [--remove] [options]\n"
-          "       bounce scene export ID FILE.glb|- [options]\n"
+          "       bounce scene export ID FILE.glb|- [REVISION|NAME] [options]\n"
           "\n"
           "undo, redo and revert make a new revision; nothing is lost. commit makes one\n"
           "revision of what lies transient on the scene. A name keeps the state that it names;\n"
-          "revert takes a word of digits as a revision.\n"
+          "revert and export take a word of digits as a revision. An export is the scene as it is\n"
+          "shown, or as it was, in one file; what glTF cannot hold is said as flags.\n"
           "\n" COMMON_HELP END_HELP,
           stdout);
     return 0;

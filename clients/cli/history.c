@@ -84,17 +84,22 @@ enum bd_err bd_cli_history_commit(const struct bd_cli_scene *options, struct bd_
 }
 
 // A word of digits is a revision, everything else a name.
+// A word of digits is a revision, any other a name.
+static enum bd_err read_target(const char *word, protobuf_c_boolean *has_revision,
+                               uint64_t *revision, char **name, struct bd_fault *fault)
+{
+    *has_revision = strspn(word, "0123456789") == strlen(word);
+    if (*has_revision) return bd_cli_uint("revision", word, 0, INT64_MAX, revision, fault);
+    *name = (char *)word;
+    return BD_ERR_OK;
+}
+
 enum bd_err bd_cli_history_revert(const struct bd_cli_scene *options, struct bd_fault *fault)
 {
-    const char *target = options->operands[2];
     Bounced__EditRevert body = BOUNCED__EDIT_REVERT__INIT;
     body.scene = id_of(options);
-    body.has_revision = strspn(target, "0123456789") == strlen(target);
-    enum bd_err err = BD_ERR_OK;
-    if (body.has_revision)
-        err = bd_cli_uint("revision", target, 0, INT64_MAX, &body.revision, fault);
-    else
-        body.name = (char *)target;
+    enum bd_err err =
+        read_target(options->operands[2], &body.has_revision, &body.revision, &body.name, fault);
     if (err) return err;
     Bounced__Envelope envelope = BOUNCED__ENVELOPE__INIT;
     envelope.body_case = BOUNCED__ENVELOPE__BODY_EDIT_REVERT;
@@ -176,6 +181,10 @@ enum bd_err bd_cli_history_export(const struct bd_cli_scene *options, struct bd_
     if (err) return err;
     Bounced__SceneExport body = BOUNCED__SCENE_EXPORT__INIT;
     body.scene = id_of(options);
+    if (options->operand_count == 4)
+        err = read_target(options->operands[3], &body.has_revision, &body.revision, &body.name,
+                          fault);
+    if (err) return err;
     Bounced__Envelope envelope = BOUNCED__ENVELOPE__INIT;
     envelope.body_case = BOUNCED__ENVELOPE__BODY_SCENE_EXPORT;
     envelope.scene_export = &body;

@@ -290,3 +290,49 @@ def test_watch_says_what_becomes_of_scenes(running):
     events = [json.loads(line) for line in out.splitlines()]
     assert {event["kind"] for event in events} == {"added", "removed"}
     assert all(event["scene"] in ids for event in events)
+
+
+EDITS = {"ops": [
+    {"add_light": {"kind": "spot", "intensity": 20, "cone_outer": 0.9, "color": [1, 0.4, 0.1]}},
+    {"add_node": {"light": -2, "transform": {"translation": [0.1, 0.6, 0.2],
+                                             "rotation": [-0.7, 0.1, 0, 0.7]}}},
+    {"set_material": {"material": 0, "base_color": [0.7, 0.3, 0.1, 1], "roughness": 0.35,
+                      "emissive": [0.2, 3, 0.1]}},
+    {"set_transform": {"node": 0, "matrix": [1, 0.2, 0, 0, 0, 0.9, 0, 0, 0.1, 0, 1, 0,
+                                             0.03, 0.07, 0, 1]}},
+    {"add_mesh": {"name": "sheet", "primitives": [{
+        "positions": {"values": [-0.3, 0.1, 0.2, 0.3, 0.1, 0.2, 0, 0.5, 0.1, 9, 9, 9]},
+        "colors": {"values": [1, 0, 0, 1, 0, 1, 0, 1, 0, 0, 1, 1, 1, 1, 1, 1]},
+        "indices": {"values": [0, 1, 2]}}]}},
+    {"add_node": {"name": "sheet", "mesh": -6}},
+]}
+
+
+def test_an_export_gives_the_same_picture(running):
+    """Edited, exported, and added again: the same bytes of every layer."""
+    def add(path):
+        return ok(running("scene", "add", path)).stdout.split()[0].decode()
+
+    def picture(scene, name):
+        ok(running("render", f"scene:{scene}", "-o", name, *SMALL, "--layers",
+                   "beauty,normal,depth"))
+        return exr.read((running.folder / name).read_bytes())[0]
+
+    edited = add(SCENES / "checker.glb")
+    (running.folder / "edits.json").write_text(json.dumps(EDITS))
+    ok(running("edit", edited, "edits.json"))
+    result = ok(running("scene", "export", edited, "out.glb"))
+    assert "left_out_unused_vertices: 1" in result.stderr
+    again = add("out.glb")
+    before, after = picture(edited, "before.exr"), picture(again, "after.exr")
+    assert set(before) == set(after) and before["R"].max() > 0
+    for channel in before:
+        assert before[channel].tobytes() == after[channel].tobytes(), channel
+    ok(running("scene", "export", again, "second.glb"))
+    files = [(running.folder / name).read_bytes() for name in ("out.glb", "second.glb")]
+    assert files[0] == files[1]
+    ok(running("scene", "export", edited, "first.glb", "1"))
+    assert (running.folder / "first.glb").read_bytes() != files[0]
+    refused = running("scene", "export", edited, "none.glb", "99")
+    assert refused.returncode == 4 and not (running.folder / "none.glb").exists()
+    assert ok(running("scene", "export", edited, "-")).stdout == files[0]

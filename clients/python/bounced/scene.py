@@ -89,14 +89,19 @@ class Scene:
         found = [cast(SceneObject, as_dict(item)) for item in reply.objects]
         return [item for item in found if kind in (None, item.get("kind"))]
 
-    def export(self, path: PathLike | None = None) -> bytes:
-        """The scene as it is, as a .glb; written to `path` too, where one is given."""
+    def export(self, path: PathLike | None = None, revision: int | str | None = None) -> bytes:
+        """The scene as it is, or as it was at a revision or a named one, as a .glb; written to
+        `path` too, where one is given."""
         def read(envelope: Any, payload: memoryview) -> Frame:
             if envelope.WhichOneof("body") != "scene_export_reply":
                 raise Unreachable(f"export was answered by {envelope.WhichOneof('body')}")
             return Frame({}, "glb", bytes(payload))
 
         request = pb.SceneExport(scene=self.id)
+        if isinstance(revision, str):
+            request.name = revision
+        elif revision is not None:
+            request.revision = revision
         exported = self._conn.start("scene_export", request, read).wait()
         if path is not None:
             exported.save(path)
