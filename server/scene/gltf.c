@@ -76,6 +76,7 @@ static enum bd_err read_document(struct bd_gltf_reader *reader)
     if (err == BD_ERR_OK) err = bd_gltf_read_pictures(reader);
     if (err == BD_ERR_OK) err = bd_gltf_read_nodes(reader);
     if (err == BD_ERR_OK) err = bd_gltf_read_meshes(reader);
+    if (err == BD_ERR_OK) err = bd_gltf_read_environment(reader);
     if (err == BD_ERR_OK) flag_repairs(reader);
     return err;
 }

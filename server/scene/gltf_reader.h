@@ -70,13 +70,15 @@ enum bd_err bd_gltf_read_indices(struct bd_gltf_reader *reader, int32_t accessor
 // The accessor that an attribute names, or BD_NONE.
 int32_t bd_gltf_attribute(const struct bd_gltf_attributes *attributes, const char *name);
 
-// gltf_materials.c, gltf_pictures.c, gltf_nodes.c
+// gltf_materials.c, gltf_pictures.c, gltf_nodes.c, gltf_environment.c
 BD_MUST_CHECK
 enum bd_err bd_gltf_read_materials(struct bd_gltf_reader *reader);
 BD_MUST_CHECK
 enum bd_err bd_gltf_read_pictures(struct bd_gltf_reader *reader);
 BD_MUST_CHECK
 enum bd_err bd_gltf_read_nodes(struct bd_gltf_reader *reader);
+BD_MUST_CHECK
+enum bd_err bd_gltf_read_environment(struct bd_gltf_reader *reader);
 
 // gltf_meshes.c: every mesh; a node that skins or morphs gets a baked mesh of its own.
 BD_MUST_CHECK

@@ -208,7 +208,16 @@ static const struct bd_gltf_property orthographic[] = {
     REQUIRED("xmag", NUMBER), REQUIRED("ymag", NUMBER), REQUIRED("znear", NUMBER),
     REQUIRED("zfar", NUMBER)};
 
-static const struct bd_gltf_property root_extensions[] = {CHILD("KHR_lights_punctual", LIGHTS)};
+static const struct bd_gltf_property root_extensions[] = {
+    CHILD("KHR_lights_punctual", LIGHTS), CHILD("BOUNCED_environment", ENVIRONMENT)};
+
+static const struct bd_gltf_property environment[] = {
+    {.key = "radiance", .type = BD_GLTF_NUMBER, .is_array = true, .length = 3, .required = true},
+    CHILD("map", ENVIRONMENT_MAP),
+};
+
+static const struct bd_gltf_property environment_map[] = {
+    REQUIRED("accessor", INDEX), REQUIRED("width", INDEX), REQUIRED("height", INDEX)};
 
 static const struct bd_gltf_property lights[] = {
     {.key = "lights",
@@ -273,6 +282,8 @@ const struct bd_gltf_object_rule bd_gltf_rules[BD_GLTF_OBJECT_COUNT] = {
     [BD_GLTF_ORTHOGRAPHIC] = RULE(orthographic, 100),
     [BD_GLTF_ROOT_EXTENSIONS] = RULE(root_extensions, 500),
     [BD_GLTF_LIGHTS] = RULE(lights, 500),
+    [BD_GLTF_ENVIRONMENT] = RULE(environment, 1000),
+    [BD_GLTF_ENVIRONMENT_MAP] = RULE(environment_map, 500),
     [BD_GLTF_LIGHT] = RULE(light, 1500),
     [BD_GLTF_SPOT] = RULE(spot, 200),
 };
@@ -294,7 +305,8 @@ bool bd_gltf_extension_is_supported(const char *name)
     static const char *const supported[] = {
         "KHR_lights_punctual",   "KHR_materials_emissive_strength", "KHR_materials_ior",
         "KHR_materials_unlit",   "KHR_materials_transmission",      "KHR_materials_volume",
-        "KHR_texture_transform", "KHR_mesh_quantization",           "KHR_node_visibility"};
+        "KHR_texture_transform", "KHR_mesh_quantization",           "KHR_node_visibility",
+        "BOUNCED_environment"};
     for (size_t i = 0; i < sizeof supported / sizeof supported[0]; i++)
         if (strcmp(name, supported[i]) == 0) return true;
     return false;

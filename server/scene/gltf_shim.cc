@@ -424,6 +424,19 @@ void copy_cameras(Document *doc)
     }
 }
 
+void copy_environment(Document *doc)
+{
+    const tinygltf::Value *in = extension(doc->model.extensions, "BOUNCED_environment");
+    bd_gltf_environment *out = &doc->environment;
+    out->is_there = in != nullptr;
+    numbers(in, "radiance", out->radiance, 3);
+    out->has_map = in && in->Has("map") && in->Get("map").IsObject();
+    if (!out->has_map) return;
+    const tinygltf::Value &map = in->Get("map");
+    out->map = {integer(&map, "accessor", BD_NONE), integer(&map, "width", 0),
+                integer(&map, "height", 0)};
+}
+
 void copy_model(Document *doc)
 {
     copy_buffers(doc);
@@ -433,6 +446,7 @@ void copy_model(Document *doc)
     copy_materials(doc);
     copy_lights(doc);
     copy_cameras(doc);
+    copy_environment(doc);
     doc->extension_used_count = (uint32_t)doc->model.extensionsUsed.size();
     doc->extensions_used = doc->array<const char *>(doc->extension_used_count);
     for (uint32_t i = 0; i < doc->extension_used_count; i++)

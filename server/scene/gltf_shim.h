@@ -144,6 +144,16 @@ struct bd_gltf_camera {
     double yfov, xmag, ymag, near, far; // perspective far 0 = none
 };
 
+struct bd_gltf_environment_map {
+    int32_t accessor, width, height;
+};
+
+struct bd_gltf_environment { // gltf_environment.c
+    bool is_there, has_map;
+    double radiance[3];
+    struct bd_gltf_environment_map map;
+};
+
 struct bd_gltf_document {
     uint32_t buffer_count, view_count, accessor_count, mesh_count, node_count, skin_count;
     uint32_t scene_count, material_count, texture_count, sampler_count, image_count;
@@ -162,6 +172,7 @@ struct bd_gltf_document {
     struct bd_gltf_image *images;
     struct bd_gltf_light *lights;
     struct bd_gltf_camera *cameras;
+    struct bd_gltf_environment environment;
     const char **extensions_used;
 };
 

@@ -20,7 +20,6 @@ static void note(struct bd_scene_flags *notes, const char *name, uint64_t count)
 static void write_notes(const struct bd_gltf_writer *writer)
 {
     struct bd_scene_flags *notes = writer->notes;
-    note(notes, "left_out_environment", writer->scene->features.has_environment);
     note(notes, "left_out_empty_meshes", writer->left_out.empty_meshes);
     note(notes, "left_out_empty_primitives", writer->left_out.empty_primitives);
     note(notes, "left_out_degenerate_triangles", writer->left_out.degenerate_triangles);
@@ -70,8 +69,10 @@ static void write_asset(struct bd_gltf_json *json)
 
 static void write_root_extensions(struct bd_gltf_writer *writer)
 {
-    if (bd_scene_count(writer->scene).lights == 0) return;
+    if (bd_scene_count(writer->scene).lights == 0 && !bd_gltf_has_environment(writer->scene))
+        return;
     bd_gltf_json_open(&writer->json, "extensions", '{');
+    bd_gltf_write_environment(writer);
     bd_gltf_write_lights(writer);
     bd_gltf_json_close(&writer->json, '{');
 }

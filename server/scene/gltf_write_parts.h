@@ -19,6 +19,7 @@
 // The extensions that a document may use, as bits of `extensions`.
 // X(NAME, name in the file)
 #define BD_GLTF_EXTENSION_MAP(X)                                                                   \
+    X(ENVIRONMENT, "BOUNCED_environment")                                                          \
     X(LIGHTS, "KHR_lights_punctual")                                                               \
     X(EMISSIVE_STRENGTH, "KHR_materials_emissive_strength")                                        \
     X(IOR, "KHR_materials_ior")                                                                    \
@@ -145,8 +146,10 @@ BD_MUST_CHECK
 enum bd_err bd_gltf_write_textures(struct bd_gltf_writer *writer); // pictures and samplers too
 void bd_gltf_write_nodes(struct bd_gltf_writer *writer);           // and the scene
 void bd_gltf_write_cameras(struct bd_gltf_writer *writer);
-// Within the document's extensions.
+// Within the document's extensions; the latter of gltf_environment.c.
 void bd_gltf_write_lights(struct bd_gltf_writer *writer);
+void bd_gltf_write_environment(struct bd_gltf_writer *writer);
+bool bd_gltf_has_environment(const struct bd_scene *scene);
 
 // gltf_uv.c: what KHR_texture_transform gives `m` again, to the last bit where it came of
 // such a transform.

@@ -265,7 +265,7 @@ bd_dvec3 bd_scene_origin_m(const struct bd_features *features);
 void bd_mesh_seal(struct bd_mesh *mesh);
 void bd_picture_seal(struct bd_picture *picture);
 void bd_sky_map_seal(struct bd_sky_map *map);
-// All meshes and pictures of a scene that nobody else holds yet.
+// All meshes and pictures, and the sky, of a scene that nobody else holds yet.
 void bd_scene_seal(struct bd_scene *scene);
 
 // A mesh of the same streams, so of the same hashes, whose name and materials may be changed before

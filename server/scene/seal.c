@@ -86,4 +86,5 @@ void bd_scene_seal(struct bd_scene *scene)
 {
     for (uint32_t i = 0; i < scene->mesh_count; i++) bd_mesh_seal(scene->meshes[i]);
     for (uint32_t i = 0; i < scene->picture_count; i++) bd_picture_seal(scene->pictures[i]);
+    if (scene->environment.map) bd_sky_map_seal(scene->environment.map);
 }

@@ -210,7 +210,16 @@ class Document:
             lens = camera[camera["type"]]
             need(lens["znear"] < lens.get("zfar", math.inf), f"cameras[{i}]")
             need(all(value >= 0 for value in lens.values()), f"cameras[{i}]")
-        root = self.extensions(self.json, "document", ["KHR_lights_punctual"])
+        root = self.extensions(self.json, "document",
+                               ["BOUNCED_environment", "KHR_lights_punctual"])
+        sky = root.get("BOUNCED_environment", {"radiance": [0, 0, 0]})
+        need(len(sky["radiance"]) == 3 and min(sky["radiance"]) >= 0, "environment", "radiance")
+        if "map" in sky:
+            at = self.index(sky["map"]["accessor"], "accessors", "environment.map")
+            accessor, target, width, flat = self.values[at]
+            need((accessor["componentType"], target, width) == (5126, None, 3), "environment.map")
+            need(len(flat) == 3 * sky["map"]["width"] * sky["map"]["height"], "environment.map")
+            need(min(flat) >= 0, "environment.map", "is negative")
         for i, light in enumerate(root.get("KHR_lights_punctual", {}).get("lights", [])):
             path = f"lights[{i}]"
             need(light["type"] in ("directional", "point", "spot"), path)

@@ -3,6 +3,7 @@ import json
 import math
 
 import bounced_pb2
+import glb_check
 import pytest
 from conftest import SCENES, blob_name, frame
 from test_framed import envelope
@@ -128,3 +129,17 @@ def test_a_held_scene_has_its_own(shared):
     answer, _ = client.ask(envelope(render=bounced_pb2.Render(scene=scene, environment=sky,
                                                               frame=frame())))
     assert answer.error.code == "usage" and answer.error.details.field == "environment"
+
+
+def test_a_sky_goes_along_with_an_export(shared):
+    for sky in ({"radiance": [0.5, 0.25, 3]}, {"map": exr(shared)}):
+        scene = add(shared, sky)[1]
+        status, head, exported = shared.request("GET", f"/v1/scenes/{scene['id']}/export")
+        assert status == 200 and "Bounced-Flag" not in head
+        document = glb_check.check(exported)
+        assert "BOUNCED_environment" in document["extensionsUsed"]
+        blob = shared.put_blob(exported)
+        assert shared.json("POST", "/v1/scenes", {"blob": blob})[1]["hash"] == scene["hash"]
+        beside = {"blob": blob, "environment": {"radiance": [0.5, 0.5, 0.5]}}
+        plain = add(shared, {"radiance": [0.5, 0.5, 0.5]})[1]
+        assert shared.json("POST", "/v1/scenes", beside)[1]["hash"] == plain["hash"]

@@ -332,6 +332,69 @@ static void world_space_meshes_get_a_root(void **state)
     bd_scene_release(&scene), bd_scene_release(&base);
 }
 
+// glTF has none: an extension of ours, read by our importer alone.
+static void environments_come_back(void **state)
+{
+    (void)state;
+    struct bd_scene *scene = load(own_scenes, "two_lights.glb");
+    struct bd_edit_op op = {.kind = BD_EDIT_SET_ENVIRONMENT,
+                            .environment = {.radiance = {0.1, 0, 3e29}}};
+    edit(&scene, &op, 1);
+    assert_identity(scene);
+    struct bd_sky_map *map = calloc(1, sizeof *map);
+    *map = (struct bd_sky_map){.reference_count = 1, .width_px = 7, .height_px = 3};
+    map->rgb = malloc(3 * 7 * 3 * sizeof *map->rgb);
+    for (int i = 0; i < 3 * 7 * 3; i++) map->rgb[i] = (float)exp(60 * random_real() - 30);
+    bd_sky_map_seal(map);
+    op.environment.map = map;
+    edit(&scene, &op, 1);
+    bd_sky_map_release(&map);
+    assert_identity(scene);
+    assert_settles(scene);
+    struct round_trip trip = round_trip_of(scene);
+    assert_memory_equal(trip.scene->environment.map->sha256, scene->environment.map->sha256, 32);
+    end_round_trip(&trip);
+    bd_scene_release(&scene);
+}
+
+static void assert_refused(const char *extension, const char *field)
+{
+    char text[512];
+    snprintf(
+        text, sizeof text,
+        "{\"asset\":{\"version\":\"2.0\"},\"scenes\":[{}],\"extensions\":{\"BOUNCED_environment\":%"
+        "s},"
+        "\"buffers\":[{\"byteLength\":24,\"uri\":\"data:application/octet-stream;base64,"
+        "AACAvwAAAAAAAAAAAAAAAAAAAAAAAAAA\"}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":24}],"
+        "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":2,\"type\":\"VEC3\"}]}",
+        extension);
+    const struct bd_import_file input = {"sky.gltf", text, strlen(text)};
+    struct bd_scene *scene = NULL;
+    struct bd_fault fault = {0};
+    assert_int_equal(bd_gltf_read(&input, 1, &bd_import_default_limits, &scene, &fault),
+                     BD_ERR_BAD_INPUT);
+    if (!strstr(fault.field, field)) fail_msg("%s: %s: %s", extension, fault.field, fault.message);
+}
+
+static void strange_environments_are_refused(void **state)
+{
+    (void)state;
+    assert_refused("7", "BOUNCED_environment");
+    assert_refused("{}", "BOUNCED_environment");
+    assert_refused("{\"radiance\":[1,2]}", "BOUNCED_environment.radiance");
+    assert_refused("{\"radiance\":[1,-2,3]}", "BOUNCED_environment.radiance");
+    assert_refused("{\"radiance\":[1,1e39,3]}", "BOUNCED_environment.radiance");
+#define MAP(text) "{\"radiance\":[1,1,1],\"map\":" text "}"
+    assert_refused(MAP("{}"), "BOUNCED_environment.map");
+    assert_refused(MAP("{\"accessor\":1,\"width\":2,\"height\":1}"), "BOUNCED_environment.map");
+    assert_refused(MAP("{\"accessor\":0,\"width\":0,\"height\":1}"), "BOUNCED_environment.map");
+    assert_refused(MAP("{\"accessor\":0,\"width\":2,\"height\":2}"), "BOUNCED_environment.map");
+    assert_refused(MAP("{\"accessor\":0,\"width\":9000,\"height\":1}"), "BOUNCED_environment.map");
+    // The first texel's red is -1.
+    assert_refused(MAP("{\"accessor\":0,\"width\":2,\"height\":1}"), "BOUNCED_environment.map");
+#undef MAP
+}
+
 static void empty_scenes_come_back(void **state)
 {
     (void)state;
@@ -484,6 +547,8 @@ int main(int argc, char **argv)
         cmocka_unit_test(normals_and_tangents_come_back),
         cmocka_unit_test(collapsed_triangles_go),
         cmocka_unit_test(world_space_meshes_get_a_root),
+        cmocka_unit_test(environments_come_back),
+        cmocka_unit_test(strange_environments_are_refused),
         cmocka_unit_test(empty_scenes_come_back),
         cmocka_unit_test(texture_transforms_come_back),
         cmocka_unit_test(numbers_are_short_and_exact),
