@@ -374,6 +374,7 @@ static void handle(struct bd_session *session, Bounced__Envelope *envelope,
     struct bd_fault fault;
     Bounced__Envelope__BodyCase body = envelope->body_case;
     bool is_taken = false;
+    if (body != BOUNCED__ENVELOPE__BODY_HELLO) bd_session_has_token(session);
     if (!session->greeted && body != BOUNCED__ENVELOPE__BODY_HELLO) {
         bd_fault_set(&fault, BD_ERR_USAGE, "hello", "the first message of a connection is hello");
         bd_session_send_fault(session, envelope->request_id, &fault);

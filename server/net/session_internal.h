@@ -23,6 +23,9 @@ struct bd_session {
     bool greeted, is_private, says_goodbye;
     bool is_resumable; // outlives its connection by resume_seconds
     uint8_t token_digest[BD_SHA256_BYTES];
+    // The token that the client is known to have: the answer with the newer one may be lost.
+    bool has_older_token;
+    uint8_t older_digest[BD_SHA256_BYTES];
     uint64_t parked_until_ns; // 0: it has a connection
     struct bd_session_kept *kept; // answers, oldest first
     bool has_ended; // swept once the loop is at rest
@@ -96,8 +99,10 @@ struct bd_session_unit {
 bool bd_session_keep(struct bd_session *session, const struct bd_session_unit *unit);
 void bd_session_resend(struct bd_session *session);
 void bd_session_forget_kept(struct bd_session *session);
-// A new one; the one before it means nothing any more.
+// A new one; the one before it is good until bd_session_has_token.
 void bd_session_make_token(struct bd_session *session, char out[BD_SHA256_HEX]);
+// The client speaks, so that the answer with its token has arrived: the one before is spent.
+void bd_session_has_token(struct bd_session *session);
 // Of another connection, with the same rights. NULL if there is none any more.
 struct bd_session *bd_session_find_resumable(const struct bd_session *asker, const char *token);
 

@@ -90,15 +90,30 @@ void bd_session_make_token(struct bd_session *session, char out[BD_SHA256_HEX])
     ssize_t size = getrandom(random, sizeof random, 0);
     BD_ASSERT_CMP(size, ==, (ssize_t)sizeof random);
     bd_sha256_hex(random, out);
+    if (session->is_resumable && !session->has_older_token) {
+        memcpy(session->older_digest, session->token_digest, sizeof session->older_digest);
+        session->has_older_token = true;
+    }
     bd_sha256_of(out, BD_SHA256_HEX - 1, session->token_digest);
     session->is_resumable = true;
 }
 
-static bool is_named(const struct bd_session *session, const uint8_t digest[BD_SHA256_BYTES])
+void bd_session_has_token(struct bd_session *session)
+{
+    session->has_older_token = false;
+}
+
+static bool are_same(const uint8_t a[BD_SHA256_BYTES], const uint8_t b[BD_SHA256_BYTES])
 {
     uint8_t difference = 0;
-    for (int i = 0; i < BD_SHA256_BYTES; i++) difference |= digest[i] ^ session->token_digest[i];
+    for (int i = 0; i < BD_SHA256_BYTES; i++) difference |= a[i] ^ b[i];
     return difference == 0;
+}
+
+static bool is_named(const struct bd_session *session, const uint8_t digest[BD_SHA256_BYTES])
+{
+    bool is_newer = are_same(digest, session->token_digest);
+    return is_newer || (session->has_older_token && are_same(digest, session->older_digest));
 }
 
 struct bd_session *bd_session_find_resumable(const struct bd_session *asker, const char *token)

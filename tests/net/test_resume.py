@@ -75,8 +75,23 @@ def test_requests_go_on_and_their_answers_come(start, face):
             images[answer.request_id] = data
     assert all(image.startswith(b"\x89PNG") for image in images.values())
     assert stats(daemon)["jobs_cancelled"] == 0
-    # The token before is spent.
+    # Once the new token was told, which who speaks has heard, the one before is spent.
+    client.connection.ask(envelope(scene_list=bounced_pb2.SceneList()))
     assert not face(daemon, reply.session)[1].resumed
+
+
+def test_an_answer_to_hello_may_be_lost_too(start, face):
+    daemon = start(env={"BD_FAKE_FRAME_MS": "1000"})
+    client, reply = face(daemon)
+    wanted = client.connection.send(render(add_scene(client)))
+    time.sleep(0.1)
+    break_off(client)
+    for _ in range(3):  # resumed by a client that hears nothing of it, and then by one that does
+        client, again = face(daemon, reply.session)
+        assert again.resumed
+        break_off(client)
+    client, again = face(daemon, reply.session)
+    assert again.resumed and again.under_way == [wanted]
 
 
 def test_what_arrived_is_told(start, face):
