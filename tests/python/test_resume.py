@@ -109,16 +109,18 @@ def test_breaking_again_and_again(cuttable):
     done = threading.Event()
 
     def cut():
-        while not done.wait(0.03):
+        while not done.wait(0.1):
             proxy.cut()
 
     cutter = threading.Thread(target=cut)
     cutter.start()
     revisions = []
-    while proxy.taken < 5:
-        revisions.append(move(scene, len(revisions)).revision)
-    done.set()
-    cutter.join()
+    try:
+        while proxy.taken < 5:
+            revisions.append(move(scene, len(revisions)).revision)
+    finally:
+        done.set()
+        cutter.join()
     assert revisions == list(range(2, 2 + len(revisions)))
     assert scene.info()["revision"] == revisions[-1]
 
