@@ -16,6 +16,7 @@ The list is read in blocks, separated by blank lines:
 """
 
 import argparse
+import json
 import pathlib
 import shutil
 import subprocess
@@ -52,16 +53,31 @@ def copy_tree(source, target):
             continue
         (target / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy2(source / name, target / name)
-    if (source.parent / 'shared').is_dir():
-        (target.parent / 'shared').symlink_to((source.parent / 'shared').resolve())
+    shared = target.parent / 'shared'  # a tree that was kept has it
+    if (source.parent / 'shared').is_dir() and not shared.exists():
+        shared.symlink_to((source.parent / 'shared').resolve())
 
 
 def run(words):
     return subprocess.run(words, capture_output=True, text=True, check=False)
 
 
-def build(tree):
-    made = run(['ninja', '-C', tree / 'build'])
+def introspect(tree, what):
+    return json.loads(run(['meson', 'introspect', tree / 'build', what]).stdout)
+
+
+def needed_by(tree, tests):
+    """The files that ninja has to make for these tests."""
+    build_folder = str((tree / 'build').resolve())
+    files = {target['id']: target['filename'] for target in introspect(tree, '--targets')}
+    wanted = {target for test in introspect(tree, '--tests') if test['name'] in tests
+              for target in test['depends']}
+    return sorted(str(pathlib.Path(file).resolve().relative_to(build_folder))
+                  for target in wanted for file in files[target])
+
+
+def build(tree, tests):
+    made = run(['ninja', '-C', tree / 'build', *needed_by(tree, tests)])
     return made.returncode == 0, made.stdout[-2000:]
 
 
@@ -80,7 +96,7 @@ def try_fault(tree, fault):
         return f'its text stands {text.count(old)} times in {fault["file"]}, not once'
     path.write_text(text.replace(old, new), encoding='utf-8')
     try:
-        built, output = build(tree)
+        built, output = build(tree, fault['tests'])
         if not built:
             return f'the broken code does not build:\n{output}'
         caught = failing(tree, fault['tests'])
@@ -93,9 +109,9 @@ def try_fault(tree, fault):
 
 
 def check(tree, faults):
-    if run(['meson', 'setup', tree / 'build', tree]).returncode or not build(tree)[0]:
-        return 'the tree does not build'
     tests = sorted({test for fault in faults for test in fault['tests']})
+    if run(['meson', 'setup', tree / 'build', tree]).returncode or not build(tree, tests)[0]:
+        return 'the tree does not build'
     broken = failing(tree, tests)
     if broken:
         return f'failing before anything was broken: {" ".join(broken)}'
