@@ -72,6 +72,8 @@ class Client(threading.Thread):
         if resume and not hello.resumed:
             raise ConnectionError("the session was not resumed")
         self.session = hello.session
+        for wanted in set(hello.under_way) & set(self.unsure):  # they did arrive
+            self.pending[wanted] = self.unsure.pop(wanted)
 
     def has_news(self, seconds):
         if self.face != "websocket":
