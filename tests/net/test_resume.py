@@ -211,7 +211,11 @@ def test_what_is_kept_is_bounded(start):
     assert len(data) == 1 << 21 and answer.HasField("render_reply")  # sent, if not kept
     wanted = [client.connection.send(render(scene, **large)) for _ in range(5)]
     break_off(client)
-    time.sleep(1)
+    until = time.time() + 20
+    while stats(daemon)["jobs_done"] < 6:
+        assert time.time() < until
+        time.sleep(0.05)
+    time.sleep(1)  # and encoded
     client, again = framed(daemon, reply.session)
     assert again.resumed
     answers = {}
