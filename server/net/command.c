@@ -14,6 +14,7 @@
 #include "net/edit_work.h"
 #include "net/export_step.h"
 #include "net/pool_turn.h"
+#include "net/scene_change.h"
 #include "net/scene_step.h"
 #include "net/stats.h"
 #include "net/technique_list.h"

@@ -6,6 +6,7 @@
 #include "base/assert.h"
 #include "net/edit_step.h"
 #include "net/import_files.h"
+#include "net/scene_change.h"
 #include "scene/content_table.h"
 
 // --- bytes and content ----------------------------------------------------------------------

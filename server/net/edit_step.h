@@ -1,5 +1,4 @@
-// Requests that change a scene: batches, undo, redo, revert, commit of what is transient, names;
-// and a scene's coming and going.
+// Requests that change a scene: batches, undo, redo, revert, commit of what is transient, names.
 //
 // Thread: the event loop's.
 
@@ -10,12 +9,9 @@
 
 // The command's request, to its answer. It is answered once what it asks for is on the disk.
 void bd_command_edit(struct bd_command *command);
-// command->scene becomes a scene of the store, at command->revision (0: 1); `name` is its name.
-void bd_command_scene_add(struct bd_command *command, const char *name);
-void bd_command_scene_remove(struct bd_command *command);
 
-// What lies transient on a scene for a second, and nobody adds to it, is committed. Called now
-// and then; `all`: whatever its age, before the end.
+// What lies transient on a scene for a second, and nobody adds to it, is committed (edit_quiet.c).
+// Called now and then; `all`: whatever its age, before the end.
 void bd_edit_commit_quiet(struct bd_net *net, bool all);
 
 #endif

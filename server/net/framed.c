@@ -49,31 +49,6 @@ static void on_bytes(struct bd_conn *conn, const uint8_t *bytes, size_t size)
     }
 }
 
-static uint64_t patience_s(const struct bd_conn *conn)
-{
-    return bd_session_patience_s(conn->session);
-}
-
-static void on_silent(struct bd_conn *conn)
-{
-    bd_session_silent(conn->session);
-}
-
-static void on_drain(struct bd_conn *conn)
-{
-    bd_session_drain(conn->session);
-}
-
-static void on_written(struct bd_conn *conn)
-{
-    bd_session_written(conn->session);
-}
-
-static void on_gone(struct bd_conn *conn)
-{
-    bd_session_gone(conn->session);
-}
-
 static void on_free(struct bd_conn *conn)
 {
     struct bd_framed *framed = (struct bd_framed *)conn;
@@ -83,11 +58,11 @@ static void on_free(struct bd_conn *conn)
 
 static const struct bd_conn_ops framed_ops = {
     .bytes = on_bytes,
-    .patience_s = patience_s,
-    .silent = on_silent,
-    .drain = on_drain,
-    .written = on_written,
-    .gone = on_gone,
+    .patience_s = bd_session_patience_s,
+    .silent = bd_session_silent,
+    .drain = bd_session_drain,
+    .written = bd_session_written,
+    .gone = bd_session_gone,
     .free = on_free,
 };
 

@@ -103,8 +103,9 @@ void bd_session_update_reading(struct bd_session *session)
                            bd_session_uploads_have_room(session));
 }
 
-void bd_session_written(struct bd_session *session)
+void bd_session_written(struct bd_conn *conn)
 {
+    struct bd_session *session = conn->session;
     bd_session_update_reading(session);
     bd_session_flush_watches(session);
     bd_session_wake_views(session, false);
@@ -409,19 +410,21 @@ void bd_session_give_up(struct bd_session *session, const struct bd_fault *fault
 
 // --- the connection's events ----------------------------------------------------------------
 
-uint64_t bd_session_patience_s(const struct bd_session *session)
+uint64_t bd_session_patience_s(const struct bd_conn *conn)
 {
+    const struct bd_session *session = conn->session;
     const struct bd_limits *limits = &session->net->options.limits;
     if (!session->greeted && !session->is_private) return limits->header_seconds;
-    if (bd_conn_unsent_bytes(session->conn) > 0) return limits->idle_seconds;
+    if (bd_conn_unsent_bytes(conn) > 0) return limits->idle_seconds;
     // While we compute, or hold it back from sending, silence is not its fault.
-    if (session->is_private || session->requests || !session->conn->reading) return 0;
+    if (session->is_private || session->requests || !conn->reading) return 0;
     if (session->views || session->watches) return 0; // a still picture is no news
     return limits->idle_seconds;
 }
 
-void bd_session_silent(struct bd_session *session)
+void bd_session_silent(struct bd_conn *conn)
 {
+    struct bd_session *session = conn->session;
     struct bd_fault fault;
     bd_fault_set(&fault, BD_ERR_DEADLINE, session->greeted ? "idle_seconds" : "header_seconds",
                  session->greeted ? "the connection was idle for too long (limit idle_seconds)"
@@ -429,8 +432,9 @@ void bd_session_silent(struct bd_session *session)
     bd_session_give_up(session, &fault);
 }
 
-void bd_session_drain(struct bd_session *session)
+void bd_session_drain(struct bd_conn *conn)
 {
+    struct bd_session *session = conn->session;
     if (!session->requests) finish(session, NULL);
 }
 
@@ -475,10 +479,10 @@ static bool may_be_resumed(const struct bd_session *session, const struct bd_con
     return session->is_resumable && conn->state == BD_CONN_CLOSED && !session->net->draining;
 }
 
-void bd_session_gone(struct bd_session *session)
+void bd_session_gone(struct bd_conn *conn)
 {
+    struct bd_session *session = conn->session;
     const struct bd_limits *limits = &session->net->options.limits;
-    struct bd_conn *conn = session->conn;
     conn->session = NULL;
     session->conn = NULL;
     if (may_be_resumed(session, conn)) {

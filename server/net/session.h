@@ -44,18 +44,19 @@ void bd_session_message(struct bd_session *session, const struct bd_message *mes
 // The stream means nothing any more: one last error, with no request to belong to, and the end.
 void bd_session_give_up(struct bd_session *session, const struct bd_fault *fault);
 
-// --- for the connection's own events (bd_conn_ops) ---
-
-uint64_t bd_session_patience_s(const struct bd_session *session);
-void bd_session_silent(struct bd_session *session);
-void bd_session_drain(struct bd_session *session);
 // Room for more, or none: goes on or stops reading.
 void bd_session_update_reading(struct bd_session *session);
-// Something has left: the same, and what waited for room goes on.
-void bd_session_written(struct bd_session *session);
+
+// --- a connection's own events (bd_conn_ops), for every face that has a session ---
+
+uint64_t bd_session_patience_s(const struct bd_conn *conn);
+void bd_session_silent(struct bd_conn *conn);
+void bd_session_drain(struct bd_conn *conn);
+// Something has left: reads on if it had stopped, and what waited for room goes on.
+void bd_session_written(struct bd_conn *conn);
 // The connection is no more. The session ends with it, unless it may be resumed and neither side
 // has said goodbye: then it waits for another connection for resume_seconds.
-void bd_session_gone(struct bd_session *session);
+void bd_session_gone(struct bd_conn *conn);
 
 // Frees sessions that have ended. Not from within one of their callbacks.
 void bd_sessions_sweep(struct bd_net *net);

@@ -274,31 +274,6 @@ static void on_bytes(struct bd_conn *conn, const uint8_t *bytes, size_t size)
         bd_session_update_reading(conn->session);
 }
 
-static uint64_t patience_s(const struct bd_conn *conn)
-{
-    return bd_session_patience_s(conn->session);
-}
-
-static void on_silent(struct bd_conn *conn)
-{
-    bd_session_silent(conn->session);
-}
-
-static void on_drain(struct bd_conn *conn)
-{
-    bd_session_drain(conn->session);
-}
-
-static void on_written(struct bd_conn *conn)
-{
-    bd_session_written(conn->session);
-}
-
-static void on_gone(struct bd_conn *conn)
-{
-    bd_session_gone(conn->session);
-}
-
 // A peer whose network has vanished says nothing, and neither does one that looks at a still
 // picture: only a ping tells them apart.
 static void on_tick(struct bd_conn *conn)
@@ -319,12 +294,12 @@ static void on_tick(struct bd_conn *conn)
 
 static const struct bd_conn_ops websocket_ops = {
     .bytes = on_bytes,
-    .patience_s = patience_s,
-    .silent = on_silent,
-    .drain = on_drain,
-    .written = on_written,
+    .patience_s = bd_session_patience_s,
+    .silent = bd_session_silent,
+    .drain = bd_session_drain,
+    .written = bd_session_written,
     .tick = on_tick,
-    .gone = on_gone,
+    .gone = bd_session_gone,
     .free = bd_http_free,
 };
 

@@ -1,0 +1,171 @@
+#include "net/edit_history.h"
+
+#include <inttypes.h>
+
+#include "base/assert.h"
+#include "net/command_rights.h"
+#include "net/commit.h"
+#include "net/edit_end.h"
+#include "net/edit_replay.h"
+#include "net/edit_reply.h"
+
+// --- undo, redo, revert ---------------------------------------------------------------------
+
+static void stage_read(struct bd_edit_work *work)
+{
+    struct bd_command *command = work->command;
+    const struct bd_store_change change = {.scene_id = work->place.scene_id,
+                                           .kind = work->kind,
+                                           .of = work->of,
+                                           .base_revision = work->head_revision,
+                                           .client_edit_id = work->client_edit_id,
+                                           .message = work->message,
+                                           .delta = &work->delta};
+    struct bd_batch *batch;
+    command->err = bd_command_check_growth(command, work->place.scene_id, work->base, &work->delta,
+                                           &command->fault);
+    if (!command->err)
+        command->err =
+            bd_store_stage(command->net->options.store, &change, &batch, &command->fault);
+    if (bd_edit_stop_here(work)) return;
+    if (command->time_ms) batch->time_ms = command->time_ms;
+    bd_edit_wait_for_disk(work, batch, bd_edit_reply_of_batch(batch, work));
+}
+
+static void read_delta_on_pool(struct bd_journal_turn *turn)
+{
+    struct bd_edit_work *work = bd_edit_work_of_turn(turn);
+    work->command->err = bd_edit_work_read_past(work, turn->net->options.journal);
+}
+
+static void read_delta_back(struct bd_journal_turn *turn)
+{
+    struct bd_edit_work *work = bd_edit_work_of_turn(turn);
+    struct bd_net *net = turn->net;
+    if (!bd_edit_stop_here(work)) stage_read(work);
+    bd_edits_go_on(net);
+}
+
+// What lies transient is the last thing that was done: it is committed before anything is taken
+// back. False: wait for that, or for what else is on its way.
+static bool is_settled(struct bd_edit_work *work)
+{
+    struct bd_command *command = work->command;
+    struct bd_store *store = command->net->options.store;
+    struct bd_batch *batch = NULL;
+    if (bd_store_is_busy(store, work->place.scene_id)) return false;
+    command->err =
+        bd_store_stage_commit(store, work->place.scene_id, NULL, &batch, &command->fault);
+    if (command->err) return true; // ends it
+    if (batch) bd_commit_soon(command->net);
+    return !bd_store_is_busy(store, work->place.scene_id);
+}
+
+static bool begin_past(struct bd_edit_work *work, uint64_t base_revision)
+{
+    struct bd_command *command = work->command;
+    const struct bd_store *store = command->net->options.store;
+    const struct bd_scene *head = NULL;
+    if (!is_settled(work)) return false;
+    if (!command->err && work->kind != BD_BATCH_REVERT)
+        command->err = bd_store_undo_target(
+            store, work->place.scene_id, work->kind == BD_BATCH_REDO, &work->of, &command->fault);
+    if (!command->err)
+        command->err = bd_store_head(store, work->place.scene_id, &head, &work->head_revision,
+                                     &command->fault);
+    if (!command->err && base_revision && base_revision != work->head_revision)
+        command->err = bd_fault_set(&command->fault, BD_ERR_CONFLICT, "base_revision",
+                                    "the scene is at revision %" PRIu64 ", not %" PRIu64,
+                                    work->head_revision, base_revision);
+    if (bd_edit_stop_here(work)) return true;
+    work->base = bd_scene_retain((struct bd_scene *)head);
+    work->turn.on_pool = read_delta_on_pool;
+    work->turn.back = read_delta_back;
+    bd_journal_turn_take(command->net, &work->turn);
+    return true;
+}
+
+bool bd_edit_begin_undo(struct bd_edit_work *work)
+{
+    const Bounced__EditUndo *request = work->command->envelope->edit_undo;
+    work->kind = request->redo ? BD_BATCH_REDO : BD_BATCH_UNDO;
+    return begin_past(work, request->base_revision);
+}
+
+bool bd_edit_begin_revert(struct bd_edit_work *work)
+{
+    struct bd_command *command = work->command;
+    const Bounced__EditRevert *request = command->envelope->edit_revert;
+    work->kind = BD_BATCH_REVERT;
+    if ((request->revision != 0) == (request->name != NULL))
+        command->err = bd_fault_set(&command->fault, BD_ERR_USAGE, "revision",
+                                    "a revert names a revision or a name: one of them");
+    if (bd_edit_stop_here(work)) return true;
+    work->of = request->revision;
+    return begin_past(work, request->base_revision);
+}
+
+// --- a revision out of a journal -------------------------------------------------------------
+
+static void read_replay_on_pool(uv_work_t *pool)
+{
+    struct bd_command *command = pool->data;
+    command->err = bd_edit_replay_read(command->edit);
+}
+
+static void read_replay_back(uv_work_t *pool, int status)
+{
+    struct bd_command *command = pool->data;
+    struct bd_net *net = command->net;
+    BD_ASSERT_CMP(status, ==, 0);
+    if (!bd_edit_stop_here(command->edit)) stage_read(command->edit);
+    bd_edits_go_on(net);
+}
+
+bool bd_edit_begin_replay(struct bd_edit_work *work)
+{
+    struct bd_command *command = work->command;
+    const struct bd_scene *head = NULL;
+    uint64_t revision;
+    command->err = bd_store_head(command->net->options.store, work->place.scene_id, &head,
+                                 &revision, &command->fault);
+    if (!command->err) command->err = bd_edit_replay_check(work, revision);
+    if (bd_edit_stop_here(work)) return true;
+    work->base = bd_scene_retain((struct bd_scene *)head);
+    bd_command_pool(command, read_replay_on_pool, read_replay_back);
+    return true;
+}
+
+// --- commit, names --------------------------------------------------------------------------
+
+bool bd_edit_begin_commit(struct bd_edit_work *work)
+{
+    struct bd_command *command = work->command;
+    struct bd_store *store = command->net->options.store;
+    struct bd_batch *batch = NULL;
+    enum bd_err err = bd_store_stage_commit(store, work->place.scene_id, work->client_edit_id,
+                                            &batch, &command->fault);
+    if (err == BD_ERR_BUSY) return false;
+    command->err = err;
+    if (bd_edit_stop_here(work)) return true;
+    if (batch) {
+        bd_edit_wait_for_disk(work, batch, bd_edit_reply_of_batch(batch, work));
+        return true;
+    }
+    const struct bd_store_entry *entry;
+    command->err = bd_store_get(store, work->place.scene_id, &entry, &command->fault);
+    if (!bd_edit_stop_here(work)) bd_edit_end(work, bd_edit_reply_of_entry(entry, work));
+    return true;
+}
+
+bool bd_edit_begin_name(struct bd_edit_work *work)
+{
+    struct bd_command *command = work->command;
+    const Bounced__RevisionName *request = command->envelope->revision_name;
+    struct bd_batch *batch = NULL;
+    command->err =
+        bd_store_stage_name(command->net->options.store, work->place.scene_id, request->name,
+                            request->revision, request->remove, &batch, &command->fault);
+    if (!bd_edit_stop_here(work)) bd_edit_wait_for_disk(work, batch, bd_answer_done());
+    return true;
+}
