@@ -75,8 +75,8 @@ static enum bd_err check_jobs(const struct bd_command *command, struct bd_fault 
         jobs += at->grant == grant && at->counts_as_job;
     if (jobs < grant->jobs_max) return BD_ERR_OK;
     return bd_fault_set(fault, BD_ERR_BUSY, "max_jobs",
-                        "%" PRIu64 " jobs of this token are under way, which is its max_jobs",
-                        jobs);
+                        "%" PRIu64 " jobs of \"%s\" are under way, which is its max_jobs", jobs,
+                        grant->name);
 }
 
 bool bd_command_is_job(const Bounced__Envelope *envelope)
@@ -102,9 +102,9 @@ static enum bd_err check_bytes(const struct bd_grant *grant, uint64_t held, uint
 {
     if (held <= grant->bytes_max && more <= grant->bytes_max - held) return BD_ERR_OK;
     return bd_fault_set(fault, BD_ERR_LIMIT, "max_bytes",
-                        "the scenes of this token would take %" PRIu64
+                        "the scenes of \"%s\" would take %" PRIu64
                         " bytes, above its max_bytes of %" PRIu64,
-                        held + more, grant->bytes_max);
+                        grant->name, held + more, grant->bytes_max);
 }
 
 enum bd_err bd_command_check_new_scene(const struct bd_command *command, const char *name,
@@ -113,13 +113,13 @@ enum bd_err bd_command_check_new_scene(const struct bd_command *command, const c
     const struct bd_grant *grant = command->grant;
     if (!bd_grant_covers(grant, name))
         return bd_fault_set(fault, BD_ERR_FORBIDDEN, "name",
-                            "scenes of this token have names that begin with \"%s\"",
+                            "scenes of \"%s\" have names that begin with \"%s\"", grant->name,
                             grant->scene_prefix);
     if (grant->scenes_max == UINT64_MAX && grant->bytes_max == UINT64_MAX) return BD_ERR_OK;
     struct bd_store_holdings held = bd_store_holdings(command->net->options.store, grant->name, "");
     if (held.scenes >= grant->scenes_max)
         return bd_fault_set(fault, BD_ERR_LIMIT, "max_scenes",
-                            "this token holds %" PRIu64 " scenes, which is its max_scenes",
+                            "\"%s\" holds %" PRIu64 " scenes, which is its max_scenes", grant->name,
                             held.scenes);
     return check_bytes(grant, held.bytes, bd_scene_bytes(command->scene), fault);
 }

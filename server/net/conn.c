@@ -2,13 +2,13 @@
 
 #include <stdio.h>
 #include <stdlib.h>
-#include <sys/socket.h>
 
 #include "base/assert.h"
 #include "base/clock.h"
 #include "base/log.h"
 #include "net/address.h"
 #include "net/net_internal.h"
+#include "net/peer.h"
 
 #define READ_BYTES         65536
 #define FINISH_PATIENCE_NS 5000000000u
@@ -199,16 +199,22 @@ void bd_conn_tick(struct bd_conn *conn)
         conn->ops->silent(conn);
 }
 
+bool bd_conn_peer(const struct bd_conn *conn, struct bd_peer *out)
+{
+    uv_os_fd_t fd;
+    return conn->uv.handle.type == UV_NAMED_PIPE && uv_fileno(&conn->uv.handle, &fd) == 0 &&
+           bd_peer_read(fd, out);
+}
+
 static void name_pipe_peer(const struct bd_conn *conn, char *out, size_t size)
 {
-    struct ucred peer;
-    socklen_t peer_size = sizeof peer;
-    uv_os_fd_t fd;
-    if (uv_fileno(&conn->uv.handle, &fd) == 0 &&
-        getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &peer, &peer_size) == 0)
-        snprintf(out, size, "uid:%u", peer.uid);
-    else
+    struct bd_peer peer;
+    if (!bd_conn_peer(conn, &peer)) {
         snprintf(out, size, "unix");
+        return;
+    }
+    snprintf(out, size, "uid:%u", peer.uid);
+    bd_peer_finish(&peer);
 }
 
 static void name_tcp_peer(const struct bd_conn *conn, char *out, size_t size)

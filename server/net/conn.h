@@ -17,6 +17,7 @@
 struct bd_client;
 struct bd_conn;
 struct bd_net;
+struct bd_peer;
 struct bd_session;
 
 struct bd_conn_ops {
@@ -72,6 +73,9 @@ struct bd_conn {
 bool bd_conn_accept(struct bd_net *net, struct bd_conn *conn, uv_stream_t *listener, bool is_pipe);
 // The same for a descriptor that is open already.
 bool bd_conn_open_fd(struct bd_net *net, struct bd_conn *conn, int fd);
+
+// Who is at the other end of a Unix socket; false elsewhere. Free with bd_peer_finish.
+bool bd_conn_peer(const struct bd_conn *conn, struct bd_peer *out);
 
 // Starts or stops reading. A stopped connection does not notice that its peer left.
 void bd_conn_read(struct bd_conn *conn, bool wanted);

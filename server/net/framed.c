@@ -1,9 +1,11 @@
 #include "net/framed.h"
 
 #include <stdlib.h>
+#include <unistd.h>
 
 #include "base/assert.h"
 #include "net/net_internal.h"
+#include "net/peer.h"
 #include "net/session.h"
 #include "protocol/framing.h"
 
@@ -76,11 +78,22 @@ static struct bd_framed *create(const struct bd_net *net)
     return framed;
 }
 
+// What the user at the other end may do; NULL: nothing, unless a token says so.
+static const struct bd_grant *grant_of_user(const struct bd_conn *conn)
+{
+    struct bd_peer peer;
+    if (!bd_conn_peer(conn, &peer)) return NULL;
+    const struct bd_grant *grant = bd_tokens_find_peer(conn->net->tokens, &peer, geteuid());
+    bd_peer_finish(&peer);
+    return grant;
+}
+
 void bd_framed_accept(struct bd_net *net, uv_stream_t *listener, bool is_pipe)
 {
     struct bd_framed *framed = create(net);
     if (!bd_conn_accept(net, &framed->conn, listener, is_pipe)) return;
-    const struct bd_session_start start = {.face = &face, .grant = is_pipe ? &bd_grant_of_all : NULL};
+    struct bd_session_start start = {.face = &face, .is_user = is_pipe};
+    if (is_pipe) start.grant = grant_of_user(&framed->conn);
     bd_session_begin(&framed->conn, &start);
 }
 

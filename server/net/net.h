@@ -11,6 +11,7 @@
 
 #include <stdbool.h>
 #include <stdint.h>
+#include <sys/types.h>
 
 #include "base/err.h"
 #include "protocol/limits.h"
@@ -21,12 +22,16 @@
 
 #define BD_NET_LISTEN_MAX      8
 #define BD_NET_PUBLIC_NAME_MAX 16
+#define BD_NET_SOCKET_MODE     0600 // without a word about it
 
 struct bd_net_options {
     const char *http;                       // HOST:PORT; NULL = no HTTP face
     const char *listens[BD_NET_LISTEN_MAX]; // framed: "unix:PATH", "tcp:HOST:PORT"; up to a NULL
     int private_fd;                         // serve this one connection and nothing else; -1 = no
     const char *token_file;                 // NULL = none
+    mode_t socket_mode;                     // of the files of Unix sockets
+    bool has_socket_group;                  // they belong to socket_group, not to our own
+    gid_t socket_group;
     const char *public_names[BD_NET_PUBLIC_NAME_MAX]; // Host names beside our addresses
     struct bd_limits limits;
     const char *import_program; // for bd_import; NULL = this one

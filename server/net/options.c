@@ -1,6 +1,7 @@
 #include "net/options.h"
 
 #include <errno.h>
+#include <grp.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -70,6 +71,35 @@ static enum bd_err set_token_file(struct bd_options *options, const char *value,
     return BD_ERR_OK;
 }
 
+// Reading and writing are what it takes to connect, and never less than for ourselves.
+static enum bd_err set_socket_mode(struct bd_options *options, const char *value,
+                                   struct bd_fault *fault)
+{
+    char *end;
+    unsigned long mode = strtoul(value, &end, 8);
+    if (*value >= '0' && *value <= '7' && *end == 0 && (mode & 0600) == 0600 && mode <= 0666 &&
+        (mode & 0111) == 0) {
+        options->socket_mode = (mode_t)mode;
+        return BD_ERR_OK;
+    }
+    return bd_fault_set(fault, BD_ERR_USAGE, "socket-mode",
+                        "--socket-mode takes 0600, 0660 or 0666, not \"%.40s\"", value);
+}
+
+static enum bd_err set_socket_group(struct bd_options *options, const char *value,
+                                    struct bd_fault *fault)
+{
+    const struct group *group = getgrnam(value);
+    unsigned long number = 0;
+    if (!group && (*value < '0' || *value > '9' ||
+                   read_number("socket-group", value, UINT32_MAX - 1, &number, fault)))
+        return bd_fault_set(fault, BD_ERR_USAGE, "socket-group",
+                            "this machine has no group \"%.40s\"", value);
+    options->has_socket_group = true;
+    options->socket_group = group ? group->gr_gid : (gid_t)number;
+    return BD_ERR_OK;
+}
+
 static enum bd_err set_public_name(struct bd_options *options, const char *value,
                                    struct bd_fault *fault)
 {
@@ -120,7 +150,16 @@ static const struct option {
     {"listen", set_listen, "unix:PATH|tcp:HOST:PORT  a framed face, repeatable"},
     {"data", set_data, "DIR                scenes, blobs, shader caches"},
     {"device", set_device, "auto|software|egl:N|uuid:HEX|pci:ID"},
-    {"token-file", set_token_file, "FILE         one token a line; not readable by others"},
+    {"socket-mode", set_socket_mode,
+     "0600|0660|0666  who may reach a Unix socket's file (default 0600)"},
+    {"socket-group", set_socket_group,
+     "GROUP      and the group that 0660 means (default our own)"},
+    {"token-file", set_token_file,
+     "FILE         who may do what: lines of TOKEN, uid:USER, gid:GROUP or uid:* and, behind it,\n"
+     "                            role=read|edit|admin scenes=PREFIX max_scenes=N max_bytes=N "
+     "max_jobs=N;\n"
+     "                            not readable by others. On a Unix socket our own user and root "
+     "need no line"},
     {"public-name", set_public_name, "NAME        a host name that browsers may call us by"},
     {"gpu-memory", set_gpu_memory, "MIB          what may be taken of the device's memory"},
     {"limit", set_limit, "NAME=VALUE        see protocol/limits.h; repeatable"},
@@ -183,8 +222,11 @@ static bool read_flag(struct bd_options *options, const char *argument)
 enum bd_err bd_options_read(struct bd_options *options, int argc, char **argv,
                             struct bd_fault *fault)
 {
-    *options = (struct bd_options){
-        .http = "127.0.0.1:7480", .device = "auto", .limits = bd_limits_default, .private_fd = -1};
+    *options = (struct bd_options){.http = "127.0.0.1:7480",
+                                   .device = "auto",
+                                   .socket_mode = BD_NET_SOCKET_MODE,
+                                   .limits = bd_limits_default,
+                                   .private_fd = -1};
     for (int i = 1; i < argc; i++) {
         if (read_flag(options, argv[i])) continue;
         if (strncmp(argv[i], "--", 2) != 0)

@@ -8,6 +8,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 #include <stdio.h>
+#include <sys/types.h>
 
 #include "base/err.h"
 #include "net/net.h"
@@ -19,6 +20,9 @@ struct bd_options {
     const char *data; // NULL = the default
     const char *device;
     const char *token_file;
+    mode_t socket_mode; // of the files of Unix sockets
+    bool has_socket_group;
+    gid_t socket_group;
     const char *public_names[BD_NET_PUBLIC_NAME_MAX];
     uint32_t public_name_count;
     uint32_t gpu_memory_mib; // 0 = by the device

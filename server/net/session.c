@@ -214,22 +214,6 @@ static void end(struct bd_session *session);
 
 // --- hello ----------------------------------------------------------------------------------
 
-static enum bd_err check_hello(struct bd_session *session, const Bounced__Hello *hello,
-                               struct bd_fault *fault)
-{
-    uint32_t min = hello->has_min ? hello->min : 1;
-    uint32_t max = hello->has_max ? hello->max : min;
-    if (min > BD_PROTOCOL_VERSION_MAX || max < BD_PROTOCOL_VERSION_MIN)
-        return bd_fault_set(fault, BD_ERR_UNSUPPORTED, "min",
-                            "the client speaks versions %u to %u, the server %d to %d", min, max,
-                            BD_PROTOCOL_VERSION_MIN, BD_PROTOCOL_VERSION_MAX);
-    if (!session->grant) session->grant = bd_tokens_find(session->net->tokens, hello->token);
-    if (!session->grant)
-        return bd_fault_set(fault, BD_ERR_UNAUTHORIZED, "token",
-                            hello->token ? "the token is not one of ours" : "a token is needed");
-    return BD_ERR_OK;
-}
-
 // Who comes back learns what has arrived: what it asked for and is neither here nor among the kept
 // answers was lost on its way.
 static void add_under_way(Bounced__HelloReply *reply, const struct bd_session *session)
@@ -295,7 +279,7 @@ static void greet(struct bd_session *session, const Bounced__Envelope *envelope)
 {
     struct bd_fault fault;
     const Bounced__Hello *hello = envelope->hello;
-    if (check_hello(session, hello, &fault)) {
+    if (bd_session_check_hello(session, hello, &fault)) {
         bd_session_send_fault(session, envelope->request_id, &fault);
         finish(session, &fault);
         return;
@@ -451,6 +435,7 @@ void bd_session_begin(struct bd_conn *conn, const struct bd_session_start *start
                                    .is_private = start->is_private,
                                    .says_goodbye = start->says_goodbye,
                                    .grant = start->grant,
+                                   .is_user = start->is_user,
                                    .next = conn->net->sessions};
     bd_client_retain(session->client);
     conn->session = conn->net->sessions = session;

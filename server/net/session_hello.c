@@ -1,4 +1,4 @@
-// What the server says of itself at the start of a session.
+// The start of a session: who asks, and what the server says of itself.
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -6,6 +6,43 @@
 #include "base/assert.h"
 #include "net/session_internal.h"
 #include "protocol/wire.h"
+
+static enum bd_err check_version(const Bounced__Hello *hello, struct bd_fault *fault)
+{
+    uint32_t min = hello->has_min ? hello->min : 1;
+    uint32_t max = hello->has_max ? hello->max : min;
+    if (min <= BD_PROTOCOL_VERSION_MAX && max >= BD_PROTOCOL_VERSION_MIN) return BD_ERR_OK;
+    return bd_fault_set(fault, BD_ERR_UNSUPPORTED, "min",
+                        "the client speaks versions %u to %u, the server %d to %d", min, max,
+                        BD_PROTOCOL_VERSION_MIN, BD_PROTOCOL_VERSION_MAX);
+}
+
+// A user of this machine whom the token file does not name; the client's key is "uid:NUMBER".
+static enum bd_err refuse_user(const struct bd_session *session, struct bd_fault *fault)
+{
+    const char *key = session->client->key;
+    if (bd_tokens_needed(session->net->tokens))
+        return bd_fault_set(fault, BD_ERR_UNAUTHORIZED, "token",
+                            "a token is needed: the token file has no line for you, %s", key);
+    return bd_fault_set(fault, BD_ERR_FORBIDDEN, "uid",
+                        "this socket is for the server's own user and root, not for %s: a line "
+                        "\"%s\" in its token file would let you in",
+                        key, key);
+}
+
+enum bd_err bd_session_check_hello(struct bd_session *session, const Bounced__Hello *hello,
+                                   struct bd_fault *fault)
+{
+    const struct bd_tokens *tokens = session->net->tokens;
+    enum bd_err err = check_version(hello, fault);
+    if (err || session->grant) return err;
+    bool has_token = hello->token && bd_tokens_needed(tokens);
+    if (session->is_user && !has_token) return refuse_user(session, fault);
+    session->grant = bd_tokens_find(tokens, hello->token);
+    if (session->grant) return BD_ERR_OK;
+    return bd_fault_set(fault, BD_ERR_UNAUTHORIZED, "token",
+                        hello->token ? "the token is not one of ours" : "a token is needed");
+}
 
 static void add_limits(Bounced__HelloReply *reply, const struct bd_limits *limits)
 {

@@ -20,7 +20,7 @@ struct bd_session {
     struct bd_conn *conn; // NULL once it is gone
     const struct bd_session_face *face;
     const struct bd_grant *grant; // what the client may do; NULL before a hello that needs a token
-    bool greeted, is_private, says_goodbye;
+    bool greeted, is_private, says_goodbye, is_user;
     bool is_resumable; // outlives its connection by resume_seconds
     uint8_t token_digest[BD_SHA256_BYTES];
     // The token that the client is known to have: the answer with the newer one may be lost.
@@ -108,6 +108,10 @@ struct bd_session *bd_session_find_resumable(const struct bd_session *asker, con
 
 // --- session_hello.c ---
 
+// What hello says: the version, and who it is. May give the session its grant.
+BD_MUST_CHECK
+enum bd_err bd_session_check_hello(struct bd_session *session, const Bounced__Hello *hello,
+                                   struct bd_fault *fault);
 struct bd_answer bd_session_hello_reply(const struct bd_net *net);
 
 #endif

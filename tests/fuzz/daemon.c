@@ -162,6 +162,7 @@ void daemon_begin(bool has_tokens)
     struct bd_fault fault = {0};
     world.options = (struct bd_net_options){.http = "127.0.0.1:0",
                                             .listens = {listen_text},
+                                            .socket_mode = BD_NET_SOCKET_MODE,
                                             .private_fd = -1,
                                             .token_file = has_tokens ? token_path : NULL,
                                             .list_devices = list_devices};

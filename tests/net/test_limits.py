@@ -171,7 +171,7 @@ def test_bad_addresses(tmp_path, value):
 
 
 @pytest.mark.parametrize("content,mode,needle", [
-    ("", 0o600, "no token"), ("# comment\n", 0o600, "no token"), ("short\n", 0o600, "16"),
+    ("", 0o600, "no entry"), ("# comment\n", 0o600, "no entry"), ("short\n", 0o600, "16"),
     ("long-enough-for-a-token\n", 0o644, "600"),
 ])
 def test_token_files(tmp_path, content, mode, needle):
