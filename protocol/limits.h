@@ -41,6 +41,8 @@ extern "C" {
     X(import_bytes, 8 * BD_GIB, 16 * BD_MIB, 1024 * BD_GIB)                                        \
     X(import_cpu_seconds, 120, 1, 86400)                                                           \
     X(import_wall_seconds, 180, 1, 86400)                                                          \
+    /* Imports and exports that run; the others wait for their turn. */                            \
+    X(imports_at_once, 2, 1, 64)                                                                   \
     /* Scenes held at once. */                                                                     \
     X(scenes, 256, 1, 1 << 20)                                                                     \
     /* A frame: width or height, and their product. */                                             \

@@ -13,7 +13,6 @@
 #include "net/edit_step.h"
 #include "net/edit_work.h"
 #include "net/export_step.h"
-#include "net/pool_turn.h"
 #include "net/scene_change.h"
 #include "net/scene_step.h"
 #include "net/stats.h"
@@ -71,6 +70,45 @@ void bd_command_pool(struct bd_command *command, uv_work_cb on_pool, uv_after_wo
     BD_ASSERT_CMP(result, ==, 0);
 }
 
+static void background_begun(struct bd_background *work)
+{
+    struct bd_command *command = work->user;
+    bd_command_progress(command, command->stage);
+}
+
+static void background_run(struct bd_background *work)
+{
+    struct bd_command *command = work->user;
+    command->run(command);
+}
+
+static void background_back(struct bd_background *work)
+{
+    struct bd_command *command = work->user;
+    command->err = bd_command_check_background(command);
+    if (!bd_command_stop_here(command)) command->then(command);
+}
+
+void bd_command_background(struct bd_command *command, const char *stage,
+                           void (*run)(struct bd_command *command),
+                           void (*then)(struct bd_command *command))
+{
+    command->stage = stage;
+    command->run = run;
+    command->then = then;
+    command->background = (struct bd_background){.user = command,
+                                                 .begun = background_begun,
+                                                 .run = background_run,
+                                                 .back = background_back};
+    bd_background_start(command->net, &command->background);
+}
+
+enum bd_err bd_command_check_background(struct bd_command *command)
+{
+    if (!command->background.has_failed) return command->err;
+    return bd_fault_set(&command->fault, BD_ERR_NO_MEMORY, "", "the system has no thread for it");
+}
+
 bool bd_command_stop_here(struct bd_command *command)
 {
     if (atomic_load(&command->cancelled) && !command->err)
@@ -97,10 +135,11 @@ void bd_command_tick(struct bd_net *net)
     }
 }
 
-// What waits for its turn has nothing under way that would come back: it ends here.
+// What waits for its turn has nothing under way that would come back: it ends here. An edit's
+// import has its place in the queue of edits, and comes to its own end.
 static bool drop_waiting(struct bd_command *command)
 {
-    if (!bd_pool_turn_leave(command)) return false;
+    if (command->edit || !bd_background_drop(&command->background)) return false;
     bool stopped = bd_command_stop_here(command);
     BD_ASSERT(stopped);
     return true;

@@ -6,6 +6,7 @@
 #include <stdatomic.h>
 #include <uv.h>
 
+#include "net/background.h"
 #include "net/command.h"
 #include "net/frame_job.h"
 #include "net/frame_options.h"
@@ -23,17 +24,17 @@ struct bd_command {
     const struct bd_command_events *events;
     void *user;
     struct bd_command *previous, *next; // net->commands
-    struct bd_command *next_waiting;    // net->pool_turns_waiting
-    atomic_bool cancelled;              // by whoever, on the loop; looked at on the pool, too
+    atomic_bool cancelled;              // by whoever, on the loop; looked at beside it, too
     bool abandoned;                     // no answer
-    bool counts_as_job, waits_for_turn;
+    bool counts_as_job;
     uint64_t start_ns;
 
-    const char *turn_stage;                      // pool_turn.h; static
-    void (*on_pool)(struct bd_command *command); // what its turn is for
-    void (*then)(struct bd_command *command);    // and what comes after it, or after the import
+    const char *stage;                        // of bd_command_background; static
+    void (*run)(struct bd_command *command);  // beside the loop
+    void (*then)(struct bd_command *command); // and on it afterwards
     uv_work_t work;
-    // Written on the pool, read on the loop once the work came back.
+    struct bd_background background; // an import, an export
+    // Written beside the loop, read on it once the work came back.
     enum bd_err err;
     struct bd_fault fault;
     struct bd_scene *scene;
@@ -61,6 +62,16 @@ void bd_command_end_fault(struct bd_command *command);
 // Runs `on_pool` on libuv's pool, then `back` on the loop; straight to an end if the command was
 // cancelled meanwhile.
 void bd_command_pool(struct bd_command *command, uv_work_cb on_pool, uv_after_work_cb back);
+// What takes a core for seconds: waits for its turn among imports and exports (net/background.h).
+// Then the stage begins, `run` runs beside the loop, and `then` on it unless the command was
+// cancelled or failed: it has ended then.
+void bd_command_background(struct bd_command *command, const char *stage,
+                           void (*run)(struct bd_command *command),
+                           void (*then)(struct bd_command *command));
+// For who takes such a turn alone, in `back`: the command's error, also where no thread was to be
+// had.
+BD_MUST_CHECK
+enum bd_err bd_command_check_background(struct bd_command *command);
 // For `back`: true, and the command is ended, if there is nothing to go on with.
 bool bd_command_stop_here(struct bd_command *command);
 

@@ -90,6 +90,28 @@ static void stage_batch(struct bd_edit_work *work)
         stage_durable(work, request);
 }
 
+static void read_import(struct bd_background *work)
+{
+    struct bd_command *command = work->user;
+    command->err = bd_edit_work_read_heavy(command->edit);
+}
+
+static void read_import_back(struct bd_background *work)
+{
+    struct bd_command *command = work->user;
+    struct bd_net *net = command->net;
+    command->err = bd_command_check_background(command);
+    stage_batch(command->edit);
+    bd_edits_go_on(net);
+}
+
+static void begin_import(struct bd_command *command)
+{
+    command->background =
+        (struct bd_background){.user = command, .run = read_import, .back = read_import_back};
+    bd_background_start(command->net, &command->background);
+}
+
 static void read_heavy_on_pool(uv_work_t *pool)
 {
     struct bd_command *command = pool->data;
@@ -105,6 +127,13 @@ static void read_heavy_back(uv_work_t *pool, int status)
     bd_edits_go_on(net);
 }
 
+static bool has_import(const Bounced__EditBatch *batch)
+{
+    for (size_t i = 0; i < batch->n_ops; i++)
+        if (batch->ops[i]->op_case == BOUNCED__EDIT_OP__OP_IMPORT) return true;
+    return false;
+}
+
 static bool begin_batch(struct bd_edit_work *work)
 {
     struct bd_command *command = work->command;
@@ -118,7 +147,10 @@ static bool begin_batch(struct bd_edit_work *work)
         return true;
     }
     work->base = bd_scene_retain((struct bd_scene *)base);
-    bd_command_pool(command, read_heavy_on_pool, read_heavy_back);
+    if (has_import(command->envelope->edit_batch))
+        begin_import(command);
+    else
+        bd_command_pool(command, read_heavy_on_pool, read_heavy_back);
     return true;
 }
 

@@ -7,14 +7,13 @@
 #include "base/hash.h"
 #include "net/command_internal.h"
 #include "net/journal_turn.h"
-#include "net/pool_turn.h"
 #include "net/revision_name.h"
 #include "scene/gltf_write.h"
 #include "scene/store_journal.h"
 
 // --- the file -------------------------------------------------------------------------------
 
-static void write_on_pool(struct bd_command *command)
+static void write_beside_loop(struct bd_command *command)
 {
     const uint64_t reply_bytes = command->net->options.limits.reply_bytes;
     const uint64_t bytes_max = reply_bytes < BD_GLB_BYTES_MAX ? reply_bytes : BD_GLB_BYTES_MAX;
@@ -57,7 +56,7 @@ static void answer_file(struct bd_command *command)
 
 static void write_file(struct bd_command *command)
 {
-    bd_pool_turn_take(command, "export", write_on_pool, answer_file);
+    bd_command_background(command, "export", write_beside_loop, answer_file);
 }
 
 // --- the past -------------------------------------------------------------------------------

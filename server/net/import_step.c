@@ -10,7 +10,6 @@
 #include "net/import_cache.h"
 #include "net/import_files.h"
 #include "net/multipart.h"
-#include "net/pool_turn.h"
 #include "scene/import.h"
 
 static enum bd_err map_multipart(struct bd_command *command, struct bd_import_files *import)
@@ -99,7 +98,7 @@ static void import_files(struct bd_command *command, const struct bd_import_file
     bd_import_cache_put(net->import_cache, key, file_bytes, command->scene);
 }
 
-static void import_on_pool(struct bd_command *command)
+static void import_beside_loop(struct bd_command *command)
 {
     uint64_t start_ns = bd_clock_ns();
     struct bd_import_files import = {0};
@@ -130,5 +129,5 @@ void bd_command_import(struct bd_command *command, void (*then)(struct bd_comman
                                     "the table has more than %llu files (limit scene_files)",
                                     (unsigned long long)files_max);
     if (bd_command_stop_here(command)) return;
-    bd_pool_turn_take(command, "import", import_on_pool, then);
+    bd_command_background(command, "import", import_beside_loop, then);
 }

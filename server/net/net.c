@@ -108,6 +108,7 @@ static void start_own_handles(struct bd_net *net)
     uv_async_init(&net->loop, &net->frames_ended, on_frames_ended);
     uv_timer_init(&net->loop, &net->tick);
     uv_timer_init(&net->loop, &net->quiet_timer);
+    bd_background_begin(net);
     bd_commit_begin(net);
     bd_views_begin(net);
     uv_signal_init(&net->loop, &net->sigterm);
@@ -179,6 +180,7 @@ void bd_net_destroy(struct bd_net **net_address)
     uv_close((uv_handle_t *)&net->frames_ended, NULL);
     uv_close((uv_handle_t *)&net->tick, NULL);
     uv_close((uv_handle_t *)&net->quiet_timer, NULL);
+    bd_background_close(net);
     bd_commit_close(net);
     bd_views_finish(net);
     uv_close((uv_handle_t *)&net->sigterm, NULL);
@@ -190,6 +192,7 @@ void bd_net_destroy(struct bd_net **net_address)
     uv_run(&net->loop, UV_RUN_DEFAULT); // lets every handle hear that it is closed
     BD_ASSERT_CMP(uv_loop_close(&net->loop), ==, 0);
     uv_mutex_destroy(&net->ended_lock);
+    bd_background_finish(net);
     bd_commit_finish(net);
     bd_sessions_sweep(net);
     bd_clients_destroy(&net->clients);

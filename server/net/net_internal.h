@@ -6,6 +6,7 @@
 #include <uv.h>
 
 #include "net/auth.h"
+#include "net/background.h"
 #include "net/client.h"
 #include "net/conn.h"
 #include "net/net.h"
@@ -58,9 +59,8 @@ struct bd_net {
     struct bd_view *views; // newest first, those included that wait for their last frame's end
     uint32_t view_count;
     uv_timer_t view_timer;
-    struct bd_watch *watches;              // newest first
-    uint32_t pool_turn_count;              // on the pool now
-    struct bd_command *pool_turns_waiting; // oldest first
+    struct bd_watch *watches; // newest first
+    struct bd_background_state background;
     uv_async_t frames_ended;
     uv_mutex_t ended_lock;
     struct bd_frame_job *ended; // under the lock: frames that the render thread is done with

@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "base/priority.h"
 #include "scene/flat.h"
 #include "scene/gltf.h"
 #include "scene/import.h"
@@ -95,6 +96,7 @@ int bd_import_child_main(int argc, char **argv)
     if (!head || head->magic != BD_IMPORT_QUESTION_MAGIC) return 2;
     struct bd_import_file *files = take_files(&question, head->file_count);
     if (!files) return 2;
+    bd_priority_lower();
     bd_import_set_limits(&head->limits);
     if (!bd_import_confine()) return 3;
 

@@ -4,6 +4,7 @@
 #include <uv.h>
 
 #include "base/assert.h"
+#include "net/background.h"
 #include "scene/flat.h"
 #include "scene/gltf.h"
 #include "tests/fuzz/machine.h"
@@ -15,6 +16,7 @@ struct work {
     uv_work_t *request;
     uv_work_cb run;
     uv_after_work_cb back;
+    struct bd_background *background; // instead of the three
 };
 
 struct queue {
@@ -63,7 +65,10 @@ bool pool_run_one(void)
 {
     struct work work;
     if (!pop(&pool.waiting, &work)) return false;
-    work.run(work.request);
+    if (work.background)
+        work.background->run(work.background);
+    else
+        work.run(work.request);
     push(&pool.done, work);
     return true;
 }
@@ -72,7 +77,10 @@ bool pool_return_one(void)
 {
     struct work work;
     if (!pop(&pool.done, &work)) return false;
-    work.back(work.request, 0);
+    if (work.background)
+        work.background->back(work.background);
+    else
+        work.back(work.request, 0);
     return true;
 }
 
@@ -109,12 +117,21 @@ int __wrap_uv_queue_work(uv_loop_t *loop, uv_work_t *request, uv_work_cb run,
 int __wrap_uv_timer_start(uv_timer_t *handle, uv_timer_cb fire, uint64_t wait_ms,
                           uint64_t repeat_ms);
 int __wrap_uv_signal_start(uv_signal_t *handle, uv_signal_cb fire, int number);
+void __wrap_bd_background_start(struct bd_net *net, struct bd_background *work);
 
 int __wrap_uv_queue_work(uv_loop_t *loop, uv_work_t *request, uv_work_cb run, uv_after_work_cb back)
 {
     request->loop = loop;
-    push(&pool.waiting, (struct work){request, run, back});
+    push(&pool.waiting, (struct work){request, run, back, NULL});
     return 0;
+}
+
+// A thread of its own, where others have the pool.
+void __wrap_bd_background_start(struct bd_net *net, struct bd_background *work)
+{
+    work->net = net;
+    if (work->begun) work->begun(work);
+    push(&pool.waiting, (struct work){.background = work});
 }
 
 int __wrap_uv_timer_start(uv_timer_t *handle, uv_timer_cb fire, uint64_t wait_ms,
