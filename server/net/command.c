@@ -13,6 +13,7 @@
 #include "net/edit_step.h"
 #include "net/edit_work.h"
 #include "net/export_step.h"
+#include "net/release.h"
 #include "net/scene_change.h"
 #include "net/scene_step.h"
 #include "net/stats.h"
@@ -36,8 +37,8 @@ static void free_command(struct bd_command *command)
     bounced__envelope__free_unpacked(command->envelope, NULL);
     if (command->blob_reply) bounced__blob_reply__free_unpacked(command->blob_reply, NULL);
     bd_blob_upload_abort(&command->body.upload);
-    bd_scene_release(&command->scene);
     if (command->job) bd_job_release(&command->job);
+    bd_net_release_scene(command->net, &command->scene);
     bd_bytes_finish(&command->encoded.bytes);
     free(command->notes);
     bd_client_release(&command->client);

@@ -8,6 +8,7 @@
 #include "net/edit_work.h"
 #include "net/journal_turn.h"
 #include "net/net_internal.h"
+#include "net/release.h"
 #include "net/upkeep.h"
 #include "scene/store_journal.h"
 
@@ -30,11 +31,23 @@ static void tell(const struct bd_batch *batch, enum bd_err err, const struct bd_
     if (waiter) waiter->done(waiter, batch, err, fault);
 }
 
+static struct bd_scene *retain_shown(const struct bd_net *net, const char *scene_id)
+{
+    const struct bd_store_entry *entry;
+    if (bd_store_get(net->options.store, scene_id, &entry, NULL)) return NULL;
+    return bd_scene_retain(entry->scene);
+}
+
 // First everybody can see it, then whoever asked hears so.
 static void publish(struct bd_net *net, struct bd_batch *batch)
 {
-    if (batch->kind == BD_BATCH_REMOVE) bd_net_scene_changed(net, batch->scene_id, "removed", NULL);
+    struct bd_scene *removed = NULL;
+    if (batch->kind == BD_BATCH_REMOVE) {
+        bd_net_scene_changed(net, batch->scene_id, "removed", NULL);
+        removed = retain_shown(net, batch->scene_id);
+    }
     bd_store_publish(net->options.store, batch);
+    bd_net_release_scene(net, &removed);
     if (batch->after)
         bd_net_scene_changed(net, batch->scene_id, batch->kind == BD_BATCH_ADD ? "added" : "edited",
                              &batch->forward);

@@ -244,6 +244,7 @@ static void begin(struct bd_conn *conn)
     if (conn->next) conn->next->previous = conn;
     net->conns = conn;
     net->conn_count++;
+    bd_net_conn_joined(net);
     bd_conn_read(conn, true);
 }
 

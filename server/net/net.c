@@ -95,9 +95,15 @@ static void on_signal(uv_signal_t *signal, int number)
     bd_net_begin_drain(signal->data);
 }
 
+void bd_net_conn_joined(struct bd_net *net)
+{
+    bd_heartbeat_set(&net->heart, true);
+}
+
 // The private daemon lives as long as its one connection.
 void bd_net_conn_left(struct bd_net *net)
 {
+    bd_heartbeat_set(&net->heart, net->conn_count > 0);
     if (net->options.private_fd >= 0 && !net->draining) bd_net_begin_drain(net);
 }
 
@@ -107,6 +113,7 @@ static void start_own_handles(struct bd_net *net)
     uv_mutex_init(&net->ended_lock);
     uv_async_init(&net->loop, &net->frames_ended, on_frames_ended);
     uv_timer_init(&net->loop, &net->tick);
+    bd_heartbeat_init(&net->heart, &net->loop);
     uv_timer_init(&net->loop, &net->quiet_timer);
     bd_background_begin(net);
     bd_commit_begin(net);
@@ -179,6 +186,7 @@ void bd_net_destroy(struct bd_net **net_address)
     while (net->conns) bd_conn_kill(net->conns);
     uv_close((uv_handle_t *)&net->frames_ended, NULL);
     uv_close((uv_handle_t *)&net->tick, NULL);
+    bd_heartbeat_close(&net->heart);
     uv_close((uv_handle_t *)&net->quiet_timer, NULL);
     bd_background_close(net);
     bd_commit_close(net);

@@ -9,6 +9,7 @@
 #include "net/background.h"
 #include "net/client.h"
 #include "net/conn.h"
+#include "net/heartbeat.h"
 #include "net/net.h"
 
 struct bd_command;
@@ -73,6 +74,7 @@ struct bd_net {
     uv_timer_t quiet_timer;
 
     uv_timer_t tick;
+    struct bd_heartbeat heart;
     uv_signal_t sigterm, sigint;
     bool draining, has_committed_rest;
     uint64_t drain_until_ns;
@@ -81,7 +83,8 @@ struct bd_net {
 // Stops listening; what is under way may end.
 void bd_net_begin_drain(struct bd_net *net);
 
-// A connection left the list.
+// A connection joined the list, or left it.
+void bd_net_conn_joined(struct bd_net *net);
 void bd_net_conn_left(struct bd_net *net);
 
 // A scene's published state changed: tells watches and views. `kind`: added | edited | transient |

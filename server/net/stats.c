@@ -71,6 +71,45 @@ static void write_gauge(FILE *out, const char *name, const char *help, double va
             name, name, value);
 }
 
+static void write_stalls(FILE *out, const char *name, const char *help,
+                         const struct bd_stalls *stalls)
+{
+    uint64_t count = 0;
+    fprintf(out, "# HELP bounced_%s_seconds %s\n# TYPE bounced_%s_seconds histogram\n", name, help,
+            name);
+    for (int i = 0; i < BD_STALLS_BUCKET_COUNT; i++) {
+        count += stalls->counts[i];
+        fprintf(out, "bounced_%s_seconds_bucket{le=\"%g\"} %llu\n", name, bd_stalls_bucket_s[i],
+                (unsigned long long)count);
+    }
+    count += stalls->counts[BD_STALLS_BUCKET_COUNT];
+    fprintf(out,
+            "bounced_%s_seconds_bucket{le=\"+Inf\"} %llu\nbounced_%s_seconds_sum %.9g\n"
+            "bounced_%s_seconds_count %llu\n",
+            name, (unsigned long long)count, name, stalls->total_s, name,
+            (unsigned long long)count);
+}
+
+static void write_all_stalls(FILE *out, const struct bd_net *net,
+                             const struct bd_sched_stats *sched)
+{
+    uint64_t now_ns = bd_clock_ns();
+    write_stalls(out, "loop_stall",
+                 "How late a timer of 5 ms came on the loop, while anybody was connected.",
+                 &net->heart.stalls);
+    write_gauge(out, "loop_stall_seconds_max", "The longest of the last one to two minutes.",
+                bd_stalls_longest_s(&net->heart.stalls, now_ns));
+    write_stalls(out, "loop_work", "Processor time of the loop from each such timer to the next.",
+                 &net->heart.work);
+    write_gauge(out, "loop_work_seconds_max", "The longest of the last one to two minutes.",
+                bd_stalls_longest_s(&net->heart.work, now_ns));
+    write_stalls(out, "render_stall",
+                 "How long the render thread worked without looking for cancels and other frames.",
+                 &sched->render_stalls);
+    write_gauge(out, "render_stall_seconds_max", "The longest of the last one to two minutes.",
+                bd_stalls_longest_s(&sched->render_stalls, now_ns));
+}
+
 // Names come from drivers: quotes and backslashes are possible in them.
 static void write_label(FILE *out, const char *text)
 {
@@ -146,6 +185,7 @@ char *bd_net_metrics_text(struct bd_net *net)
     write_counter(out, "sent_bytes_total", "Bytes to clients.", (double)net->stats.bytes_out);
     write_gauge(out, "connections", "Open connections.", net->conn_count);
     write_gauge(out, "scenes", "Scenes held.", bd_store_count(net->options.store));
+    write_all_stalls(out, net, &sched);
     write_passes(out, &net->stats);
     int result = fclose(out);
     BD_ASSERT_CMP(result, ==, 0);

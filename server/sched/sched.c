@@ -44,6 +44,7 @@ struct bd_sched {
     struct bd_sched_stats stats;
 
     // Render thread only.
+    uint64_t looked_ns; // when it last looked at what else there is to do
     struct bd_gpu *gpu;
     struct bd_renderer renderer;
 };
@@ -115,14 +116,35 @@ static void drop_device(struct bd_sched *sched)
 
 // --- one job, on the render thread ----------------------------------------------------------
 
+static void look_up(struct bd_sched *sched)
+{
+    uint64_t now_ns = bd_clock_ns();
+    pthread_mutex_lock(&sched->lock);
+    bd_stalls_add(&sched->stats.render_stalls, now_ns, now_ns - sched->looked_ns);
+    pthread_mutex_unlock(&sched->lock);
+    sched->looked_ns = now_ns;
+}
+
+struct watched_job {
+    struct bd_sched *sched;
+    struct bd_job *job;
+};
+
+static enum bd_err should_stop(void *user)
+{
+    const struct watched_job *watched = user;
+    look_up(watched->sched);
+    return bd_job_should_stop(watched->job);
+}
+
 static enum bd_err render(struct bd_sched *sched, struct bd_job *job)
 {
     enum bd_err err = bd_job_should_stop(job);
     if (err) return err;
     memset(&job->result.report, 0, sizeof job->result.report);
-    return bd_frame_render(&sched->renderer, job->request.scene, &job->request.frame,
-                           bd_job_should_stop, job, job->result.layers, &job->result.report,
-                           &job->result.fault);
+    struct watched_job watched = {sched, job};
+    return bd_frame_render(&sched->renderer, job->request.scene, &job->request.frame, should_stop,
+                           &watched, job->result.layers, &job->result.report, &job->result.fault);
 }
 
 static void run_job(struct bd_sched *sched, struct bd_job *job)
@@ -286,9 +308,11 @@ static void *render_thread(void *user)
     pthread_mutex_unlock(&sched->lock);
     struct bd_job *job;
     while (!err && (job = wait_for_job(sched)) != NULL) {
+        sched->looked_ns = bd_clock_ns();
         run_job(sched, job);
         mend_device(sched);
         finish_job(sched, job);
+        look_up(sched);
     }
     close_device(sched);
     return NULL;

@@ -16,6 +16,7 @@
 #include <stdint.h>
 
 #include "base/err.h"
+#include "base/stalls.h"
 #include "frame/report.h"
 #include "frame/request.h"
 #include "image/image.h"
@@ -88,6 +89,9 @@ struct bd_sched_stats {
     double gpu_memory_mib, gpu_memory_peak_mib, gpu_memory_limit_mib;
     double render_seconds; // total, of finished jobs
     double reference_memory_mib; // snapshots prepared for tracing
+    // How long the render thread worked without asking whether to stop or to give way; once a
+    // slice.
+    struct bd_stalls render_stalls;
 };
 void bd_sched_stats(struct bd_sched *sched, struct bd_sched_stats *out);
 

@@ -103,6 +103,11 @@ class Daemon:
         status, reply = self.json("GET", "/healthz")
         return self.process.poll() is None and status == 200 and reply == {"ok": True}
 
+    def metrics(self):
+        text = self.request("GET", "/metrics")[2].decode()
+        lines = [line.rsplit(" ", 1) for line in text.splitlines() if not line.startswith("#")]
+        return {name: float(value) for name, value in lines}
+
     def put_blob(self, data):
         name = blob_name(data)
         status, _, text = self.request("PUT", "/v1/blobs/" + name, data,

@@ -1,7 +1,9 @@
 """The HTTP face: every route, the queries, who may ask, what may be sent."""
 import http.client
 import json
+import socket
 import struct
+import time
 
 import bounced_pb2
 import pytest
@@ -19,6 +21,24 @@ def test_health_ready_metrics(shared):
     assert status == 200 and headers["Content-Type"].startswith("text/plain; version=0.0.4")
     for line in text.decode().splitlines():
         assert line.startswith("# ") or float(line.rsplit(" ", 1)[1]) >= 0, line
+
+
+def test_metrics_tell_of_stalls(shared):
+    before = shared.metrics()
+    time.sleep(0.1)
+    after = shared.metrics()
+    for name in ("loop_stall", "loop_work", "render_stall"):
+        buckets = [value for key, value in after.items()
+                   if key.startswith(f"bounced_{name}_seconds_bucket")]
+        assert buckets == sorted(buckets) and buckets[-1] == after[f"bounced_{name}_seconds_count"]
+        assert 0 <= after[f"bounced_{name}_seconds_max"] <= after[f"bounced_{name}_seconds_sum"] + 1
+    # A connection that is open makes the loop's heart beat, and none that is closed.
+    beats = "bounced_loop_stall_seconds_count"
+    with socket.create_connection(("127.0.0.1", shared.port)):
+        time.sleep(0.3)
+    beaten = shared.metrics()[beats] - after[beats]
+    assert 10 <= beaten <= 70, beaten
+    assert after[beats] - before[beats] <= 10
 
 
 def test_scene_from_blob_to_deletion(shared):

@@ -1,0 +1,15 @@
+// The last reference to a large scene, given up on the pool: giving a hundred megabytes back to the
+// system takes some ten milliseconds, in which nobody would be heard.
+//
+// Thread: the event loop's.
+
+#ifndef BD_NET_RELEASE_H
+#define BD_NET_RELEASE_H
+
+struct bd_net;
+struct bd_scene;
+
+// Nulls; takes NULL.
+void bd_net_release_scene(struct bd_net *net, struct bd_scene **scene);
+
+#endif
