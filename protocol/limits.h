@@ -43,8 +43,9 @@ extern "C" {
     X(import_wall_seconds, 180, 1, 86400)                                                          \
     /* Imports and exports that run; the others wait for their turn. */                            \
     X(imports_at_once, 2, 1, 64)                                                                   \
-    /* Scenes held at once. */                                                                     \
+    /* Scenes held at once, and the name of one. */                                                \
     X(scenes, 256, 1, 1 << 20)                                                                     \
+    X(scene_name_bytes, 127, 1, 127)                                                               \
     /* A frame: width or height, and their product. */                                             \
     X(image_side_px, 16384, 1, 32768)                                                              \
     X(image_pixels, 64 * BD_MIB, 1, BD_GIB)                                                        \
@@ -53,6 +54,10 @@ extern "C" {
     X(jobs_per_client, 64, 1, 65536)                                                               \
     /* A client is an address, or a user on a Unix socket. Twice this is the burst. */             \
     X(requests_per_second, 500, 1, 1000000)                                                        \
+    /* Under way on one framed connection or WebSocket: requests, uploads, watches. */             \
+    X(requests_per_connection, 256, 1, 65536)                                                      \
+    X(uploads_per_connection, 16, 1, 4096)                                                         \
+    X(watches_per_connection, 64, 1, 65536)                                                        \
     /* Views open on one connection, and of one client. */                                         \
     X(views_per_connection, 16, 1, 4096)                                                           \
     X(views_per_client, 64, 1, 65536)                                                              \
@@ -60,15 +65,22 @@ extern "C" {
     X(view_credits, 16, 1, 1024)                                                                   \
     /* What a view's still picture is improved by takes no longer, a frame, than about this. */    \
     X(view_refine_seconds, 20, 1, 86400)                                                           \
-    /* Open connections, all faces together. */                                                    \
+    /* Open connections, all faces together; and of one client, so that no one locks out all. */   \
     X(connections, 256, 1, 65536)                                                                  \
+    X(connections_per_client, 128, 1, 65536)                                                       \
+    /* The head of an HTTP request. */                                                             \
+    X(head_bytes, 32 * 1024, 1024, 65536)                                                          \
     /* To send the HTTP headers, or the hello of a framed connection. */                           \
     X(header_seconds, 10, 1, 3600)                                                                 \
     /* Without a byte either way while nothing is being computed for the peer. */                  \
     X(idle_seconds, 120, 1, 86400)                                                                 \
-    /* A session whose connection broke waits so long for another; and what all that may be */      \
-    /* resumed keep of their answers. */                                                           \
+    /* A message, a body or an answer that is on its way moves so fast, after idle_seconds of */   \
+    /* grace: a byte a minute is no sign of life. 0 = at any speed. */                             \
+    X(slow_bytes_per_second, 256, 0, BD_GIB)                                                       \
+    /* A session whose connection broke waits so long for another; how many wait; and what all */  \
+    /* that may be resumed keep of their answers. */                                               \
     X(resume_seconds, 30, 0, 3600)                                                                 \
+    X(resumable_sessions, 256, 0, 65536)                                                           \
     X(resume_bytes, 64 * BD_MIB, 0, 64 * BD_GIB)                                                   \
     /* Without an event, until an event stream says that it is still there. */                     \
     X(keep_alive_seconds, 15, 1, 3600)                                                             \

@@ -17,6 +17,7 @@ struct bd_clients;
 struct bd_client {
     char key[64];        // "192.0.2.7", "uid:1000", "private"
     uint32_t references; // connections and commands
+    uint32_t connections; // open
     uint32_t jobs;       // under way: imports and renders
     uint32_t views;      // open
     double tokens;       // of the bucket

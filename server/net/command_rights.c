@@ -79,6 +79,17 @@ static enum bd_err check_jobs(const struct bd_command *command, struct bd_fault 
                         grant->name);
 }
 
+static enum bd_err check_name(const struct bd_command *command, const char *name,
+                              struct bd_fault *fault)
+{
+    uint64_t most = command->net->options.limits.scene_name_bytes;
+    if (!name || strlen(name) <= most) return BD_ERR_OK;
+    return bd_fault_set(
+        fault, BD_ERR_LIMIT, "scene_name_bytes",
+        "a scene's name of %zu bytes is above the limit scene_name_bytes of %" PRIu64, strlen(name),
+        most);
+}
+
 bool bd_command_is_job(const Bounced__Envelope *envelope)
 {
     return envelope->body_case == BOUNCED__ENVELOPE__BODY_SCENE_ADD ||
@@ -91,6 +102,9 @@ enum bd_err bd_command_check_rights(const struct bd_command *command, struct bd_
     const char *scene = scene_of(command->envelope);
     enum bd_err err = bd_grant_check_role(command->grant, role_for(command->envelope), fault);
     if (!err && scene) err = check_scene(command, scene, fault);
+    // What would not fit is refused before its files are looked at.
+    if (!err && command->envelope->body_case == BOUNCED__ENVELOPE__BODY_SCENE_ADD)
+        err = check_name(command, command->envelope->scene_add->name, fault);
     if (!err && bd_command_is_job(command->envelope)) err = check_jobs(command, fault);
     return err;
 }
@@ -111,6 +125,8 @@ enum bd_err bd_command_check_new_scene(const struct bd_command *command, const c
                                        struct bd_fault *fault)
 {
     const struct bd_grant *grant = command->grant;
+    enum bd_err err = check_name(command, name, fault);
+    if (err) return err;
     if (!bd_grant_covers(grant, name))
         return bd_fault_set(fault, BD_ERR_FORBIDDEN, "name",
                             "scenes of \"%s\" have names that begin with \"%s\"", grant->name,

@@ -41,6 +41,7 @@ static void leave_list(struct bd_conn *conn)
     else
         conn->net->conns = conn->next;
     if (conn->next) conn->next->previous = conn->previous;
+    conn->client->connections--;
     conn->net->conn_count--;
     bd_net_conn_left(conn->net);
 }
@@ -71,6 +72,7 @@ static void on_read(uv_stream_t *stream, ssize_t size, const uv_buf_t *buf)
         bd_conn_kill(conn);
     } else if (size > 0) {
         conn->net->stats.bytes_in += (uint64_t)size;
+        conn->in_bytes += (uint64_t)size;
         conn->heard_ns = bd_clock_ns();
         if (conn->state != BD_CONN_OPEN) return;
         if (!conn->clock_runs) bd_conn_touch(conn);
@@ -146,6 +148,7 @@ void bd_conn_write(struct bd_conn *conn, uint8_t *first, size_t first_bytes, uin
     conn->writes++;
     bd_conn_touch(conn);
     conn->net->stats.bytes_out += first_bytes + second_bytes;
+    conn->out_bytes += first_bytes + second_bytes;
     if (uv_write(&request->uv, &conn->uv.stream, bufs, second ? 2 : 1, on_written) < 0) {
         conn->writes--;
         free(first);
@@ -170,6 +173,35 @@ void bd_conn_finish(struct bd_conn *conn)
     shut_if_written(conn);
 }
 
+// Each second costs one, and bytes earn some, up to idle_seconds: a burst long ago is no excuse.
+static void spend(struct bd_conn *conn, double *patience_s, bool moves, double seconds,
+                  uint64_t bytes)
+{
+    const struct bd_limits *limits = &conn->net->options.limits;
+    const double most_s = (double)limits->idle_seconds;
+    uint64_t rate = limits->slow_bytes_per_second;
+    if (!moves || rate == 0) {
+        *patience_s = most_s;
+        return;
+    }
+    *patience_s += (double)bytes / (double)rate - seconds;
+    if (*patience_s > most_s) *patience_s = most_s;
+}
+
+// What is on its way, and how fast. Time in which we hold the peer back is not its own.
+static void look_at_pace(struct bd_conn *conn, uint64_t now_ns, size_t unsent)
+{
+    double seconds = (double)(now_ns - conn->looked_ns) * 1e-9;
+    uint64_t taken = conn->out_bytes - unsent;
+    bool owes = conn->ops->owes && conn->ops->owes(conn);
+    spend(conn, &conn->in_patience_s, owes, conn->reading ? seconds : 0,
+          conn->in_bytes - conn->looked_in_bytes);
+    spend(conn, &conn->out_patience_s, unsent > 0, seconds, taken - conn->looked_out_bytes);
+    conn->looked_ns = now_ns;
+    conn->looked_in_bytes = conn->in_bytes;
+    conn->looked_out_bytes = taken;
+}
+
 void bd_conn_tick(struct bd_conn *conn)
 {
     if (conn->is_broken) {
@@ -183,6 +215,11 @@ void bd_conn_tick(struct bd_conn *conn)
         conn->active_ns = now_ns;
         conn->finishing_ns = now_ns;
     }
+    look_at_pace(conn, now_ns, unsent);
+    if (conn->out_patience_s <= 0) {
+        bd_conn_kill(conn);
+        return;
+    }
     if (conn->state == BD_CONN_FINISHING) {
         uint64_t patience_ns = conn->is_shut ? LINGER_NS : FINISH_PATIENCE_NS;
         if (now_ns - conn->finishing_ns > patience_ns) bd_conn_kill(conn);
@@ -190,6 +227,11 @@ void bd_conn_tick(struct bd_conn *conn)
     }
     if (conn->ops->tick) conn->ops->tick(conn);
     if (conn->state != BD_CONN_OPEN) return;
+    if (conn->in_patience_s <= 0) {
+        conn->is_slow = true;
+        conn->ops->silent(conn);
+        return;
+    }
     uint64_t patience_s = conn->ops->patience_s(conn);
     if (patience_s == 0 || now_ns - conn->active_ns < patience_s * 1000000000u) return;
     // A peer that does not take what we send would not take a farewell either.
@@ -227,18 +269,26 @@ static void name_tcp_peer(const struct bd_conn *conn, char *out, size_t size)
         snprintf(out, size, "?");
 }
 
+static void name_peer(struct bd_conn *conn)
+{
+    char key[64];
+    if (conn->uv.handle.type == UV_TCP)
+        name_tcp_peer(conn, key, sizeof key);
+    else
+        name_pipe_peer(conn, key, sizeof key);
+    conn->client = bd_client_get(conn->net->clients, key);
+}
+
 static void begin(struct bd_conn *conn)
 {
     struct bd_net *net = conn->net;
-    char key[64];
     if (conn->uv.handle.type == UV_TCP) {
-        name_tcp_peer(conn, key, sizeof key);
         uv_tcp_nodelay(&conn->uv.tcp, 1);
         uv_tcp_keepalive(&conn->uv.tcp, 1, KEEPALIVE_S); // notices a peer that vanished in silence
-    } else {
-        name_pipe_peer(conn, key, sizeof key);
     }
-    conn->client = bd_client_get(net->clients, key);
+    conn->looked_ns = bd_clock_ns();
+    conn->in_patience_s = conn->out_patience_s = (double)net->options.limits.idle_seconds;
+    conn->client->connections++;
     conn->state = BD_CONN_OPEN;
     conn->next = net->conns;
     if (conn->next) conn->next->previous = conn;
@@ -265,13 +315,26 @@ static bool give_up(struct bd_conn *conn)
     return false;
 }
 
+// The limit that one more connection would pass; NULL: none.
+static const char *passed_limit(const struct bd_conn *conn)
+{
+    const struct bd_limits *limits = &conn->net->options.limits;
+    if (conn->net->conn_count >= limits->connections) return "limit connections";
+    return conn->client->connections >= limits->connections_per_client
+               ? "limit connections_per_client"
+               : NULL;
+}
+
 bool bd_conn_accept(struct bd_net *net, struct bd_conn *conn, uv_stream_t *listener, bool is_pipe)
 {
     init_handle(net, conn, is_pipe);
     if (uv_accept(listener, &conn->uv.stream) < 0) return give_up(conn);
+    name_peer(conn);
     // Accepted and closed at once: the peer learns it now instead of waiting in the backlog.
-    if (net->draining || net->conn_count >= net->options.limits.connections) {
-        bd_log(BD_LOG_DEBUG, "net", "a connection beyond the limit connections was closed");
+    const char *limit = passed_limit(conn);
+    if (limit || net->draining) {
+        bd_log(BD_LOG_DEBUG, "net", "%s: a connection was closed at once (%s)", conn->client->key,
+               limit ? limit : "draining");
         bd_net_count_refusal(net);
         return give_up(conn);
     }
@@ -283,6 +346,7 @@ bool bd_conn_open_fd(struct bd_net *net, struct bd_conn *conn, int fd)
 {
     init_handle(net, conn, true);
     if (uv_pipe_open(&conn->uv.pipe, fd) < 0) return give_up(conn);
+    name_peer(conn);
     begin(conn);
     return true;
 }

@@ -25,7 +25,9 @@ struct bd_conn_ops {
     void (*bytes)(struct bd_conn *conn, const uint8_t *bytes, size_t size);
     // Seconds of silence that are allowed now; 0 = any. Asked once a second.
     uint64_t (*patience_s)(const struct bd_conn *conn);
-    // The patience is over: say so if there is a way, then finish.
+    // Is the peer in the middle of a message? NULL: never. Asked once a second.
+    bool (*owes)(const struct bd_conn *conn);
+    // The patience is over: say so if there is a way, then finish. `is_slow`: with its speed.
     void (*silent)(struct bd_conn *conn);
     // The server drains: finish as soon as nothing is owed to the peer.
     void (*drain)(struct bd_conn *conn);
@@ -65,6 +67,11 @@ struct bd_conn {
     uint64_t active_ns, finishing_ns;
     uint64_t heard_ns;   // when the last byte came
     size_t unsent_bytes; // at the last look: progress is a change
+    uint64_t looked_ns, looked_in_bytes, looked_out_bytes;
+    uint64_t in_bytes, out_bytes; // all that came, and all that was given to it to send
+    // Left with a peer that is in the middle of a message, and with one that has more to read.
+    double in_patience_s, out_patience_s;
+    bool is_slow;
     uint32_t writes;     // under way
 };
 

@@ -51,6 +51,11 @@ static void on_bytes(struct bd_conn *conn, const uint8_t *bytes, size_t size)
     }
 }
 
+static bool owes(const struct bd_conn *conn)
+{
+    return !bd_decoder_is_empty(&((const struct bd_framed *)conn)->decoder);
+}
+
 static void on_free(struct bd_conn *conn)
 {
     struct bd_framed *framed = (struct bd_framed *)conn;
@@ -61,6 +66,7 @@ static void on_free(struct bd_conn *conn)
 static const struct bd_conn_ops framed_ops = {
     .bytes = on_bytes,
     .patience_s = bd_session_patience_s,
+    .owes = owes,
     .silent = bd_session_silent,
     .drain = bd_session_drain,
     .written = bd_session_written,

@@ -98,7 +98,7 @@ static const http_parser_settings parser_settings = {
 
 static void begin_request(struct bd_http *http)
 {
-    bd_http_head_finish(&http->head);
+    bd_http_head_begin(&http->head, http->conn.net->options.limits.head_bytes);
     free(http->body);
     http->body = NULL;
     http->body_bytes = 0;
@@ -119,10 +119,10 @@ static void refuse_bytes(struct bd_http *http)
     struct bd_http_refusal refusal = {.status = 400};
     http->keep_alive = false;
     http->method = -1;
-    if (http->head.bytes > BD_HTTP_HEAD_BYTES_MAX || error == HPE_HEADER_OVERFLOW) {
+    if (http->head.bytes > http->head.bytes_max || error == HPE_HEADER_OVERFLOW) {
         refusal.status = 431;
-        bd_fault_set(&refusal.fault, BD_ERR_LIMIT, "head", "the head is longer than %d bytes",
-                     BD_HTTP_HEAD_BYTES_MAX);
+        bd_fault_set(&refusal.fault, BD_ERR_LIMIT, "head_bytes",
+                     "the head is longer than %zu bytes (limit head_bytes)", http->head.bytes_max);
     } else if (http->head.seen[BD_HTTP_TRANSFER_ENCODING]) {
         if (!http->head.seen[BD_HTTP_CONTENT_LENGTH]) refusal.status = 411;
         bd_fault_set(&refusal.fault, BD_ERR_USAGE, "Transfer-Encoding",
@@ -247,6 +247,11 @@ static uint64_t patience_s(const struct bd_conn *conn)
     return 0;
 }
 
+static bool owes(const struct bd_conn *conn)
+{
+    return ((const struct bd_http *)conn)->phase == BD_HTTP_PHASE_BODY;
+}
+
 static void on_silent(struct bd_conn *conn)
 {
     struct bd_http *http = (struct bd_http *)conn;
@@ -254,11 +259,12 @@ static void on_silent(struct bd_conn *conn)
         bd_conn_finish(conn);
         return;
     }
-    bool in_head = http->phase == BD_HTTP_PHASE_HEAD;
+    const char *limit = http->phase == BD_HTTP_PHASE_HEAD ? "header_seconds"
+                        : conn->is_slow                   ? "slow_bytes_per_second"
+                                                          : "idle_seconds";
     struct bd_http_refusal refusal = {.status = 408};
-    bd_fault_set(&refusal.fault, BD_ERR_DEADLINE, in_head ? "header_seconds" : "idle_seconds",
-                 "the request took too long to arrive (limit %s)",
-                 in_head ? "header_seconds" : "idle_seconds");
+    bd_fault_set(&refusal.fault, BD_ERR_DEADLINE, limit,
+                 "the request took too long to arrive (limit %s)", limit);
     http->keep_alive = false;
     bd_http_send_fault(http, &refusal);
 }
@@ -296,6 +302,7 @@ void bd_http_free(struct bd_conn *conn)
 static const struct bd_conn_ops http_ops = {
     .bytes = on_bytes,
     .patience_s = patience_s,
+    .owes = owes,
     .silent = on_silent,
     .drain = on_drain,
     .written = on_written,

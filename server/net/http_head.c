@@ -32,10 +32,16 @@ void bd_http_head_finish(struct bd_http_head *head)
     *head = (struct bd_http_head){.current = -1};
 }
 
+void bd_http_head_begin(struct bd_http_head *head, size_t bytes_max)
+{
+    bd_http_head_finish(head);
+    head->bytes_max = bytes_max;
+}
+
 static bool count_bytes(struct bd_http_head *head, size_t size)
 {
     head->bytes += size;
-    return head->bytes <= BD_HTTP_HEAD_BYTES_MAX;
+    return head->bytes <= head->bytes_max;
 }
 
 static void append(char **text, const char *bytes, size_t size)

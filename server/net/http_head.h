@@ -11,9 +11,6 @@
 
 #include "base/err.h"
 
-// Everything up to the empty line.
-#define BD_HTTP_HEAD_BYTES_MAX 32768
-
 enum bd_http_header {
     BD_HTTP_ACCEPT,
     BD_HTTP_AUTHORIZATION,
@@ -39,12 +36,15 @@ struct bd_http_head {
     char *values[BD_HTTP_HEADER_COUNT];  // NULL = not there; malloc'ed; several: a, b, c
     uint32_t seen[BD_HTTP_HEADER_COUNT]; // how often
     size_t bytes;                        // of all of it so far
+    size_t bytes_max;                    // the limit head_bytes
     char name[32];                       // of the header that is being read, lower case, cut
     int current;                         // enum bd_http_header, or -1
     bool in_value;
 };
 
-void bd_http_head_finish(struct bd_http_head *head); // frees and empties
+// Frees what is there and begins anew; the first time on zeroes.
+void bd_http_head_begin(struct bd_http_head *head, size_t bytes_max);
+void bd_http_head_finish(struct bd_http_head *head);
 
 // Pieces as they come. False if the head is too large or has a character that does not belong.
 bool bd_http_head_url(struct bd_http_head *head, const char *bytes, size_t size);

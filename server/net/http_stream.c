@@ -13,6 +13,7 @@
 // A reader that is so far behind is told that it missed something, once it has caught up.
 #define EVENTS_UNSENT_BYTES_MAX (256u << 10)
 #define EVENTS_SEND_BYTES       (128 << 10)
+#define PICTURES_SEND_BYTES     (256 << 10)
 // Browsers show a part when they see the boundary behind it: each is followed by one at once.
 #define BOUNDARY "\r\n--bounced\r\n"
 
@@ -239,6 +240,9 @@ void bd_http_begin_mjpeg(struct bd_http *http)
         refuse(http, stream, &fault);
         return;
     }
+    // The next picture is begun when this one has left: what lies in the system's buffer is old.
+    int send_bytes = PICTURES_SEND_BYTES;
+    uv_send_buffer_size(&http->conn.uv.handle, &send_bytes);
     take_over(http, stream, "multipart/x-mixed-replace; boundary=bounced");
     say(http, &BOUNDARY[2]);
 }

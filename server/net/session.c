@@ -10,7 +10,6 @@
 #include "net/session_internal.h"
 #include "protocol/wire.h"
 
-#define REQUESTS_AT_ONCE 256
 // A peer that does not read its answers sends no more requests.
 #define UNSENT_BYTES_MAX (64u << 20)
 
@@ -170,9 +169,11 @@ static enum bd_err check_request(const struct bd_session *session, uint64_t id,
         bd_session_has_watch(session, id))
         return bd_fault_set(fault, BD_ERR_CONFLICT, "request_id",
                             "request %llu is under way already", (unsigned long long)id);
-    if (session->request_count >= REQUESTS_AT_ONCE)
-        return bd_fault_set(fault, BD_ERR_BUSY, "", "%d requests are under way on this connection",
-                            REQUESTS_AT_ONCE);
+    if (session->request_count >= session->net->options.limits.requests_per_connection)
+        return bd_fault_set(fault, BD_ERR_BUSY, "requests_per_connection",
+                            "%u requests are under way on this connection (limit "
+                            "requests_per_connection)",
+                            session->request_count);
     return BD_ERR_OK;
 }
 
@@ -410,9 +411,15 @@ void bd_session_silent(struct bd_conn *conn)
 {
     struct bd_session *session = conn->session;
     struct bd_fault fault;
-    bd_fault_set(&fault, BD_ERR_DEADLINE, session->greeted ? "idle_seconds" : "header_seconds",
-                 session->greeted ? "the connection was idle for too long (limit idle_seconds)"
-                                  : "hello took too long (limit header_seconds)");
+    if (!session->greeted)
+        bd_fault_set(&fault, BD_ERR_DEADLINE, "header_seconds",
+                     "hello took too long (limit header_seconds)");
+    else if (conn->is_slow)
+        bd_fault_set(&fault, BD_ERR_DEADLINE, "slow_bytes_per_second",
+                     "a message came too slowly (limit slow_bytes_per_second)");
+    else
+        bd_fault_set(&fault, BD_ERR_DEADLINE, "idle_seconds",
+                     "the connection was idle for too long (limit idle_seconds)");
     bd_session_give_up(session, &fault);
 }
 
@@ -458,10 +465,21 @@ static void end(struct bd_session *session)
     session->has_ended = true;
 }
 
-// A goodbye of either side ends it; a connection that broke leaves it waiting for the next one.
+static uint32_t count_waiting(const struct bd_net *net)
+{
+    uint32_t count = 0;
+    for (const struct bd_session *session = net->sessions; session; session = session->next)
+        count += session->parked_until_ns != 0 && !session->has_ended;
+    return count;
+}
+
+// A goodbye of either side ends it; a connection that broke leaves it waiting for the next one, if
+// not too many wait already.
 static bool may_be_resumed(const struct bd_session *session, const struct bd_conn *conn)
 {
-    return session->is_resumable && conn->state == BD_CONN_CLOSED && !session->net->draining;
+    const struct bd_net *net = session->net;
+    return session->is_resumable && conn->state == BD_CONN_CLOSED && !net->draining &&
+           count_waiting(net) < net->options.limits.resumable_sessions;
 }
 
 void bd_session_gone(struct bd_conn *conn)

@@ -8,8 +8,6 @@
 #include "net/session_internal.h"
 #include "net/spool.h"
 
-#define UPLOADS_AT_ONCE 16
-
 // One blob on its way in.
 struct bd_session_upload {
     struct bd_session *session;
@@ -73,9 +71,11 @@ static enum bd_err check_first_piece(const struct bd_session *session, const Bou
         return bd_fault_set(fault, BD_ERR_LIMIT, "blob_bytes",
                             "a blob of %llu bytes is above the limit blob_bytes of %llu",
                             (unsigned long long)put->size_bytes, (unsigned long long)most);
-    if (session->upload_count >= UPLOADS_AT_ONCE)
-        return bd_fault_set(fault, BD_ERR_BUSY, "blob", "%d uploads are under way",
-                            UPLOADS_AT_ONCE);
+    if (session->upload_count >= session->net->options.limits.uploads_per_connection)
+        return bd_fault_set(fault, BD_ERR_BUSY, "uploads_per_connection",
+                            "%u uploads are under way on this connection (limit "
+                            "uploads_per_connection)",
+                            session->upload_count);
     return BD_ERR_OK;
 }
 

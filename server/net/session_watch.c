@@ -7,7 +7,6 @@
 #include "net/session_internal.h"
 #include "net/watch.h"
 
-#define WATCHES_AT_ONCE 64
 // A peer that is so far behind is told that it missed something, once it has caught up.
 #define UNSENT_BYTES_MAX (1u << 20)
 
@@ -66,9 +65,11 @@ void bd_session_flush_watches(struct bd_session *session)
 
 static enum bd_err begin(struct bd_session_watch *watch, const char *scene, struct bd_fault *fault)
 {
-    if (watch->session->watch_count >= WATCHES_AT_ONCE)
-        return bd_fault_set(fault, BD_ERR_BUSY, "", "%d watches are open on this connection",
-                            WATCHES_AT_ONCE);
+    if (watch->session->watch_count >= watch->session->net->options.limits.watches_per_connection)
+        return bd_fault_set(fault, BD_ERR_BUSY, "watches_per_connection",
+                            "%u watches are open on this connection (limit "
+                            "watches_per_connection)",
+                            watch->session->watch_count);
     return bd_watch_begin(&watch->watch, watch->session->net, scene, fault);
 }
 

@@ -274,6 +274,11 @@ static void on_bytes(struct bd_conn *conn, const uint8_t *bytes, size_t size)
         bd_session_update_reading(conn->session);
 }
 
+static bool owes(const struct bd_conn *conn)
+{
+    return of(conn)->used > 0;
+}
+
 // A peer whose network has vanished says nothing, and neither does one that looks at a still
 // picture: only a ping tells them apart.
 static void on_tick(struct bd_conn *conn)
@@ -295,6 +300,7 @@ static void on_tick(struct bd_conn *conn)
 static const struct bd_conn_ops websocket_ops = {
     .bytes = on_bytes,
     .patience_s = bd_session_patience_s,
+    .owes = owes,
     .silent = bd_session_silent,
     .drain = bd_session_drain,
     .written = bd_session_written,

@@ -10,6 +10,9 @@ import bounced_pb2
 import pytest
 from conftest import BOUNCED, SCENES, Daemon, blob_name, frame, read_all
 from test_framed import add_scene, envelope, render
+from test_resume import break_off
+from test_resume import framed as resumable
+from ws_client import WebSocket
 
 GLB = (SCENES / "cornell.glb").read_bytes()
 
@@ -129,6 +132,93 @@ def test_hello_and_idle_seconds(start):
         answer, _ = client.receive()
         assert answer.error.details.field == field
         assert client.sock.recv(1) == b""
+
+
+def test_scene_name_bytes(start):
+    daemon = start("--limit", "scene_name_bytes=100")
+    client, blob = daemon.framed(), daemon.put_blob(GLB)
+    for name, is_too_long in (("n" * 100, False), ("n" * 101, True), ("\u00e9" * 51, True)):
+        if is_too_long:
+            assert_limit(daemon.json("POST", "/v1/scenes", {"blob": blob, "name": name}), 413,
+                         "scene_name_bytes")
+            add = bounced_pb2.SceneAdd(blob=blob, name=name)
+            error = client.ask(envelope(scene_add=add))[0].error
+            assert (error.code, error.details.field) == ("limit", "scene_name_bytes")
+        else:
+            status, scene = daemon.json("POST", "/v1/scenes", {"blob": blob, "name": name})
+            assert status == 201 and scene["name"] == name
+    assert len(daemon.json("GET", "/v1/scenes")[1]["scenes"]) == 1
+
+
+def test_scene_names_are_never_cut(shared):
+    blob = shared.put_blob(GLB)
+    assert_limit(shared.json("POST", "/v1/scenes", {"blob": blob, "name": "n" * 128}), 413,
+                 "scene_name_bytes")
+    status, scene = shared.json("POST", "/v1/scenes", {"blob": blob, "name": "n" * 127})
+    assert status == 201 and scene["name"] == "n" * 127
+
+
+def test_head_bytes(start):
+    daemon = start("--limit", "head_bytes=2K")
+    assert daemon.request("GET", "/v1/scenes", headers={"X-Long": "x" * 1500})[0] == 200
+    for headers, path in (({"X-Long": "x" * 2100}, "/v1/scenes"), ({}, "/v1/scenes?a=" + "x" * 2100)):
+        assert_limit(daemon.json("GET", path, headers=headers), 431, "head_bytes")
+    with socket.create_connection(("127.0.0.1", daemon.port), 5) as web:
+        web.sendall(b"GET /v1/socket HTTP/1.1\r\nHost: 127.0.0.1\r\nCookie: " + b"x" * 3000)
+        assert read_all(web).startswith(b"HTTP/1.1 431 ")
+
+
+def test_what_one_connection_has_under_way(start):
+    daemon = start("--limit", "requests_per_connection=2", "--limit", "uploads_per_connection=1",
+                   "--limit", "watches_per_connection=1", env={"BD_FAKE_FRAME_MS": "300"})
+    scene = daemon.add_scene()
+    for client in (daemon.framed(), WebSocket(daemon)):
+        ids = [client.send(render(scene)) for _ in range(3)]
+        answers = {answer.request_id: answer for answer in (client.receive()[0] for _ in range(3))}
+        assert answers[ids[2]].error.details.field == "requests_per_connection"
+        assert all(answers[id].HasField("render_reply") for id in ids[:2])
+        for number in range(2):
+            put = bounced_pb2.BlobPut(blob=blob_name(b"%d" % number), size_bytes=10)
+            answer = client.ask(envelope(blob_put=put), b"abc")[0]
+        assert (answer.error.code, answer.error.details.field) == ("busy", "uploads_per_connection")
+        for _ in range(2):
+            answer = client.ask(envelope(scene_watch=bounced_pb2.SceneWatch()))[0]
+        assert (answer.error.code, answer.error.details.field) == ("busy", "watches_per_connection")
+        client.close()
+
+
+def test_connections_of_one_client(start):
+    daemon = start("--limit", "connections_per_client=3")
+    held = [socket.create_connection(("127.0.0.1", port), 5)
+            for port in (daemon.port, daemon.tcp_port, daemon.port)]
+    time.sleep(0.1)
+    with socket.create_connection(("127.0.0.1", daemon.port), 5) as fourth:
+        assert read_all(fourth) == b""
+    other = daemon.framed()  # a user, not an address
+    assert other.ask(envelope(stats=bounced_pb2.Stats()))[0].stats_reply.connections == 4
+    for sock in held:
+        sock.close()
+    time.sleep(0.1)
+    assert daemon.healthy()
+
+
+def test_sessions_that_wait_for_their_client(start):
+    daemon = start("--limit", "resumable_sessions=1")
+    first, second = (resumable(daemon, "") for _ in range(2))
+    tokens = [reply.session for _, reply in (first, second)]
+    for client, _ in (first, second):
+        break_off(client)
+        time.sleep(0.2)
+    resumed = [resumable(daemon, token)[1].resumed for token in tokens]
+    assert resumed == [True, False]
+
+
+def test_view_credits(start):
+    daemon = start("--limit", "view_credits=3")
+    scene, client = daemon.add_scene(), daemon.framed()
+    view = bounced_pb2.ViewOpen(scene=scene, frame=frame(), credits=4)
+    error = client.ask(envelope(view_open=view))[0].error
+    assert error.details.field == "credits" and "view_credits" in error.message
 
 
 # --- options --------------------------------------------------------------------------------
