@@ -20,6 +20,7 @@ BOUNCED = os.environ["BD_BOUNCED"]
 # Freed memory stays in the sanitizer's quarantine.
 IS_SANITIZED = any(init in pathlib.Path(BOUNCED).read_bytes() for init in (b"__asan_init", b"__tsan_init"))
 IS_GRADIENT = BOUNCED.endswith("bounced_gradient")
+ANSWER_S = 60 if IS_SANITIZED else 10  # until an answer that does not come is missed
 sys.path.insert(0, os.environ["BD_PB2_DIR"])
 sys.dont_write_bytecode = True
 
@@ -123,10 +124,10 @@ class Daemon:
 
     def framed(self, tcp=False, hello=True):
         if tcp:
-            sock = socket.create_connection(("127.0.0.1", self.tcp_port), 10)
+            sock = socket.create_connection(("127.0.0.1", self.tcp_port), ANSWER_S)
         else:
             sock = socket.socket(socket.AF_UNIX)
-            sock.settimeout(10)
+            sock.settimeout(ANSWER_S)
             sock.connect(self.socket_path)
         client = Framed(sock)
         if hello:
