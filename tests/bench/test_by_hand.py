@@ -10,10 +10,12 @@ import pytest
 
 import block_gather
 import by_hand
+import import_stall
 import paths
 import second_camera
 import temporal
 import vpl_reference
+from harness.glb import Glb
 
 SCENE = Path(__file__).resolve().parents[1] / "scenes/cornell.glb"
 TAKE_NAMES = [temporal, vpl_reference]  # of scenes
@@ -197,3 +199,33 @@ def test_scenes_are_named_and_programs_are_the_build_s(build):
     by_hand.write({"machine": by_hand.machine()}, options.output)
     assert set(json.loads(options.output.read_text())["machine"]) == {"cpu", "cores", "kernel",
                                                                       "load_before"}
+
+
+# --- import_stall -------------------------------------------------------------------------------
+
+
+def metrics(name, counts, longest_s):
+    ends = ("0.02", "0.05", "0.1", "+Inf")
+    lines = [f'bounced_{name}_seconds_bucket{{le="{end}"}} {count}' for end, count in zip(ends, counts)]
+    return "\n".join([*lines, f"bounced_{name}_seconds_max {longest_s}", ""])
+
+
+def test_stalls_of_a_phase_are_those_that_came_in_it():
+    def read(*words):
+        return import_stall.parse_stalls(metrics("loop_stall", *words), "loop_stall")
+    before = read((90, 95, 99, 100), 0.2)
+    # Four new ones: one below 20 ms, two below 50, one below 100; the longest of late is an older one.
+    row = import_stall.difference(before, read((91, 98, 103, 104), 0.2))
+    assert row == {"over_20_ms": 3, "over_50_ms": 1, "over_100_ms": 0, "longest_ms": 100}
+    # And one that is the longest of late is known to the digit.
+    row = import_stall.difference(before, read((90, 95, 99, 101), 0.3251))
+    assert row == {"over_20_ms": 1, "over_50_ms": 1, "over_100_ms": 1, "longest_ms": 325.1}
+    assert import_stall.difference(before, before)["longest_ms"] == 0
+
+
+def test_the_large_scene_is_as_large_as_asked_for_and_the_same_again():
+    data = import_stall.make_scene(2, 3, seed=1)
+    assert 2e6 <= len(data) < 2.3e6
+    assert data == import_stall.make_scene(2, 3, seed=1) != import_stall.make_scene(2, 3, seed=2)
+    glb = Glb.loads(data)
+    assert len(glb.doc["meshes"]) == 3 and len(glb.binary) > 2e6
