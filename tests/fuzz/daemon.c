@@ -174,7 +174,6 @@ void daemon_begin(bool has_tokens)
 
 void daemon_end(void)
 {
-    daemon_settle();
     for (uint32_t i = 0; i < DAEMON_PEERS; i++) daemon_reset(i);
     daemon_settle();
     // Sessions that could be resumed end, quiet is over, and closing connections lose patience.

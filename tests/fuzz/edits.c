@@ -236,7 +236,7 @@ static void revert(struct world *world, uint64_t revision)
 static void take_payload(struct world *world, const struct script *script)
 {
     free(world->payload);
-    world->payload = malloc(script->size + 1);
+    world->payload = malloc(script->size ? script->size : 1); // one byte beyond is the sanitizer's
     BD_ASSERT(world->payload);
     memcpy(world->payload, script->bytes, script->size);
     world->payload_bytes = script->size;

@@ -5,7 +5,7 @@
 // first, as it is, to the current peer, who is connected by HTTP if he is not yet. Commands:
 //   T: as the first one: tokens are asked for
 //   h, f: a new connection of the current peer: HTTP, framed      1 to 4: another peer
-//   s, end: nothing but sending
+//   s: nothing but sending      end: what is left is sent and all settles; nothing left: all breaks off
 //   j, p: an envelope in JSON, in protobuf: sent as his face carries it    d: its payload
 //   w: one WebSocket frame whose first byte is opcode and flags, the rest its content
 //   x: the connection is reset       c: half closed
@@ -181,6 +181,9 @@ static void step(struct talk *talk, const struct script *script, int command)
         break;
     case 'g':
         daemon_end_frame();
+        break;
+    case 0:
+        if (script->size > 0) daemon_settle();
         break;
     case 'a':
         daemon_settle();

@@ -109,6 +109,15 @@ OPS = {
 }
 
 
+# One number or name each: what an edit touches and what follows from it must agree.
+SMALL = [{"set_light": {"light": 0, "intensity": 11}}, {"set_light": {"light": 1, "cone_outer": 0.5}},
+         {"set_light": {"light": 0, "name": "x"}}, {"set_camera": {"camera": 0, "yfov": 0.9}},
+         {"set_material": {"material": 0, "roughness": 0.5}}, {"set_material": {"material": 1, "emissive": [9, 9, 9]}},
+         {"set_transform": {"node": 1, "translation": [0, 0, 1]}}, {"set_node": {"node": 0, "shown": False}},
+         {"set_environment": {"radiance": [0, 0, 0]}}, {"set_mesh_vertices": {"mesh": 0, "positions": {
+             "values": [0, 0, 0, 2, 0, 0, 2, 1, 0, 0, 1, 0]}}}]
+
+
 def batch(ops, **more):
     return json.dumps({"ops": ops, **more}, separators=(",", ":")).encode()
 
@@ -116,6 +125,7 @@ def batch(ops, **more):
 def seed_edits(pb, out):
     for name, ops in OPS.items():
         write(out / "edits", name, script((batch(ops), None)))
+    write(out / "edits", "small", script(*((batch([op]), "e") for op in SMALL)))
     lamp, node = batch(OPS["lights"]), batch(OPS["nodes"])
     write(out / "edits", "undo-redo", script((lamp, "e"), (b"", "u"), (b"", "r"), (node, "e"), (b"", "u"),
                                              (b"", "u"), (b"\0", "v")))
@@ -126,6 +136,9 @@ def seed_edits(pb, out):
         material=0, positions=pb.Data(payload=True))]))])
     floats = struct.pack("<9f", 0, 0, 0, 1, 0, 0, 0, 1, 0)
     write(out / "edits", "payload", script((floats, "d"), (message.SerializeToString(), "b")))
+    data = {"payload": True, "offset": 4, "size_bytes": 36}
+    write(out / "edits", "slice", script((b"abcd" + floats, "d"), (batch([{"add_mesh": {"primitives": [
+        {"positions": data}]}}, {"set_mesh": {"mesh": -2, "primitives": [{"positions": {**data, "offset": 6}}]}}]), "e")))
 
 
 def seed_journal(out):
@@ -206,6 +219,10 @@ def seed_http_sessions(out, scene, blob):
                  "eye": [0, 0, 5], "target": [0, 0, 0]}, "sequence": 7}), (b"", "a"), (b"\2", "t"), (b"", "a")]
     edit = unit(4, edit_batch={"scene": scene, "ops": OPS["lights"], "durability": "transient"})
     write(out, "view", script((b"", "f"), hello, *views, edit, (b"", "a"), unit(5, view_close={"view": 1})))
+    # Ended while a frame is rendered, encoded, or on its way back.
+    for name, under_way in (("rendering", ""), ("encoding", "g"), ("encoded", "gr")):
+        write(out, "view-closed-" + name, script((b"", "f"), hello, views[0], *((b"", c) for c in under_way),
+                                                 unit(3, view_close={"view": 1}), *views, *((b"", c) for c in under_way)))
     write(out, "resume", script((b"", "f"), hello, *views, unit(6, scene_watch={}), edit, (b"", "x"), (b"", "a"),
                                 (b"", "f"), again, (b"", "a"), (b"", "2"), (b"", "f"), again, (b"\7", "t")))
     write(out, "requests", script((b"", "f"), hello, unit(2, render={"scene": scene, "frame": frame, "progress": True}),
