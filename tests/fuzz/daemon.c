@@ -111,7 +111,7 @@ static void set_limits(struct bd_limits *limits)
     limits->views_per_client = 3;
     limits->view_credits = 4;
     limits->connections = DAEMON_PEERS;
-    limits->resume_bytes = 4096;
+    limits->resume_bytes = 1024;
     limits->cookies = 2;
 }
 

@@ -123,7 +123,7 @@ static void forget_payload(struct talk *talk)
 // True if the command took what was gathered.
 static bool send_as(struct talk *talk, const struct script *script, int command)
 {
-    static const uint16_t pass_ms[] = {1, 20, 100, 400, 1000, 5000, 11000, 31000};
+    static const uint32_t pass_ms[] = {1, 20, 100, 400, 1000, 5000, 11000, 31000, 61000, 130000};
     switch (command) {
     case 'j':
     case 'p':
@@ -143,7 +143,7 @@ static bool send_as(struct talk *talk, const struct script *script, int command)
             send_frame(talk, script->bytes[0], script->bytes + 1, script->size - 1);
         return true;
     case 't':
-        daemon_pass_ms(pass_ms[script_number(script, 8)]);
+        daemon_pass_ms(pass_ms[script_number(script, sizeof pass_ms / sizeof pass_ms[0])]);
         return true;
     default:
         return false;

@@ -11,7 +11,7 @@ import sys
 def main(target, corpus, work, seconds):
     found = pathlib.Path(work) / "new"
     found.mkdir(parents=True, exist_ok=True)
-    command = [target, f"-max_total_time={seconds}", "-timeout=10", "-rss_limit_mb=4096",
+    command = [target, f"-max_total_time={seconds}", "-timeout=30", "-rss_limit_mb=4096",
                "-max_len=16384", f"-artifact_prefix={work}/", "-print_final_stats=1",
                str(found), corpus]
     dictionary = pathlib.Path(__file__).with_name(pathlib.Path(corpus).name + ".dict")

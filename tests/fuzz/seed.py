@@ -6,6 +6,7 @@ import json
 import pathlib
 import struct
 import sys
+import zlib
 
 HERE = pathlib.Path(__file__).resolve().parent
 SCENES = HERE.parent / "scenes"
@@ -166,13 +167,26 @@ def request(line, *headers, body=b""):
 JSON_TYPE = "Content-Type: application/json"
 
 
+def png():
+    """Two pixels by two, grey."""
+    def chunk(name, content):
+        return struct.pack(">I", len(content)) + name + content + struct.pack(">I", zlib.crc32(name + content))
+    return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", 2, 2, 8, 0, 0, 0, 0))
+            + chunk(b"IDAT", zlib.compress(b"\0\x40\x80\0\xc0\xff")) + chunk(b"IEND", b""))
+
+
 def seed_http_requests(out, scene, blob):
     at = f"/v1/scenes/{scene}"
     gets = ["/", "/healthz", "/readyz", "/metrics", "/v1/devices", "/v1/stats", "/v1/techniques", "/v1/scenes",
             at, at + "?objects=1", at + "/log?limit=3"]
     write(out, "gets", script((b"".join(request("GET " + path) for path in gets), None)))
-    frame = f"GET {at}/frame.png?size=8x8&technique=rsm&param=vpls=64&exposure=auto&layers=albedo&camera=front"
+    frame = f"GET {at}/frame.png?size=8x8&technique=rsm&exposure=auto&layers=albedo&camera=front"
     write(out, "frame", script((request(frame), None)))
+    every = ("size=8x4&camera=0&technique=rsm&set=vpls%3D64&layers=beauty,albedo&aa=2&seed=7&exposure=1.5&tonemap=agx&half=1"
+             "&quality=80&deadline_ms=400&plan=0&fresh=all&against=full")
+    checked = "size=8x4&technique=reference&region=0,0,4,4&check=16&target_error=5"
+    write(out, "queries", script((request(f"GET {at}/frame.exr?{every}"), "a"), (request(f"GET {at}/frame.jpg?{every}"), "a"),
+                                 (request(f"GET {at}/frame.json?{checked}"), "a"), (request(f"GET {at}/frame.png?%zz=1"), None)))
     write(out, "frame-cancelled", script((request(frame), "x"), (request(frame), "c")))
     edit = batch(OPS["lights"], client_edit_id="x", message="m")
     posts = [("edits", edit), ("edits", edit), ("undo", b"{}"), ("undo", b'{"redo":true}'), ("revert", b'{"revision":2}'),
@@ -186,13 +200,29 @@ def seed_http_requests(out, scene, blob):
     add = json.dumps({"blob": "sha256:" + blob[0], "name": "bare"}).encode()
     write(out, "add-scene", script((put, "a"), (request("POST /v1/scenes", JSON_TYPE, body=add), "a"),
                                    (request("GET /v1/scenes"), "a"), (request("DELETE " + at), None)))
+    picture = png()
+    names = {name: hashlib.sha256(content).hexdigest() for name, content in (("png", picture), ("glb", blob[1]))}
+    heavy = [{"add_texture": {"blob": "sha256:" + names["png"], "wrap_s": "mirror"}},
+             {"set_material": {"material": 0, "base_color_texture": -2}},
+             {"import": {"parent": 0, "blob": "sha256:" + names["glb"], "name": "in"}}]
+    write(out, "heavy", script(*((request(f"PUT /v1/blobs/sha256:{names[name]}", "Content-Type: application/octet-stream",
+                                          body=content), "a") for name, content in (("png", picture), ("glb", blob[1]))),
+                               (request(f"HEAD /v1/blobs/sha256:{names['png']}"), "a"),
+                               (request(f"POST {at}/edits", JSON_TYPE, body=batch(heavy)), "a"),
+                               (request(f"POST {at}/edits", JSON_TYPE, body=batch(OPS["meshes"])), "r"),
+                               (request(f"GET {at}?objects=1"), None)))
     form = (b'--xyz\r\nContent-Disposition: form-data; name="scene"\r\n\r\n' + blob[1] + b"\r\n--xyz--\r\n")
     write(out, "multipart", script((request("POST /v1/render?size=4x4&encoding=exr",
                                             "Content-Type: multipart/form-data; boundary=xyz",
                                             "Bounced-Client: x", "Expect: 100-continue", body=form), None)))
     write(out, "streams", script((request(f"GET {at}/stream.mjpeg?size=4x4&fps=5"), "g"), (b"", "a"), (b"\3", "t"),
-                                 (b"", "a"), (b"", "2"), (request("GET /v1/events"), "h"),
-                                 (request(f"POST {at}/edits", JSON_TYPE, body=edit), "a")))
+                                 (b"", "a"), (b"", "2"), (request("GET /v1/events"), "3"),
+                                 (request(f"POST {at}/edits", JSON_TYPE, body=edit), "a"), (b"\7", "t"),
+                                 (b"", "2"), (b"ignored", "3"), (request("DELETE " + at), "a")))
+    write(out, "silence", script((b"GET / HTTP/1.1\r\nHo", "s"), (b"\6", "t"), (b"", "2"),
+                                 (request("PUT /v1/blobs/sha256:" + "0" * 64, "Content-Length: 9",
+                                          "Content-Type: application/octet-stream"), "s"), (b"\11", "t"),
+                                 (b"", "3"), (b"", "f"), (b"\6", "t"), (b"", "4"), (b"", "h"), (b"\11", "t")))
     write(out, "odd-heads", script((request("GET /x", "Transfer-Encoding: chunked"), "h"),
                                    (b"GET / HTTP/1.1\r\nHost : a\r\n\r\n", "h"),
                                    (request("POST /v1/scenes", "Content-Length: 5", "Content-Length: 6"), "h"),
@@ -202,7 +232,12 @@ def seed_http_requests(out, scene, blob):
     write(out, "tokens", script((b"", "T"), (request("GET /v1/scenes"), "a"), (login, "a"),
                                 (request("GET /v1/stats", f"Cookie: bounced_session={cookie}"), "a"),
                                 (request("GET " + at, "Authorization: Bearer read-read-read-read"), "a"),
-                                (request("GET /metrics", "Authorization: Bearer edit-edit-edit-edit"), None)))
+                                (request("GET /metrics", "Authorization: Bearer edit-edit-edit-edit"), "a"),
+                                (request(f"POST {at}/edits", "Authorization: Bearer edit-edit-edit-edit", JSON_TYPE,
+                                         body=batch(OPS["meshes"])), "a"),
+                                (request("POST /v1/scenes", "Authorization: Bearer edit-edit-edit-edit", JSON_TYPE, body=add), "a"),
+                                (request("DELETE /v1/session", f"Cookie: bounced_session={cookie}",
+                                         "Origin: http://localhost"), None)))
 
 
 def seed_http_sessions(out, scene, blob):
@@ -230,6 +265,13 @@ def seed_http_sessions(out, scene, blob):
                                   unit(6, scene_get={"id": scene, "objects": True}), unit(7, stats={}),
                                   unit(8, edit_undo={"scene": scene}), unit(9, scene_log={"scene": scene}),
                                   unit(10, scene_remove={"id": scene}), unit(10, techniques={}), (b"", "q")))
+    # A light's whole state, as a journal has it (server/scene/delta.h).
+    light = b"BDDELT01" + struct.pack("<III64s?I7f", 1, 3, 0, b"lamp", False, 1, 1, 1, 1, 5, 9, 0.7, 0.1)
+    replays = [step for i, kind in enumerate(("edit", "undo", "redo", "revert"))
+               for step in ((light, "d"), unit(2 + i, scene_replay={"scene": scene, "revision": 10 + i, "kind": kind,
+                                                                    "of": i, "client_edit_id": "r%d" % i}), (b"", "a"))]
+    write(out, "replay", script((b"", "f"), hello, *replays, unit(8, edit_undo={"scene": scene}), (b"", "a"),
+                                unit(9, edit_undo={"scene": scene, "redo": True}), (b"", "a")))
     half = len(blob[1]) // 2
     put = {"blob": "sha256:" + blob[0], "size_bytes": len(blob[1])}
     write(out, "upload", script((b"", "f"), hello, (blob[1][:half], "d"), unit(2, blob_put={**put, "offset": 0}), (b"", "a"),
@@ -240,6 +282,15 @@ def seed_http_sessions(out, scene, blob):
                       "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==", "Sec-WebSocket-Protocol: bounced.v1")
     write(out, "websocket", script((upgrade, "s"), hello, *views, (b"\x89ping", "w"), (b"\x02\0\0", "w"),
                                    (b"\x80\0\0", "w"), (b"\x88\x03\xe8", "w")))
+    write(out, "websocket-silence", script((upgrade, "s"), hello, views[0], (b"\10", "t"), (b"\x8a", "w"), (b"\10", "t"),
+                                           (b"\10", "t"), (b"\10", "t"), (b"", "2"), (upgrade, "s"), (b"\6", "t"),
+                                           (b"", "3"), (upgrade, "s"), hello, (b"\x02\1\0\0\0\7", "w"), (b"", "4"),
+                                           (upgrade, "s"), hello, (b"\x81x", "w"), (b"", "q"), (b"\6", "t")))
+    # The lengths in sight: hello and scene_list, and one that ends early.
+    raw = [struct.pack("<I", len(unit)) + unit for unit in (b"\x08\1\x52\2\x08\1", b"\x08\2\x6a\0")]
+    write(out, "raw-units", script((upgrade, "s"), *((b"\x82" + unit, "w") for unit in raw), (b"", "2"), (b"", "f"),
+                                   (b"".join(struct.pack("<I", len(unit)) + unit for unit in raw), "s"),
+                                   (struct.pack("<II", 9, 5) + b"abc", None)))
     write(out, "two-views", script((b"", "f"), hello, *views, (b"", "2"), (b"", "f"), hello, *views,
                                    unit(8, scene_remove={"id": scene}), (b"", "a")))
 
