@@ -178,7 +178,7 @@ def png():
 def seed_http_requests(out, scene, blob):
     at = f"/v1/scenes/{scene}"
     gets = ["/", "/healthz", "/readyz", "/metrics", "/v1/devices", "/v1/stats", "/v1/techniques", "/v1/scenes",
-            at, at + "?objects=1", at + "/log?limit=3"]
+            at, at + "?objects=1", at + "/log?limit=3", at + "/export"]
     write(out, "gets", script((b"".join(request("GET " + path) for path in gets), None)))
     frame = f"GET {at}/frame.png?size=8x8&technique=rsm&exposure=auto&layers=albedo&camera=front"
     write(out, "frame", script((request(frame), None)))
@@ -264,7 +264,8 @@ def seed_http_sessions(out, scene, blob):
                                   unit(3, cancel={"request_id": 2}), unit(4, scene_list={}), unit(5, devices={}),
                                   unit(6, scene_get={"id": scene, "objects": True}), unit(7, stats={}),
                                   unit(8, edit_undo={"scene": scene}), unit(9, scene_log={"scene": scene}),
-                                  unit(10, scene_remove={"id": scene}), unit(10, techniques={}), (b"", "q")))
+                                  unit(11, scene_export={"scene": scene}), (b"", "a"),
+                                  unit(10, scene_remove={"id": scene}), unit(12, techniques={}), (b"", "q")))
     # A light's whole state, as a journal has it (server/scene/delta.h).
     light = b"BDDELT01" + struct.pack("<III64s?I7f", 1, 3, 0, b"lamp", False, 1, 1, 1, 1, 5, 9, 0.7, 0.1)
     replays = [step for i, kind in enumerate(("edit", "undo", "redo", "revert"))
