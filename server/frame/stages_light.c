@@ -15,6 +15,12 @@ static void destroy_rsm(void *owner, void *output)
     bd_rsm_destroy(((struct bd_renderer *)owner)->gpu, &rsm);
 }
 
+static void release_weights(void *owner, void *output)
+{
+    struct bd_rsm_weight_map *map = output;
+    bd_rsm_weight_map_release(((struct bd_renderer *)owner)->gpu, &map);
+}
+
 static void destroy_vpls(void *owner, void *output)
 {
     struct bd_vpl_list *list = output;
@@ -57,10 +63,32 @@ enum bd_err bd_stage_shadow_map(struct bd_frame *frame, struct bd_frame_light *l
     return BD_ERR_OK;
 }
 
+// What a moved light keeps, and one whose scene changes: no pass of its own. Directional weights
+// are areas in render units; those of the others have no length in them.
+static enum bd_err find_weights(struct bd_frame *frame, struct bd_rsm_inputs *inputs)
+{
+    struct bd_memo *memo = frame->renderer->memo;
+    const struct bd_light_setup *setup = inputs->light;
+    const bool is_directional = setup->light->kind == BD_LIGHT_DIRECTIONAL;
+    const double numbers[] = {setup->half_width, setup->half_height, setup->light->cone_inner,
+                              setup->light->cone_outer,
+                              is_directional ? inputs->scene->space.render_per_m : 0};
+    uint64_t key = bd_key_bytes(bd_key_begin("rsm_weights"), numbers, sizeof numbers);
+    key = bd_key_number(key, (uint64_t)setup->light->kind << 8 | setup->face_count);
+    key = bd_key_number(key, (uint64_t)inputs->side_px << 1 | inputs->paper_mode);
+    inputs->weights = bd_memo_find(memo, key);
+    if (inputs->weights) return BD_ERR_OK;
+    enum bd_err err =
+        bd_rsm_weight_map_create(frame->context.gpu, inputs, &inputs->weights, frame->fault);
+    if (err) return err;
+    bd_memo_store(memo, key, inputs->weights, bd_tex_bytes(inputs->weights->tex), release_weights);
+    return BD_ERR_OK;
+}
+
 enum bd_err bd_stage_rsm(struct bd_frame *frame, struct bd_frame_light *light)
 {
     const struct bd_params *params = &frame->plan->params;
-    const struct bd_rsm_inputs inputs = {
+    struct bd_rsm_inputs inputs = {
         .scene = frame->scene,
         .light = &light->setup,
         .side_px = light->rsm_size,
@@ -73,8 +101,9 @@ enum bd_err bd_stage_rsm(struct bd_frame *frame, struct bd_frame_light *light)
     light->rsm_key = bd_key_number(key, (uint64_t)params->lambert << 1 | params->paper_mode);
     if (bd_stage_reuse(frame, "rsm", light->rsm_key, (void **)&light->rsm)) return BD_ERR_OK;
     bd_stage_begin(frame, "rsm");
-    enum bd_err err =
-        bd_stage_end(frame, bd_rsm_render(&frame->context, &inputs, &light->rsm, frame->fault));
+    enum bd_err err = find_weights(frame, &inputs);
+    if (!err) err = bd_rsm_render(&frame->context, &inputs, &light->rsm, frame->fault);
+    err = bd_stage_end(frame, err);
     if (err) return err;
     bd_memo_store(frame->renderer->memo, light->rsm_key, light->rsm, bd_rsm_bytes(light->rsm),
                   destroy_rsm);

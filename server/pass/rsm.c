@@ -32,22 +32,54 @@ static enum bd_err create_textures(struct bd_gpu *gpu, struct bd_rsm *rsm, struc
     return err;
 }
 
-static enum bd_err upload_weights(struct bd_gpu *gpu, const struct bd_rsm_inputs *inputs,
-                                  struct bd_rsm *rsm, struct bd_fault *fault)
+// --- weights --------------------------------------------------------------------------------
+
+static enum bd_err upload_weights(struct bd_gpu *gpu, const struct bd_rsm_weights *weights,
+                                  struct bd_tex **out, struct bd_fault *fault)
 {
-    struct bd_rsm_weights weights =
-        bd_rsm_weights_create(inputs->light, inputs->scene->space.render_per_m, inputs->side_px,
-                              inputs->paper_mode);
-    rsm->weight_layer_count = weights.layer_count;
-    enum bd_err err = create_array(gpu, "rsm weight", BD_FORMAT_RG32F, weights.side_px,
-                                   weights.layer_count, &rsm->weight, fault);
-    size_t layer_floats = (size_t)weights.side_px * weights.side_px * 2;
-    for (uint32_t layer = 0; !err && layer < weights.layer_count; layer++)
-        bd_tex_upload(gpu, rsm->weight, layer, weights.values + layer_floats * layer,
+    enum bd_err err = create_array(gpu, "rsm weight", BD_FORMAT_RG32F, weights->side_px,
+                                   weights->layer_count, out, fault);
+    size_t layer_floats = (size_t)weights->side_px * weights->side_px * 2;
+    for (uint32_t layer = 0; !err && layer < weights->layer_count; layer++)
+        bd_tex_upload(gpu, *out, layer, weights->values + layer_floats * layer,
                       layer_floats * sizeof(float));
-    bd_rsm_weights_destroy(&weights);
     return err;
 }
+
+enum bd_err bd_rsm_weight_map_create(struct bd_gpu *gpu, const struct bd_rsm_inputs *inputs,
+                                     struct bd_rsm_weight_map **out, struct bd_fault *fault)
+{
+    struct bd_rsm_weights weights = bd_rsm_weights_create(
+        inputs->light, inputs->scene->space.render_per_m, inputs->side_px, inputs->paper_mode);
+    struct bd_rsm_weight_map *map = calloc(1, sizeof *map);
+    BD_ASSERT(map);
+    *map = (struct bd_rsm_weight_map){.layer_count = weights.layer_count, .owner_count = 1};
+    enum bd_err err = upload_weights(gpu, &weights, &map->tex, fault);
+    bd_rsm_weights_destroy(&weights);
+    if (err) bd_rsm_weight_map_release(gpu, &map);
+    *out = map;
+    return err;
+}
+
+void bd_rsm_weight_map_release(struct bd_gpu *gpu, struct bd_rsm_weight_map **map)
+{
+    struct bd_rsm_weight_map *m = *map;
+    *map = NULL;
+    if (!m || --m->owner_count > 0) return;
+    bd_tex_destroy(gpu, &m->tex);
+    free(m);
+}
+
+static enum bd_err take_weights(struct bd_gpu *gpu, const struct bd_rsm_inputs *inputs,
+                                struct bd_rsm *rsm, struct bd_fault *fault)
+{
+    if (!inputs->weights) return bd_rsm_weight_map_create(gpu, inputs, &rsm->weights, fault);
+    rsm->weights = inputs->weights;
+    rsm->weights->owner_count++;
+    return BD_ERR_OK;
+}
+
+// --- the map --------------------------------------------------------------------------------
 
 static enum bd_err draw_face(const struct bd_pass_context *context,
                              const struct bd_rsm_inputs *inputs, struct bd_rsm *rsm,
@@ -87,7 +119,7 @@ enum bd_err bd_rsm_render(const struct bd_pass_context *context, const struct bd
     };
     struct bd_tex *depth = NULL;
     enum bd_err err = create_textures(context->gpu, rsm, fault);
-    if (!err) err = upload_weights(context->gpu, inputs, rsm, fault);
+    if (!err) err = take_weights(context->gpu, inputs, rsm, fault);
     if (!err) err = bd_tex_create(context->gpu, &depth_desc, &depth, fault);
     for (uint32_t face = 0; !err && face < rsm->face_count; face++)
         err = draw_face(context, inputs, rsm, depth, face, fault);
@@ -106,13 +138,12 @@ void bd_rsm_destroy(struct bd_gpu *gpu, struct bd_rsm **rsm)
     bd_tex_destroy(gpu, &(*rsm)->position);
     bd_tex_destroy(gpu, &(*rsm)->normals);
     bd_tex_destroy(gpu, &(*rsm)->albedo);
-    bd_tex_destroy(gpu, &(*rsm)->weight);
+    bd_rsm_weight_map_release(gpu, &(*rsm)->weights);
     free(*rsm);
     *rsm = NULL;
 }
 
 uint64_t bd_rsm_bytes(const struct bd_rsm *rsm)
 {
-    return bd_tex_bytes(rsm->position) + bd_tex_bytes(rsm->normals) + bd_tex_bytes(rsm->albedo) +
-           bd_tex_bytes(rsm->weight);
+    return bd_tex_bytes(rsm->position) + bd_tex_bytes(rsm->normals) + bd_tex_bytes(rsm->albedo);
 }

@@ -44,7 +44,7 @@ struct bd_vpl_block_args bd_vpl_block_args(const struct bd_rsm *rsm, uint32_t fa
                                            enum bd_vpl_kernel kernel, double near_field)
 {
     return (struct bd_vpl_block_args){
-        .how = {(uint32_t)kernel, rsm->weight_layer_count == 1, face, 0},
+        .how = {(uint32_t)kernel, rsm->weights->layer_count == 1, face, 0},
         .limits = {(float)near_field, 0, 0, 0},
     };
 }
@@ -55,7 +55,7 @@ void bd_vpl_block_bind(const struct bd_rsm *rsm, const struct bd_vpl_list *list,
     bindings->textures[BD_UNIT_RSM_POSITION].tex = rsm->position;
     bindings->textures[BD_UNIT_RSM_NORMAL].tex = rsm->normals;
     bindings->textures[BD_UNIT_RSM_ALBEDO].tex = rsm->albedo;
-    bindings->textures[BD_UNIT_RSM_WEIGHT].tex = rsm->weight;
+    bindings->textures[BD_UNIT_RSM_WEIGHT].tex = rsm->weights->tex;
     bindings->storage[BD_STORAGE_VPLS].buf = list->vpls;
     bindings->storage[BD_STORAGE_VPLS].write = true;
     bindings->storage[BD_STORAGE_VPL_QUADS].buf = list->quads;

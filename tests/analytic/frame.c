@@ -169,6 +169,34 @@ static void a_brighter_light_keeps_its_maps(void **state)
     ASSERT_REL(after, 1.25 * before, 1e-5);
 }
 
+static void harden_spots(struct world *w)
+{
+    for (uint32_t i = 0; i < w->scene->light_count; i++) {
+        struct bd_light *light = &w->scene->lights[i];
+        if (light->kind == BD_LIGHT_SPOT) light->cone_inner = 0.9f * light->cone_outer;
+    }
+}
+
+// The weights of a map's texels are kept for all maps of a light: until its shape changes, of which
+// here nothing but the inner cone does.
+static void texel_weights_follow_the_cone(void **state)
+{
+    struct bd_image *kept[BD_LAYER_COUNT], *anew[BD_LAYER_COUNT], *soft[BD_LAYER_COUNT];
+    make_room(*state, 1, origin, 1);
+    world_render(*state, "rsm", 0, WIDTH, HEIGHT, all_layers, few_vpls, soft);
+    harden_spots(*state);
+    world_render(*state, "rsm", 0, WIDTH, HEIGHT, all_layers, few_vpls, kept);
+    world_reopen_device(*state);
+    make_room(*state, 1, origin, 1);
+    harden_spots(*state);
+    world_render(*state, "rsm", 0, WIDTH, HEIGHT, all_layers, few_vpls, anew);
+    for (int l = 0; l < BD_LAYER_RENDERED_COUNT; l++) assert_true(same_pixels(kept[l], anew[l]));
+    assert_false(same_pixels(soft[BD_LAYER_INDIRECT], kept[BD_LAYER_INDIRECT]));
+    world_free_layers(soft);
+    world_free_layers(kept);
+    world_free_layers(anew);
+}
+
 // Where the picture jumps is the camera's affair alone.
 static void a_moved_light_keeps_the_fragments(void **state)
 {
@@ -532,6 +560,7 @@ int main(void)
         cmocka_unit_test(another_camera_reuses_the_light_side),
         cmocka_unit_test(fresh_frames_take_nothing_over),
         cmocka_unit_test(a_brighter_light_keeps_its_maps),
+        cmocka_unit_test(texel_weights_follow_the_cone),
         cmocka_unit_test(a_moved_light_keeps_the_fragments),
         cmocka_unit_test(another_camera_keeps_clusters_and_trees),
         cmocka_unit_test(pyramids_that_nobody_asks_are_left_out),
