@@ -6,6 +6,7 @@
 
 #include "base/assert.h"
 #include "base/clock.h"
+#include "net/conn.h"
 
 static void count_pass(struct bd_net_stats *stats, const char *name, double ms, bool ran)
 {
@@ -33,6 +34,15 @@ void bd_net_count_refusal(struct bd_net *net)
     net->stats.requests_refused++;
 }
 
+// Of slow and stalled peers: what credits and room let through.
+static uint64_t sum_unsent_bytes(const struct bd_net *net)
+{
+    uint64_t sum = 0;
+    for (const struct bd_conn *conn = net->conns; conn; conn = conn->next)
+        sum += bd_conn_unsent_bytes(conn);
+    return sum;
+}
+
 struct bd_answer bd_answer_stats(struct bd_net *net)
 {
     struct bd_sched_stats sched;
@@ -56,6 +66,7 @@ struct bd_answer bd_answer_stats(struct bd_net *net)
     BD_SET(reply, requests, net->stats.requests);
     BD_SET(reply, requests_refused, net->stats.requests_refused);
     BD_SET(reply, reference_memory_mib, sched.reference_memory_mib);
+    BD_SET(reply, unsent_bytes, sum_unsent_bytes(net));
     return bd_answer_of(BOUNCED__ENVELOPE__BODY_STATS_REPLY, reply);
 }
 
@@ -184,6 +195,8 @@ char *bd_net_metrics_text(struct bd_net *net)
     write_counter(out, "received_bytes_total", "Bytes from clients.", (double)net->stats.bytes_in);
     write_counter(out, "sent_bytes_total", "Bytes to clients.", (double)net->stats.bytes_out);
     write_gauge(out, "connections", "Open connections.", net->conn_count);
+    write_gauge(out, "unsent_bytes", "Bytes that wait for peers to read them.",
+                (double)sum_unsent_bytes(net));
     write_gauge(out, "scenes", "Scenes held.", bd_store_count(net->options.store));
     write_all_stalls(out, net, &sched);
     write_passes(out, &net->stats);

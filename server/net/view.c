@@ -26,7 +26,6 @@ struct bd_view {
     bool is_closed;                  // freed once its frame came back
     char scene_id[BD_SCENE_ID_BYTES];
     struct bd_frame_options options;
-    uint32_t credit_max;
     uint64_t sequence;
     struct bd_view_state state;
     uint64_t wanted_ns; // when the last change came
@@ -348,14 +347,14 @@ void bd_views_scene_changed(struct bd_net *net, const char *scene_id, bool is_re
 
 void bd_view_credit(struct bd_view *view, uint32_t count)
 {
-    uint32_t room = view->credit_max - view->state.credits;
-    view->state.credits += count < room ? count : room;
+    bd_view_take_credits(&view->state, count, bd_clock_ns());
     step(view);
 }
 
 void bd_view_restart(struct bd_view *view)
 {
-    view->state.credits = view->credit_max;
+    view->state.credits = view->state.credit_max;
+    view->state.pace_ns = view->state.credit_ns = 0;
     change(view);
 }
 
@@ -441,11 +440,11 @@ enum bd_err bd_view_open(const struct bd_view_start *start, struct bd_view **out
                              .user = start->user,
                              .next = net->views,
                              .options = options,
-                             .credit_max = start->credits,
                              .wanted_ns = bd_clock_ns(),
                              .state = {.refine = start->refine,
                                        .interval_ns = interval_ns,
                                        .credits = start->credits,
+                                       .credit_max = start->credits,
                                        .wanted = 1,
                                        .last_step = BD_VIEW_STEP_NONE}};
     snprintf(view->scene_id, sizeof view->scene_id, "%s", entry->id);

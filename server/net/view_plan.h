@@ -4,7 +4,9 @@
 // in a queue. A refinement of what is no longer so is stopped at once; a first frame of it only
 // while less than half of its usual time has passed, and never two in a row, so that a scene or a
 // camera that never rests still shows at least every second frame that was begun. What is still is
-// improved step by step up to a last, final frame.
+// improved step by step up to a last, final frame. A client that takes frames at a pace of its own,
+// slower than they are made, gets them made for the moment when it will take them: one begun as
+// soon as there is a credit would lie with it until then, and show what was, not what is.
 //
 // Thread: any.
 
@@ -20,6 +22,9 @@ struct bd_view_state {
     bool refine;          // improve a still picture
     uint64_t interval_ns; // least time between the beginnings of two frames
     uint32_t credits;     // frames that may still be sent
+    uint32_t credit_max;  // all of them are here: the client has shown whatever it got
+    uint64_t credit_ns;   // when one came back last; 0 = never
+    uint64_t pace_ns;     // usually after so long the next does; 0 = not known
     bool has_room;        // the connection takes more bytes
 
     uint64_t wanted; // the state to show; counts changes
@@ -53,6 +58,9 @@ struct bd_view_decision {
 };
 
 struct bd_view_decision bd_view_decide(const struct bd_view_state *state, uint64_t now_ns);
+
+// So many credits came back: never more than there are. Learns the client's pace.
+void bd_view_take_credits(struct bd_view_state *state, uint32_t count, uint64_t now_ns);
 
 // Whether the frame that was just rendered is the last of its state. `has_better`: the technique's
 // ladder goes on; `took_ns` and the most that a frame may take: each step costs some four times the

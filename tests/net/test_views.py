@@ -330,6 +330,8 @@ def test_a_client_that_reads_nothing_is_not_fed(start):
         time.sleep(0.005)
     grown = daemon.rss_kib() - before
     assert IS_SANITIZED or grown < 64 << 10, grown  # 300 frames would be 600 MiB
+    unsent = daemon.json("GET", "/v1/stats")[1]["unsent_bytes"]
+    assert 0 < unsent < 16 << 20, unsent
     until = time.time() + 8
     while time.time() < until and daemon.json("GET", "/v1/stats")[1]["connections"] > 2:
         time.sleep(0.1)

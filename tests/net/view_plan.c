@@ -12,8 +12,12 @@
 
 static struct bd_view_state opened(void)
 {
-    return (struct bd_view_state){
-        .refine = true, .credits = 2, .has_room = true, .wanted = 1, .last_step = BD_VIEW_STEP_NONE};
+    return (struct bd_view_state){.refine = true,
+                                  .credits = 2,
+                                  .credit_max = 2,
+                                  .has_room = true,
+                                  .wanted = 1,
+                                  .last_step = BD_VIEW_STEP_NONE};
 }
 
 static struct bd_view_state shown(uint32_t step)
@@ -131,6 +135,51 @@ static void final_is_the_last_of_its_state(void **cmocka)
     assert_false(bd_view_is_final(&state, false, MS, 100 * MS));
 }
 
+static void a_frame_is_made_for_when_it_will_be_taken(void **cmocka)
+{
+    (void)cmocka;
+    struct bd_view_state state = shown(0);
+    state.wanted = 2;
+    state.credits = 1;
+    state.usual_ns = 5 * MS;
+    state.credit_ns = 110 * MS;
+    state.pace_ns = 50 * MS;
+    struct bd_view_decision decision = bd_view_decide(&state, 120 * MS);
+    assert_int_equal(decision.next, BD_VIEW_WAIT);
+    assert_int_equal(decision.until_ns, 145 * MS);
+    assert_begins(&state, 145 * MS, 0);
+    state.credits = 2; // it shows nothing: whatever comes, it waits for it
+    assert_begins(&state, 120 * MS, 0);
+    state.credits = 1;
+    state.usual_ns = 25 * MS; // frames take as long as it shows them
+    assert_begins(&state, 120 * MS, 0);
+    state.usual_ns = 5 * MS;
+    state.pace_ns = 0;
+    assert_begins(&state, 120 * MS, 0);
+    state.pace_ns = 50 * MS;
+    state.shown = 2; // a better picture of the same is in no hurry, and nothing can overtake it
+    assert_begins(&state, 120 * MS, 1);
+}
+
+static void a_client_s_pace_is_learnt_and_forgotten(void **cmocka)
+{
+    (void)cmocka;
+    struct bd_view_state state = opened();
+    bd_view_take_credits(&state, 1, 50 * MS); // which it had: no more than it began with
+    assert_true(state.credits == 2 && state.credit_ns == 0 && state.pace_ns == 0);
+    state.credits = 0;
+    bd_view_take_credits(&state, 1, 100 * MS);
+    assert_true(state.credits == 1 && state.pace_ns == 0);
+    bd_view_take_credits(&state, 7, 150 * MS);
+    assert_true(state.credits == 2 && state.pace_ns == 50 * MS);
+    state.credits = 1;
+    bd_view_take_credits(&state, 1, 180 * MS);
+    assert_true(state.pace_ns == 45 * MS);
+    state.credits = 1;
+    bd_view_take_credits(&state, 1, 900 * MS); // it rested
+    assert_true(state.pace_ns == 0);
+}
+
 // --- a view run by the rules ----------------------------------------------------------------
 
 struct run {
@@ -185,13 +234,51 @@ static void whatever_happens_it_is_seen_and_ends_final(void **cmocka)
                 run.state.wanted++;
                 run.state.is_final = false;
             }
-            if (run.state.credits < 2 && rand_r(&seed) % 10 == 0) run.state.credits++;
+            if (run.state.credits < 2 && rand_r(&seed) % 10 == 0)
+                bd_view_take_credits(&run.state, 1, run.now_ns);
             obey(&run, frame_ns);
         }
         assert_true(run.firsts_begun <= 2 * run.firsts_sent + 2 && run.firsts_sent > 10);
         assert_true(run.state.is_final && run.state.shown == run.state.wanted);
         assert_int_equal(run.state.shown_step, 2);
     }
+}
+
+// A viewer takes a frame every 50 ms of a scene that changes every 16; frames take 5. How old what
+// it shows is, at most, once its pace is known.
+static uint64_t oldest_shown_ns(uint32_t credits)
+{
+    struct run run = {.state = opened()};
+    struct bd_view_state *s = &run.state;
+    uint64_t changed_ns[4000] = {0}, queue[4], oldest_ns = 0;
+    uint32_t queued = 0;
+    s->credits = s->credit_max = credits;
+    bool is_showing = false;
+    for (uint64_t ms = 1; ms < 2000; ms++) {
+        run.now_ns = ms * MS;
+        if (ms % 16 == 0) changed_ns[++s->wanted] = run.now_ns;
+        if (s->is_running && run.now_ns >= run.ends_ns) {
+            queue[queued++] = s->running;
+            send(&run, 0);
+        }
+        if (ms % 50 == 0 && queued > 0) {
+            if (is_showing) bd_view_take_credits(s, 1, run.now_ns);
+            is_showing = true;
+            uint64_t age_ns = run.now_ns - changed_ns[queue[0]];
+            if (ms > 500 && age_ns > oldest_ns) oldest_ns = age_ns;
+            for (uint32_t i = 1; i < queued; i++) queue[i - 1] = queue[i];
+            queued--;
+        }
+        obey(&run, 5 * MS);
+    }
+    return oldest_ns;
+}
+
+static void what_a_slow_viewer_shows_is_new(void **cmocka)
+{
+    (void)cmocka;
+    // 15 ms before the moment it is begun, and what it shows is up to 16 ms old then.
+    assert_in_range(oldest_shown_ns(2), 15 * MS, 32 * MS);
 }
 
 int main(void)
@@ -202,6 +289,9 @@ int main(void)
         cmocka_unit_test(the_rate_is_kept),
         cmocka_unit_test(a_frame_is_stopped_only_early_and_never_twice),
         cmocka_unit_test(final_is_the_last_of_its_state),
+        cmocka_unit_test(a_frame_is_made_for_when_it_will_be_taken),
+        cmocka_unit_test(a_client_s_pace_is_learnt_and_forgotten),
+        cmocka_unit_test(what_a_slow_viewer_shows_is_new),
         cmocka_unit_test(whatever_happens_it_is_seen_and_ends_final),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
