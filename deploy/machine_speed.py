@@ -41,4 +41,5 @@ def main():
     print(f"{factor:.2f}")
 
 
-main()
+if __name__ == "__main__":
+    main()

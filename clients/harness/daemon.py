@@ -121,6 +121,10 @@ class Daemon:
     def url(self):
         return f"unix:{self.folder}/bounced.sock"
 
+    @property
+    def pid(self):
+        return self._process.pid
+
     def _start(self):
         words = [self.bounced, "--http", "none", "--listen", self.url,
                  "--data", str(self.folder / "data"), *self._arguments]

@@ -43,11 +43,13 @@ def count(text):
     return int(text)
 
 
-def parser(doc):
-    """For the words that all of them take: BUILD_DIR SCENES_DIR -o RESULT.json."""
+def parser(doc, has_scenes=True):
+    """For the words that all of them take: BUILD_DIR SCENES_DIR -o RESULT.json; without SCENES_DIR
+    for those that use the bundled scenes."""
     made = argparse.ArgumentParser(description=doc.splitlines()[0])
     made.add_argument("build", metavar="BUILD_DIR", type=pathlib.Path)
-    made.add_argument("scenes", metavar="SCENES_DIR", type=pathlib.Path)
+    if has_scenes:
+        made.add_argument("scenes", metavar="SCENES_DIR", type=pathlib.Path)
     made.add_argument("-o", "--output", metavar="RESULT.json", type=pathlib.Path, required=True)
     return made
 
