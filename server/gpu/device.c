@@ -140,6 +140,30 @@ const struct bd_gpu_caps *bd_gpu_caps(const struct bd_gpu *gpu)
     return &gpu->caps;
 }
 
+// --- interruptions ------------------------------------------------------------------------
+
+void bd_gpu_suspend(struct bd_gpu *gpu, struct bd_gpu_suspended *out)
+{
+    *out = (struct bd_gpu_suspended){
+        .pass = bd_gpu_pass_name(gpu),
+        .in_target = gpu->in_target,
+        .target = gpu->target,
+        .first_row = gpu->first_row,
+        .row_count = gpu->row_count,
+        .memory_peak_bytes = gpu->memory.peak_bytes,
+    };
+    if (out->in_target) bd_gpu_target_end(gpu);
+    if (out->pass) bd_gpu_pass_end(gpu);
+}
+
+void bd_gpu_resume(struct bd_gpu *gpu, const struct bd_gpu_suspended *suspended)
+{
+    if (gpu->memory.peak_bytes < suspended->memory_peak_bytes)
+        gpu->memory.peak_bytes = suspended->memory_peak_bytes;
+    if (suspended->pass) bd_gpu_pass_begin(gpu, suspended->pass);
+    if (suspended->in_target) bd_draw_resume_target(gpu, suspended);
+}
+
 // --- making and ending --------------------------------------------------------------------
 
 // Read by the drivers when a context is made. What the user has set stays.

@@ -51,7 +51,8 @@ static const struct bd_tex_desc *check_one_size(const struct bd_target *target)
     return &first->desc;
 }
 
-void bd_gpu_target_begin(struct bd_gpu *gpu, const struct bd_target *target)
+// Returns the number of colours.
+static uint32_t set_target(struct bd_gpu *gpu, const struct bd_target *target)
 {
     BD_ASSERT(!gpu->in_target);
     const struct bd_tex_desc *size = check_one_size(target);
@@ -63,11 +64,24 @@ void bd_gpu_target_begin(struct bd_gpu *gpu, const struct bd_target *target)
     bd_barrier_issue(gpu);
     glBindFramebuffer(GL_FRAMEBUFFER, gpu->framebuffer);
     glViewport(0, 0, (GLsizei)size->width_px, (GLsizei)size->height_px);
-    glDepthMask(GL_TRUE); // clearing obeys it
     glEnable(GL_SCISSOR_TEST);
     bd_gpu_target_rows(gpu, 0, size->height_px);
+    return color_count;
+}
+
+void bd_gpu_target_begin(struct bd_gpu *gpu, const struct bd_target *target)
+{
+    uint32_t color_count = set_target(gpu, target);
+    glDepthMask(GL_TRUE); // clearing obeys it
     clear_target(gpu, target, color_count);
     bd_gpu_check(gpu, "bd_gpu_target_begin");
+}
+
+void bd_draw_resume_target(struct bd_gpu *gpu, const struct bd_gpu_suspended *suspended)
+{
+    set_target(gpu, &suspended->target);
+    bd_gpu_target_rows(gpu, suspended->first_row, suspended->row_count);
+    bd_gpu_check(gpu, "bd_gpu_resume");
 }
 
 void bd_gpu_target_rows(struct bd_gpu *gpu, uint32_t first_row, uint32_t row_count)

@@ -105,6 +105,9 @@ uint64_t bd_tex_bytes(const struct bd_tex *tex);
 // Level 0 of one layer (0 for a plain texture), tightly packed rows in the texture's own format.
 void bd_tex_upload(struct bd_gpu *gpu, struct bd_tex *tex, uint32_t layer, const void *texels,
                    size_t size_bytes);
+// The same of some rows of it.
+void bd_tex_upload_rows(struct bd_gpu *gpu, struct bd_tex *tex, uint32_t layer, uint32_t first_row,
+                        uint32_t row_count, const void *texels, size_t size_bytes);
 void bd_tex_generate_levels(struct bd_gpu *gpu, struct bd_tex *tex);
 // Clears every layer of level 0. Integer formats take value[] as unsigned integers.
 void bd_tex_clear(struct bd_gpu *gpu, struct bd_tex *tex, const float value[4]);
@@ -282,6 +285,8 @@ void bd_gpu_target_end(struct bd_gpu *gpu);
 // Brackets a pass: a debug group and two timestamps. Passes do not nest. `name` is static.
 void bd_gpu_pass_begin(struct bd_gpu *gpu, const char *name);
 void bd_gpu_pass_end(struct bd_gpu *gpu);
+// Of the pass being recorded; NULL between passes.
+const char *bd_gpu_pass_name(const struct bd_gpu *gpu);
 
 // Submits what was recorded. On a software device it also waits: work there is done in our time
 // whatever we do, and a slice must end when it says so.
@@ -289,6 +294,20 @@ void bd_gpu_flush(struct bd_gpu *gpu);
 // Submits and waits for all of it. The check for a lost device.
 BD_MUST_CHECK
 enum bd_err bd_gpu_wait(struct bd_gpu *gpu);
+
+// A pass and a target in the middle of their recording, set aside so that something else may be
+// recorded between two of their calls: passes do not nest, but they may be interrupted. Nothing may
+// be written to or destroyed that they use. The pass goes on as one more entry of the same name.
+struct bd_gpu_suspended {
+    const char *pass; // NULL: none was being recorded
+    bool in_target;
+    struct bd_target target;
+    uint32_t first_row, row_count;
+    uint64_t memory_peak_bytes;
+};
+void bd_gpu_suspend(struct bd_gpu *gpu, struct bd_gpu_suspended *out);
+// With everything that was begun since ended again. The peak of memory is that of both together.
+void bd_gpu_resume(struct bd_gpu *gpu, const struct bd_gpu_suspended *suspended);
 
 struct bd_gpu_pass_time {
     const char *name;
@@ -305,7 +324,12 @@ struct bd_readback;
 BD_MUST_CHECK
 enum bd_err bd_gpu_readback_start(struct bd_gpu *gpu, const struct bd_tex *tex, uint32_t layer,
                                   struct bd_readback **out, struct bd_fault *fault);
-// Waits for it and copies `size_bytes` (the tightly packed level in the texture's own format)
+// The same of some rows.
+BD_MUST_CHECK
+enum bd_err bd_gpu_readback_rows_start(struct bd_gpu *gpu, const struct bd_tex *tex, uint32_t layer,
+                                       uint32_t first_row, uint32_t row_count,
+                                       struct bd_readback **out, struct bd_fault *fault);
+// Waits for it and copies `size_bytes` (the tightly packed rows in the texture's own format)
 // to `bytes`; destroys the readback either way.
 BD_MUST_CHECK
 enum bd_err bd_gpu_readback_finish(struct bd_gpu *gpu, struct bd_readback **readback, void *bytes,

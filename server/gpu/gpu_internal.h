@@ -120,6 +120,8 @@ void bd_bind_textures(struct bd_gpu *gpu, const struct bd_bindings *bindings);
 void bd_bind_all(struct bd_gpu *gpu, const struct bd_bindings *bindings);
 void bd_draw_submit(struct bd_gpu *gpu, const struct bd_draw *draw, uint32_t index_count,
                     uint32_t instance_count);
+// The target as it was when it was suspended: nothing is cleared.
+void bd_draw_resume_target(struct bd_gpu *gpu, const struct bd_gpu_suspended *suspended);
 
 // --- timers -------------------------------------------------------------------------------
 

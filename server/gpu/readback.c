@@ -13,19 +13,19 @@ struct bd_readback {
 // GL counts the bytes of one copy in 31 bits; a picture of 16384 x 16384 has 4 GiB.
 #define COPY_MAX_BYTES (UINT64_C(1) << 30)
 
-static void copy_to_buffer(const struct bd_tex *tex, uint32_t layer,
-                           const struct bd_readback *readback)
+static void copy_to_buffer(const struct bd_tex *tex, uint32_t layer, uint32_t first_row,
+                           uint32_t height, const struct bd_readback *readback)
 {
     const struct bd_format_info *info = bd_format_info(tex->desc.format);
-    const uint32_t height = tex->desc.height_px;
     const size_t row_bytes = readback->size_bytes / height;
     const uint32_t rows_max = (uint32_t)(COPY_MAX_BYTES / row_bytes);
     glBindBuffer(GL_PIXEL_PACK_BUFFER, readback->buffer);
     for (uint32_t row = 0; row < height; row += rows_max) {
         uint32_t rows = height - row < rows_max ? height - row : rows_max;
-        glGetTextureSubImage(tex->id, 0, 0, (GLint)row, (GLint)layer, (GLsizei)tex->desc.width_px,
-                             (GLsizei)rows, 1, info->format, info->type,
-                             (GLsizei)(rows * row_bytes), (void *)(uintptr_t)(row * row_bytes));
+        glGetTextureSubImage(tex->id, 0, 0, (GLint)(first_row + row), (GLint)layer,
+                             (GLsizei)tex->desc.width_px, (GLsizei)rows, 1, info->format,
+                             info->type, (GLsizei)(rows * row_bytes),
+                             (void *)(uintptr_t)(row * row_bytes));
     }
     glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
 }
@@ -40,11 +40,20 @@ static void destroy(struct bd_readback *readback)
 enum bd_err bd_gpu_readback_start(struct bd_gpu *gpu, const struct bd_tex *tex, uint32_t layer,
                                   struct bd_readback **out, struct bd_fault *fault)
 {
+    return bd_gpu_readback_rows_start(gpu, tex, layer, 0, tex->desc.height_px, out, fault);
+}
+
+enum bd_err bd_gpu_readback_rows_start(struct bd_gpu *gpu, const struct bd_tex *tex, uint32_t layer,
+                                       uint32_t first_row, uint32_t row_count,
+                                       struct bd_readback **out, struct bd_fault *fault)
+{
+    BD_ASSERT(row_count > 0 && first_row < tex->desc.height_px &&
+              row_count <= tex->desc.height_px - first_row);
     *out = NULL;
     struct bd_readback *readback = calloc(1, sizeof *readback);
     BD_ASSERT(readback);
-    readback->size_bytes = (size_t)tex->desc.width_px * tex->desc.height_px *
-                           bd_format_info(tex->desc.format)->texel_bytes;
+    readback->size_bytes =
+        (size_t)tex->desc.width_px * row_count * bd_format_info(tex->desc.format)->texel_bytes;
     glCreateBuffers(1, &readback->buffer);
     glNamedBufferStorage(readback->buffer, (GLsizeiptr)readback->size_bytes, NULL,
                          GL_MAP_READ_BIT | GL_CLIENT_STORAGE_BIT);
@@ -58,7 +67,7 @@ enum bd_err bd_gpu_readback_start(struct bd_gpu *gpu, const struct bd_tex *tex, 
     gpu->serial++;
     bd_barrier_read(gpu, &tex->access, BD_USE_TEX_UPDATE);
     bd_barrier_issue(gpu);
-    copy_to_buffer(tex, layer, readback);
+    copy_to_buffer(tex, layer, first_row, row_count, readback);
     readback->fence = glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
     glFlush(); // so that the copy is under way while the caller does something else
     bd_gpu_check(gpu, "bd_gpu_readback_start");

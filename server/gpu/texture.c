@@ -138,18 +138,27 @@ uint64_t bd_tex_bytes(const struct bd_tex *tex)
 void bd_tex_upload(struct bd_gpu *gpu, struct bd_tex *tex, uint32_t layer, const void *texels,
                    size_t size_bytes)
 {
-    BD_ASSERT_CMP(size_bytes, ==, layer_bytes(&tex->desc));
+    bd_tex_upload_rows(gpu, tex, layer, 0, tex->desc.height_px, texels, size_bytes);
+}
+
+void bd_tex_upload_rows(struct bd_gpu *gpu, struct bd_tex *tex, uint32_t layer, uint32_t first_row,
+                        uint32_t row_count, const void *texels, size_t size_bytes)
+{
+    const uint32_t height_px = tex->desc.height_px;
+    BD_ASSERT(first_row < height_px && row_count <= height_px - first_row);
+    BD_ASSERT_CMP(size_bytes, ==, layer_bytes(&tex->desc) / height_px * row_count);
     BD_ASSERT_CMP(layer, <, layers_of(&tex->desc));
     const struct bd_format_info *info = bd_format_info(tex->desc.format);
-    GLsizei width = (GLsizei)tex->desc.width_px, height = (GLsizei)tex->desc.height_px;
+    GLsizei width = (GLsizei)tex->desc.width_px, height = (GLsizei)row_count;
+    GLint y = (GLint)first_row;
     gpu->serial++;
     bd_barrier_write(gpu, &tex->access, BD_USE_TEX_UPDATE);
     bd_barrier_issue(gpu);
     if (tex->desc.layer_count)
-        glTextureSubImage3D(tex->id, 0, 0, 0, (GLint)layer, width, height, 1, info->format,
+        glTextureSubImage3D(tex->id, 0, 0, y, (GLint)layer, width, height, 1, info->format,
                             info->type, texels);
     else
-        glTextureSubImage2D(tex->id, 0, 0, 0, width, height, info->format, info->type, texels);
+        glTextureSubImage2D(tex->id, 0, 0, y, width, height, info->format, info->type, texels);
     bd_gpu_check(gpu, "bd_tex_upload");
 }
 

@@ -62,6 +62,12 @@ void bd_gpu_pass_end(struct bd_gpu *gpu)
     bd_gpu_check(gpu, "bd_gpu_pass_end");
 }
 
+const char *bd_gpu_pass_name(const struct bd_gpu *gpu)
+{
+    const struct bd_timers *timers = &gpu->timers;
+    return timers->open ? timers->passes[timers->count - 1].name : NULL;
+}
+
 static double take_ms(const struct bd_timer_pass *pass)
 {
     GLuint64 begin_ns = 0, end_ns = 0;
