@@ -79,7 +79,7 @@ static enum bd_err find_weights(struct bd_frame *frame, struct bd_rsm_inputs *in
     inputs->weights = bd_memo_find(memo, key);
     if (inputs->weights) return BD_ERR_OK;
     enum bd_err err =
-        bd_rsm_weight_map_create(frame->context.gpu, inputs, &inputs->weights, frame->fault);
+        bd_rsm_weight_map_create(&frame->context, inputs, &inputs->weights, frame->fault);
     if (err) return err;
     bd_memo_store(memo, key, inputs->weights, bd_tex_bytes(inputs->weights->tex), release_weights);
     return BD_ERR_OK;

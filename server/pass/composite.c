@@ -2,6 +2,9 @@
 
 #include "shared/bindings.h"
 
+// Of the slicer, one for each evaluation of a VPL.
+#define UNITS_PER_PIXEL 20.0
+
 static struct bd_program_source source_of(const struct bd_composite_inputs *inputs, uint32_t which)
 {
     struct bd_program_source source = {.compute = "pass/composite/composite.comp"};
@@ -33,7 +36,7 @@ enum bd_err bd_composite_run(const struct bd_pass_context *context,
     const struct bd_program_source source = source_of(inputs, which);
     const struct bd_render_space *space = &inputs->scene->space;
     const struct bd_view view = bd_viewpoint_uniform(inputs->viewpoint, space);
-    const struct bd_composite_args args = {
+    struct bd_composite_args args = {
         .scale = {1.0f / (float)inputs->sub_frame_count, (float)space->unit_cd_m2,
                   (float)(1 / space->render_per_m), 0},
         .state = {inputs->sub_frame == 0, inputs->sub_frame + 1 == inputs->sub_frame_count, 0, 0},
@@ -51,7 +54,16 @@ enum bd_err bd_composite_run(const struct bd_pass_context *context,
     bindings.uniforms[BD_UNIFORM_ARGS].size_bytes = sizeof args;
     uint32_t group[3];
     bd_program_group_size(program, group);
-    bd_gpu_dispatch(context->gpu, program, &bindings, (view.size_px.x + group[0] - 1) / group[0],
-                    (view.size_px.y + group[1] - 1) / group[1], 1);
-    return bd_slicer_checkpoint(context->slicer, 0);
+    const uint32_t width = view.size_px.x, height = view.size_px.y;
+    bd_slicer_work(context->slicer, "composite");
+    for (uint32_t row = 0; !err && row < height;) {
+        uint32_t rows = bd_slicer_rows(context->slicer, UNITS_PER_PIXEL * width, height - row);
+        args.state.z = row;
+        args.state.w = rows;
+        bd_gpu_dispatch(context->gpu, program, &bindings, (width + group[0] - 1) / group[0],
+                        (rows + group[1] - 1) / group[1], 1);
+        err = bd_slicer_checkpoint(context->slicer, UNITS_PER_PIXEL * width * rows);
+        row += rows;
+    }
+    return err;
 }

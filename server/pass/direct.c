@@ -26,6 +26,7 @@ static enum bd_err add_light(const struct bd_pass_context *context,
     const uint32_t width = inputs->viewpoint->width_px, height = inputs->viewpoint->height_px;
     uint32_t group[3];
     bd_program_group_size(program, group);
+    bd_slicer_work(context->slicer, "direct");
     for (uint32_t row = 0; row < height;) {
         uint32_t rows = bd_slicer_rows(context->slicer, UNITS_PER_PIXEL * width, height - row);
         const struct bd_direct_args args = {.rows = {row, rows, index == 0, 0}};

@@ -163,8 +163,9 @@ static enum bd_err note_work(struct work *w, double units)
 {
     w->recorded_units += units;
     if (w->recorded_units < bd_slicer_units(w->context->slicer)) return BD_ERR_OK;
+    enum bd_err err = bd_slicer_checkpoint(w->context->slicer, w->recorded_units);
     w->recorded_units = 0;
-    return bd_slicer_checkpoint(w->context->slicer, 0);
+    return err;
 }
 
 static enum bd_err run_level(struct work *w, const struct bd_program *program,
@@ -177,6 +178,7 @@ static enum bd_err run_level(struct work *w, const struct bd_program *program,
     bd_program_group_size(program, group);
     bindings->uniforms[BD_UNIFORM_ARGS].bytes = &w->args;
     bindings->uniforms[BD_UNIFORM_ARGS].size_bytes = sizeof w->args;
+    bd_slicer_work(w->context->slicer, "discontinuity");
     for (uint32_t row = 0; row < height;) {
         uint32_t rows = bd_slicer_rows(w->context->slicer, units_per_row, height - row);
         w->args.slice = (struct bd_uvec4){row, rows, level, w->inputs->face};

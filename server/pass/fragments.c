@@ -116,11 +116,12 @@ static enum bd_err run_words(struct work *w, const struct bd_program *program,
                              uint32_t end)
 {
     enum bd_err err = BD_ERR_OK;
+    bd_slicer_work(w->context->slicer, "fragments");
     while (!err && first < end) {
         uint32_t count = bd_list_slice(w->context->slicer, units, end - first);
         dispatch(w, program, bindings, first, first + count);
         first += count;
-        if (first < end) err = bd_slicer_checkpoint(w->context->slicer, 0);
+        if (first < end) err = bd_slicer_checkpoint(w->context->slicer, units * count);
     }
     return err;
 }

@@ -6,8 +6,7 @@
 #include "shared/bindings.h"
 #include "shared/gather.h"
 
-// VPLs a dispatch: a fixed number, because it sets the order of the sums. With it even 8 rows of
-// a 16384 px wide picture stay near one slice on the software device.
+// VPLs a dispatch: a fixed number, because it sets the order of the sums.
 #define VPLS_PER_DISPATCH 1024u
 #define GLOSSY_UNITS      4.0 // one evaluation of the whole BRDF against a diffuse one
 
@@ -37,25 +36,25 @@ static void dispatch(const struct gather *g, const struct bd_vpl_list *list,
     uint32_t group[3];
     bd_program_group_size(g->program, group);
     bd_gpu_dispatch(g->context->gpu, g->program, &bindings,
-                    (g->view.size_px.x + group[0] - 1) / group[0],
-                    (args->rows.y + group[1] - 1) / group[1], 1);
+                    (args->tile.z + group[0] - 1) / group[0],
+                    (args->tile.w + group[1] - 1) / group[1], 1);
 }
 
 static enum bd_err gather_range(const struct gather *g, const struct bd_vpl_list *list,
                                 uint32_t first_vpl, uint32_t vpl_count, bool first)
 {
     const uint32_t width = g->view.size_px.x, height = g->view.size_px.y;
-    double units_per_row = (double)width * vpl_count * (g->inputs->glossy ? GLOSSY_UNITS : 1);
-    for (uint32_t row = 0; row < height;) {
-        uint32_t rows = bd_slicer_rows(g->context->slicer, units_per_row, height - row);
+    double units_per_pixel = vpl_count * (g->inputs->glossy ? GLOSSY_UNITS : 1);
+    struct bd_tile tile = {0};
+    while (bd_slicer_next_tile(g->context->slicer, units_per_pixel, width, height, &tile)) {
         const struct bd_gather_args args = {
-            .rows = {row, rows, first, 0},
-            .vpls = {first_vpl, vpl_count, 0, 0},
+            .tile = {tile.x, tile.y, tile.width, tile.height},
+            .vpls = {first_vpl, vpl_count, first, 0},
         };
         dispatch(g, list, &args);
-        enum bd_err err = bd_slicer_checkpoint(g->context->slicer, units_per_row * rows);
+        enum bd_err err =
+            bd_slicer_checkpoint(g->context->slicer, units_per_pixel * tile.width * tile.height);
         if (err) return err;
-        row += rows;
     }
     return BD_ERR_OK;
 }
@@ -81,6 +80,7 @@ static enum bd_err gather_all(struct gather *g, struct bd_fault *fault)
     enum bd_err err = bd_program_get(g->context->gpu, &source, &program, fault);
     if (err) return err;
     g->program = program;
+    bd_slicer_work(g->context->slicer, g->inputs->glossy ? "gather glossy" : "gather");
     bool first = true;
     for (uint32_t i = 0; !err && i < g->inputs->list_count; i++)
         err = gather_list(g, g->inputs->lists[i], &first);

@@ -109,6 +109,7 @@ static enum bd_err visit_list(struct gather *g, const struct bd_vpl_list *list, 
     const struct bd_fragments *fragments = g->inputs->fragments;
     const uint32_t end = g->first_fragment + g->fragment_count;
     double units_per_fragment = vpl_count * units_per_vpl(g);
+    bd_slicer_work(g->context->slicer, "gather_fragments");
     uint32_t group[3];
     bd_program_group_size(g->program, group);
     for (uint32_t at = g->first_fragment; at < end;) {
@@ -197,6 +198,7 @@ static enum bd_err visit_target(struct gather *g, bool fine, const struct bd_vpl
     // What is behind the mask costs nothing; on the average over rows that is known.
     double units_per_row = (double)fragments_of(g->inputs->fragments, fine) * vpl_count *
                            units_per_vpl(g) / desc->height_px;
+    bd_slicer_work(g->context->slicer, "gather_fragments drawn");
     for (uint32_t row = 0; row < desc->height_px;) {
         uint32_t rows = bd_slicer_rows(g->context->slicer, units_per_row, desc->height_px - row);
         bd_gpu_target_rows(g->context->gpu, row, rows);

@@ -4,7 +4,6 @@
 #include <stdlib.h>
 
 #include "base/assert.h"
-#include "base/clock.h"
 #include "pass/kernels.h"
 #include "shared/bindings.h"
 #include "shared/gather_tree.h"
@@ -21,7 +20,6 @@ _Static_assert(BD_TREE_PRINTED == BD_TREE_CRITERION_PRINTED, "C and GLSL agree")
 #define NODES_PER_ROUND  ((4 * LEAVES_PER_ROUND - 1) / 3)
 // A first guess at a receiver's cut, in the slicer's units; then each slice teaches the next.
 #define UNITS_PER_RECEIVER 2000.0
-#define LEARNING_MS_MIN    1.0
 
 #define ESTIMATE_STEPS    65536.0 // of the frame's mean irradiance
 #define FRAGMENTS_PER_ROW 64u     // a work group
@@ -33,7 +31,6 @@ struct gather_tree {
     const struct bd_program *program, *estimate_program;
     struct bd_view view;
     double mean_irradiance; // of the frame
-    double units_per_receiver;
     struct bd_buf *estimates, *next_roots;
     uint32_t round; // counted over all lights, from 1
     // Receivers by rows: a row of pixels each, or a work group of fragments. One of the two is
@@ -84,7 +81,8 @@ static void dispatch(const struct gather_tree *g, uint32_t light, bool estimate,
     if (!estimate) bind_outputs(g, &bindings);
     uint32_t group[3];
     bd_program_group_size(program, group);
-    uint32_t across = g->blocks ? args->rows.y : g->row_width, down = g->blocks ? 1 : args->rows.y;
+    uint32_t across = g->blocks ? args->rows.y : args->blocks.z;
+    uint32_t down = g->blocks ? 1 : args->rows.y;
     bd_gpu_dispatch(g->context->gpu, program, &bindings, (across + group[0] - 1) / group[0],
                     (down + group[1] - 1) / group[1], 1);
 }
@@ -94,15 +92,12 @@ static size_t receivers(const struct gather_tree *g)
     return (size_t)g->row_width * g->row_count;
 }
 
-// What a receiver's cut costs is not known before: the next slice is as long as this one says.
-static enum bd_err end_slice(struct gather_tree *g, double receivers)
+// Rows of fragments in a slice. One is a work group, so there may be fewer than eight.
+static uint32_t fragment_rows(const struct gather_tree *g, double units_per_row, uint32_t left)
 {
-    struct bd_slicer *slicer = g->context->slicer;
-    uint64_t start_ns = bd_clock_ns();
-    enum bd_err err = bd_slicer_checkpoint(slicer, 0);
-    double ms = bd_ms_since(start_ns);
-    if (ms > LEARNING_MS_MIN) g->units_per_receiver = ms * slicer->units_per_ms / receivers;
-    return err;
+    double fit = bd_slicer_units(g->context->slicer) / units_per_row;
+    uint32_t most = left < GROUPS_MAX ? left : GROUPS_MAX;
+    return fit < 1 ? 1 : fit < most ? (uint32_t)fit : most;
 }
 
 // Some of a tree's roots; a round of all of them, or the estimate by a few.
@@ -132,33 +127,48 @@ static struct bd_gather_tree_args args_of(const struct gather_tree *g, const str
     };
 }
 
-// Rows of pixels, or fragments from a first one on.
-static void set_rows(const struct gather_tree *g, uint32_t row, uint32_t rows,
-                     struct bd_gather_tree_args *args)
-{
-    args->rows.x = row;
-    args->rows.y = rows;
-    if (!g->blocks) return;
-    const uint32_t first = row * FRAGMENTS_PER_ROW, left = g->inputs->fragments->count - first;
-    args->rows.x = first;
-    args->rows.y = rows * FRAGMENTS_PER_ROW < left ? rows * FRAGMENTS_PER_ROW : left;
-}
-
-static enum bd_err gather_roots(struct gather_tree *g, const struct roots *roots)
+// Fragments from a first one on.
+static enum bd_err light_fragments(struct gather_tree *g, const struct roots *roots, double units)
 {
     struct bd_gather_tree_args args = args_of(g, roots);
     for (uint32_t row = 0; row < g->row_count;) {
-        double units = g->row_width * (roots->estimate ? roots->count : g->units_per_receiver);
-        uint32_t rows = bd_slicer_rows(g->context->slicer, units, g->row_count - row);
-        if (rows > GROUPS_MAX) rows = GROUPS_MAX;
-        set_rows(g, row, rows, &args);
+        uint32_t rows = fragment_rows(g, units * FRAGMENTS_PER_ROW, g->row_count - row);
+        const uint32_t first = row * FRAGMENTS_PER_ROW, left = g->inputs->fragments->count - first;
+        args.rows.x = first;
+        args.rows.y = rows * FRAGMENTS_PER_ROW < left ? rows * FRAGMENTS_PER_ROW : left;
         dispatch(g, roots->light, roots->estimate, &args);
-        enum bd_err err = roots->estimate ? bd_slicer_checkpoint(g->context->slicer, 0)
-                                          : end_slice(g, (double)g->row_width * rows);
+        enum bd_err err = bd_slicer_checkpoint(g->context->slicer, units * args.rows.y);
         if (err) return err;
         row += rows;
     }
     return BD_ERR_OK;
+}
+
+static enum bd_err light_pixels(struct gather_tree *g, const struct roots *roots, double units)
+{
+    struct bd_gather_tree_args args = args_of(g, roots);
+    struct bd_tile tile = {0};
+    while (bd_slicer_next_tile(g->context->slicer, units, g->row_width, g->row_count, &tile)) {
+        args.rows.x = tile.y;
+        args.rows.y = tile.height;
+        args.blocks.y = tile.x;
+        args.blocks.z = tile.width;
+        dispatch(g, roots->light, roots->estimate, &args);
+        enum bd_err err =
+            bd_slicer_checkpoint(g->context->slicer, units * tile.width * tile.height);
+        if (err) return err;
+    }
+    return BD_ERR_OK;
+}
+
+// What a receiver's cut costs is not known before: the next slice is as long as this one says.
+static enum bd_err gather_roots(struct gather_tree *g, const struct roots *roots)
+{
+    double units = roots->estimate ? roots->count : UNITS_PER_RECEIVER;
+    bd_slicer_work(g->context->slicer, roots->estimate ? "gather_tree estimate"
+                                       : g->blocks     ? "gather_tree fragments"
+                                                       : "gather_tree");
+    return g->blocks ? light_fragments(g, roots, units) : light_pixels(g, roots, units);
 }
 
 static uint32_t root_count(const struct bd_vpl_tree *tree)
@@ -243,7 +253,6 @@ static struct gather_tree gather_tree_of(const struct bd_pass_context *context,
         .inputs = inputs,
         .view = bd_viewpoint_uniform(inputs->viewpoint, &inputs->scene->space),
         .mean_irradiance = mean_irradiance(inputs),
-        .units_per_receiver = UNITS_PER_RECEIVER,
     };
 }
 

@@ -66,6 +66,7 @@ static enum bd_err run_level(const struct work *w, uint32_t level, struct bd_fau
     enum bd_err err = bd_program_get(w->context->gpu, &source, &program, fault);
     const struct bd_uvec4 size = w->out->layout.levels[level];
     const double units_per_row = UNITS_PER_BLOCK * size.x;
+    bd_slicer_work(w->context->slicer, "glossy_blocks");
     for (uint32_t row = 0; !err && row < size.y;) {
         uint32_t rows = bd_slicer_rows(w->context->slicer, units_per_row, size.y - row);
         const struct bd_glossy_blocks_args args = {

@@ -46,15 +46,21 @@ static enum bd_err upload_weights(struct bd_gpu *gpu, const struct bd_rsm_weight
     return err;
 }
 
-enum bd_err bd_rsm_weight_map_create(struct bd_gpu *gpu, const struct bd_rsm_inputs *inputs,
+enum bd_err bd_rsm_weight_map_create(const struct bd_pass_context *context,
+                                     const struct bd_rsm_inputs *inputs,
                                      struct bd_rsm_weight_map **out, struct bd_fault *fault)
 {
-    struct bd_rsm_weights weights = bd_rsm_weights_create(
-        inputs->light, inputs->scene->space.render_per_m, inputs->side_px, inputs->paper_mode);
+    struct bd_gpu *gpu = context->gpu;
+    struct bd_rsm_weights weights;
+    *out = NULL;
+    enum bd_err err =
+        bd_rsm_weights_create(inputs->light, inputs->scene->space.render_per_m, inputs->side_px,
+                              inputs->paper_mode, context->slicer, &weights);
+    if (err) return err;
     struct bd_rsm_weight_map *map = calloc(1, sizeof *map);
     BD_ASSERT(map);
     *map = (struct bd_rsm_weight_map){.layer_count = weights.layer_count, .owner_count = 1};
-    enum bd_err err = upload_weights(gpu, &weights, &map->tex, fault);
+    err = upload_weights(gpu, &weights, &map->tex, fault);
     bd_rsm_weights_destroy(&weights);
     if (err) bd_rsm_weight_map_release(gpu, &map);
     *out = map;
@@ -70,10 +76,11 @@ void bd_rsm_weight_map_release(struct bd_gpu *gpu, struct bd_rsm_weight_map **ma
     free(m);
 }
 
-static enum bd_err take_weights(struct bd_gpu *gpu, const struct bd_rsm_inputs *inputs,
-                                struct bd_rsm *rsm, struct bd_fault *fault)
+static enum bd_err take_weights(const struct bd_pass_context *context,
+                                const struct bd_rsm_inputs *inputs, struct bd_rsm *rsm,
+                                struct bd_fault *fault)
 {
-    if (!inputs->weights) return bd_rsm_weight_map_create(gpu, inputs, &rsm->weights, fault);
+    if (!inputs->weights) return bd_rsm_weight_map_create(context, inputs, &rsm->weights, fault);
     rsm->weights = inputs->weights;
     rsm->weights->owner_count++;
     return BD_ERR_OK;
@@ -119,7 +126,7 @@ enum bd_err bd_rsm_render(const struct bd_pass_context *context, const struct bd
     };
     struct bd_tex *depth = NULL;
     enum bd_err err = create_textures(context->gpu, rsm, fault);
-    if (!err) err = take_weights(context->gpu, inputs, rsm, fault);
+    if (!err) err = take_weights(context, inputs, rsm, fault);
     if (!err) err = bd_tex_create(context->gpu, &depth_desc, &depth, fault);
     for (uint32_t face = 0; !err && face < rsm->face_count; face++)
         err = draw_face(context, inputs, rsm, depth, face, fault);

@@ -39,7 +39,8 @@ struct bd_rsm {
 
 // The caller is its one owner; each map that takes it becomes another.
 BD_MUST_CHECK
-enum bd_err bd_rsm_weight_map_create(struct bd_gpu *gpu, const struct bd_rsm_inputs *inputs,
+enum bd_err bd_rsm_weight_map_create(const struct bd_pass_context *context,
+                                     const struct bd_rsm_inputs *inputs,
                                      struct bd_rsm_weight_map **out, struct bd_fault *fault);
 // Nulls; takes NULL. The last owner's release frees it.
 void bd_rsm_weight_map_release(struct bd_gpu *gpu, struct bd_rsm_weight_map **map);

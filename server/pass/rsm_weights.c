@@ -67,28 +67,44 @@ static double mean_attenuation(const struct cone *cone, uint32_t face_count, uin
     return sum / (CONE_SUB_SAMPLES * CONE_SUB_SAMPLES);
 }
 
-// One face of a perspective light; returns the sum of its fluxes.
-static double fill_face(const struct bd_light_setup *setup, uint32_t face, uint32_t side,
-                        bool paper_mode, float *values)
+struct face {
+    uint32_t index, side;
+    bool paper_mode;
+    struct cone cone;
+};
+
+// One row of a perspective light's face, 0 its upper edge; returns the sum of its fluxes.
+static double fill_row(const struct bd_light_setup *setup, const struct face *face, uint32_t y,
+                       float *values)
 {
-    double t = setup->half_width, step = 2 * t / side, sum = 0;
-    double face_sr = bd_rectangle_solid_angle_sr(-t, t, -t, t);
-    const struct cone cone = cone_of(setup->light);
+    double t = setup->half_width, step = 2 * t / face->side, sum = 0;
+    double texel_sr = bd_rectangle_solid_angle_sr(-t, t, -t, t) / ((double)face->side * face->side);
     const bool is_spot = setup->light->kind == BD_LIGHT_SPOT;
-    for (uint32_t y = 0; y < side; y++) {
-        for (uint32_t x = 0; x < side; x++) {
-            // Row 0 is the face's upper edge.
-            struct texel_bounds b = {-t + x * step, -t + (x + 1) * step, t - (y + 1) * step,
-                                     t - y * step};
-            double sr = paper_mode ? face_sr / ((double)side * side)
-                                   : bd_rectangle_solid_angle_sr(b.u0, b.u1, b.v0, b.v1);
-            double part = is_spot ? mean_attenuation(&cone, setup->face_count, face, &b) : 1;
-            values[2 * ((size_t)y * side + x)] = (float)(sr * part);
-            values[2 * ((size_t)y * side + x) + 1] = (float)sr;
-            sum += sr * part;
-        }
+    for (uint32_t x = 0; x < face->side; x++) {
+        struct texel_bounds b = {-t + x * step, -t + (x + 1) * step, t - (y + 1) * step,
+                                 t - y * step};
+        double sr =
+            face->paper_mode ? texel_sr : bd_rectangle_solid_angle_sr(b.u0, b.u1, b.v0, b.v1);
+        double part =
+            is_spot ? mean_attenuation(&face->cone, setup->face_count, face->index, &b) : 1;
+        values[2 * x] = (float)(sr * part);
+        values[2 * x + 1] = (float)sr;
+        sum += sr * part;
     }
     return sum;
+}
+
+static enum bd_err fill_face(const struct bd_light_setup *setup, const struct face *face,
+                             struct bd_slicer *slicer, float *values, double *raw_sum)
+{
+    double sum = 0;
+    for (uint32_t y = 0; y < face->side; y++) {
+        sum += fill_row(setup, face, y, values + 2 * (size_t)face->side * y);
+        enum bd_err err = slicer ? bd_slicer_pause(slicer) : BD_ERR_OK;
+        if (err) return err;
+    }
+    *raw_sum += sum;
+    return BD_ERR_OK;
 }
 
 static void fill_directional(const struct bd_light_setup *setup, double render_per_m,
@@ -101,31 +117,56 @@ static void fill_directional(const struct bd_light_setup *setup, double render_p
     weights->raw_sum = weights->exact_sum = width * height * (double)count;
 }
 
-struct bd_rsm_weights bd_rsm_weights_create(const struct bd_light_setup *light,
-                                            double render_per_m, uint32_t side_px,
-                                            bool paper_mode)
+static enum bd_err fill_faces(const struct bd_light_setup *light, bool paper_mode,
+                              struct bd_slicer *slicer, struct bd_rsm_weights *weights)
+{
+    const size_t texels = (size_t)weights->side_px * weights->side_px;
+    struct face face = {
+        .side = weights->side_px,
+        .paper_mode = paper_mode,
+        .cone = cone_of(light->light),
+    };
+    for (; face.index < weights->layer_count; face.index++) {
+        enum bd_err err = fill_face(light, &face, slicer, weights->values + 2 * texels * face.index,
+                                    &weights->raw_sum);
+        if (err) return err;
+    }
+    return BD_ERR_OK;
+}
+
+// The faces' fluxes together are what the closed form says.
+static void normalise(struct bd_rsm_weights *weights)
+{
+    const size_t texels = (size_t)weights->side_px * weights->side_px;
+    double scale = weights->raw_sum > 0 ? weights->exact_sum / weights->raw_sum : 0;
+    for (size_t i = 0; scale > 0 && i < texels * weights->layer_count; i++)
+        weights->values[2 * i] = (float)(weights->values[2 * i] * scale);
+}
+
+enum bd_err bd_rsm_weights_create(const struct bd_light_setup *light, double render_per_m,
+                                  uint32_t side_px, bool paper_mode, struct bd_slicer *slicer,
+                                  struct bd_rsm_weights *out)
 {
     bool faces_alike = light->face_count == 1 || light->light->kind == BD_LIGHT_POINT;
-    struct bd_rsm_weights weights = {
+    *out = (struct bd_rsm_weights){
         .side_px = side_px,
         .layer_count = faces_alike ? 1 : light->face_count,
     };
-    size_t texels = (size_t)side_px * side_px;
-    weights.values = malloc(texels * weights.layer_count * 2 * sizeof(float));
-    BD_ASSERT(weights.values);
+    out->values = malloc((size_t)side_px * side_px * out->layer_count * 2 * sizeof(float));
+    BD_ASSERT(out->values);
     if (light->light->kind == BD_LIGHT_DIRECTIONAL) {
-        fill_directional(light, render_per_m, &weights);
-        return weights;
+        fill_directional(light, render_per_m, out);
+        return BD_ERR_OK;
     }
-    for (uint32_t layer = 0; layer < weights.layer_count; layer++)
-        weights.raw_sum +=
-            fill_face(light, layer, side_px, paper_mode, weights.values + 2 * texels * layer);
-    if (faces_alike) weights.raw_sum *= light->face_count;
-    weights.exact_sum = bd_light_effective_solid_angle_sr(light->light);
-    double scale = weights.raw_sum > 0 && !paper_mode ? weights.exact_sum / weights.raw_sum : 0;
-    for (size_t i = 0; scale > 0 && i < texels * weights.layer_count; i++)
-        weights.values[2 * i] = (float)(weights.values[2 * i] * scale);
-    return weights;
+    enum bd_err err = fill_faces(light, paper_mode, slicer, out);
+    if (err) {
+        bd_rsm_weights_destroy(out);
+        return err;
+    }
+    if (faces_alike) out->raw_sum *= light->face_count;
+    out->exact_sum = bd_light_effective_solid_angle_sr(light->light);
+    if (!paper_mode) normalise(out);
+    return BD_ERR_OK;
 }
 
 void bd_rsm_weights_destroy(struct bd_rsm_weights *weights)

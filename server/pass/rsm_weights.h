@@ -10,6 +10,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "pass/slicer.h"
 #include "upload/light_setup.h"
 
 struct bd_rsm_weights {
@@ -23,10 +24,12 @@ struct bd_rsm_weights {
     double exact_sum;
 };
 
-// `paper_mode` gives every texel the same solid angle, as the papers do; it is not normalised.
-struct bd_rsm_weights bd_rsm_weights_create(const struct bd_light_setup *light,
-                                            double render_per_m, uint32_t side_px,
-                                            bool paper_mode);
+// `paper_mode` gives every texel the same solid angle, as the papers do; it is not normalised. The
+// slicer is asked between rows whether to stop (BD_ERR_CANCELLED, BD_ERR_DEADLINE); NULL = nobody.
+BD_MUST_CHECK
+enum bd_err bd_rsm_weights_create(const struct bd_light_setup *light, double render_per_m,
+                                  uint32_t side_px, bool paper_mode, struct bd_slicer *slicer,
+                                  struct bd_rsm_weights *out);
 void bd_rsm_weights_destroy(struct bd_rsm_weights *weights);
 
 // Solid angle of the rectangle [u0,u1] x [v0,v1] on the plane at distance 1.

@@ -13,7 +13,7 @@
 // A band draws all triangles again. Its pixels cost at least this much more than they do, unless
 // that would make it longer than so many slices.
 #define PIXELS_PER_TRIANGLE_COST 2.0
-#define BAND_SLICES_MAX          12.0
+#define BAND_SLICES_MAX          40.0
 // A long draw is cut into parts of no fewer triangles than this.
 #define PART_TRIANGLES_MIN 1024.0
 
@@ -223,35 +223,50 @@ static double part_units(const struct part *part)
     return UNITS_PER_TRIANGLE * part->triangle_count * part->instance_count;
 }
 
+static double units_per_pixel(const struct bd_scene_draws *draws)
+{
+    return draws->surface ? UNITS_PER_SURFACE_PIXEL : UNITS_PER_ID_PIXEL;
+}
+
+static double all_triangle_units(const struct bd_scene_draws *draws)
+{
+    double units = 0;
+    for (uint32_t d = 0; d < draws->scene->draw_count; d++)
+        units += triangle_units(&draws->scene->draws[d]);
+    return units;
+}
+
+// Of `rows` rows. Their pixels are spread evenly over the triangles, for want of better knowledge.
 static enum bd_err record_band(struct bd_gpu *gpu, const struct bd_scene_draws *draws,
                                const struct bd_view *view, const struct bd_buf *instances,
-                               struct bd_slicer *slicer, struct bd_fault *fault)
+                               uint32_t rows, struct bd_slicer *slicer, struct bd_fault *fault)
 {
+    double pixel_units = units_per_pixel(draws) * draws->viewpoint->width_px * rows;
+    double per_unit = 1 + pixel_units / fmax(all_triangle_units(draws), 1);
     double units = 0, units_per_slice = bd_slicer_units(slicer);
-    double triangles_max = fmax(units_per_slice / UNITS_PER_TRIANGLE, PART_TRIANGLES_MIN);
+    double triangles_max =
+        fmax(units_per_slice / (UNITS_PER_TRIANGLE * per_unit), PART_TRIANGLES_MIN);
     for (uint32_t d = 0; d < draws->scene->draw_count; d++) {
         const struct bd_scene_draw *draw = &draws->scene->draws[d];
         struct part part = {0};
         while (next_part(draw, triangles_max, &part)) {
             enum bd_err err = record_part(gpu, draws, draw, &part, view, instances, fault);
-            units += part_units(&part);
+            units += part_units(&part) * per_unit;
             if (!err && units >= units_per_slice) {
-                err = bd_slicer_checkpoint(slicer, 0);
+                err = bd_slicer_checkpoint(slicer, units);
                 units = 0;
             }
             if (err) return err;
         }
     }
-    return bd_slicer_checkpoint(slicer, 0);
+    return bd_slicer_checkpoint(slicer, units);
 }
 
 static uint32_t band_rows(const struct bd_scene_draws *draws, struct bd_slicer *slicer,
                           uint32_t rows_left)
 {
-    double units_per_pixel = draws->surface ? UNITS_PER_SURFACE_PIXEL : UNITS_PER_ID_PIXEL;
-    double units_per_row = units_per_pixel * draws->viewpoint->width_px, units = 0;
-    for (uint32_t d = 0; d < draws->scene->draw_count; d++)
-        units += PIXELS_PER_TRIANGLE_COST * triangle_units(&draws->scene->draws[d]);
+    double units_per_row = units_per_pixel(draws) * draws->viewpoint->width_px;
+    double units = PIXELS_PER_TRIANGLE_COST * all_triangle_units(draws);
     double units_max = BAND_SLICES_MAX * bd_slicer_units(slicer);
     double rows_min = (units < units_max ? units : units_max) / units_per_row;
     if (rows_min >= rows_left) return rows_left;
@@ -265,12 +280,13 @@ enum bd_err bd_scene_draws_record(struct bd_gpu *gpu, const struct bd_scene_draw
     const struct bd_view view = bd_viewpoint_uniform(draws->viewpoint, &draws->scene->space);
     const uint32_t height = draws->viewpoint->height_px;
     struct bd_buf *instances = NULL;
-    enum bd_err err =
-        bd_gpu_scene_instances(gpu, draws->scene, draws->viewpoint, &instances, fault);
+    bd_slicer_work(slicer, draws->surface ? "draws surface" : "draws ids");
+    enum bd_err err = bd_gpu_scene_instances(gpu, draws->scene, draws->viewpoint, bd_slicer_pause,
+                                             slicer, &instances, fault);
     for (uint32_t row = 0; !err && row < height;) {
         uint32_t rows = band_rows(draws, slicer, height - row);
         bd_gpu_target_rows(gpu, row, rows);
-        err = record_band(gpu, draws, &view, instances, slicer, fault);
+        err = record_band(gpu, draws, &view, instances, rows, slicer, fault);
         row += rows;
     }
     bd_buf_destroy(gpu, &instances);

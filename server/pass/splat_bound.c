@@ -3,6 +3,7 @@
 #include <math.h>
 
 #include "base/assert.h"
+#include "pass/kernels.h"
 #include "shared/bindings.h"
 #include "shared/splat.h"
 
@@ -12,8 +13,10 @@
 #define BOUND_LOG2_MAX 64.0
 // Each takes a 64th of what is left: 160 octaves to 1e-5.
 #define ROUNDS 4
-// A slice of one trial: 4 million areas.
+// At most, of one trial: 4 million areas.
 #define VPLS_PER_DISPATCH 65536u
+// Of the slicer, one for each evaluation of a VPL; for each bound.
+#define UNITS_PER_AREA 0.5
 
 _Static_assert(VPLS_PER_DISPATCH % BD_SPLAT_TRIAL_VPLS == 0, "whole work groups");
 _Static_assert(BD_SPLAT_BOUNDS == 64, "what ROUNDS counts on");
@@ -45,12 +48,18 @@ static void dispatch(const struct search *s, const struct bd_vpl_list *list,
 static enum bd_err try_on_list(const struct search *s, const struct bd_vpl_list *list,
                                struct bd_splat_trial_args *args)
 {
-    for (uint32_t at = 0; at < list->count; at += VPLS_PER_DISPATCH) {
-        uint32_t left = list->count - at;
+    const double units_per_group = UNITS_PER_AREA * BD_SPLAT_BOUNDS * BD_SPLAT_TRIAL_VPLS;
+    bd_slicer_work(s->context->slicer, "splat_bound");
+    for (uint32_t at = 0; at < list->count;) {
+        uint32_t groups_left = bd_divided_up(list->count - at, BD_SPLAT_TRIAL_VPLS);
+        uint32_t groups = bd_slicer_rows(s->context->slicer, units_per_group, groups_left);
+        uint32_t most = groups * BD_SPLAT_TRIAL_VPLS, left = list->count - at;
+        if (most > VPLS_PER_DISPATCH) most = VPLS_PER_DISPATCH;
         args->vpls.x = at;
-        args->vpls.y = left < VPLS_PER_DISPATCH ? left : VPLS_PER_DISPATCH;
+        args->vpls.y = left < most ? left : most;
         dispatch(s, list, args);
-        enum bd_err err = bd_slicer_checkpoint(s->context->slicer, 0);
+        at += args->vpls.y;
+        enum bd_err err = bd_slicer_checkpoint(s->context->slicer, units_per_group * groups);
         if (err) return err;
     }
     return BD_ERR_OK;

@@ -75,7 +75,8 @@ static enum bd_err splat_vpls(const struct splat *s, uint32_t list, uint32_t fir
             .vpl_count = count,
         };
         draw(s, list, &range);
-        enum bd_err err = bd_slicer_checkpoint(s->context->slicer, 0);
+        enum bd_err err = bd_slicer_checkpoint(s->context->slicer,
+                                               UNITS_PER_SPLAT * count * range.fragment_count);
         if (err) return err;
         at += range.fragment_count;
     }
@@ -117,6 +118,7 @@ static enum bd_err splat_target(struct splat *s, bool fine, struct bd_fault *fau
     enum bd_err err = bd_program_get(s->context->gpu, &source, &program, fault);
     if (err) return err;
     s->program = program;
+    bd_slicer_work(s->context->slicer, "splat_fragments");
     bd_gpu_target_begin(s->context->gpu, &target);
     for (uint32_t i = 0; !err && i < s->inputs->list_count; i++) err = splat_list(s, i);
     bd_gpu_target_end(s->context->gpu);

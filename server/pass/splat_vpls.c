@@ -50,7 +50,7 @@ static enum bd_err splat_range(const struct splat *s, const struct bd_vpl_list *
         uint32_t rows = bd_slicer_rows(s->context->slicer, units_per_row, height - row);
         bd_gpu_target_rows(s->context->gpu, row, rows);
         draw(s, list, first, count);
-        enum bd_err err = bd_slicer_checkpoint(s->context->slicer, 0);
+        enum bd_err err = bd_slicer_checkpoint(s->context->slicer, units_per_row * rows);
         if (err) return err;
         row += rows;
     }
@@ -80,6 +80,7 @@ static enum bd_err splat_all(struct splat *s, struct bd_indirect *out, struct bd
     enum bd_err err = bd_program_get(s->context->gpu, &source, &program, fault);
     if (err) return err;
     s->program = program;
+    bd_slicer_work(s->context->slicer, "splat_vpls");
     const struct bd_target target = {.color = {{out->irradiance, 0}, {out->glossy, 0}}};
     bd_gpu_target_begin(s->context->gpu, &target);
     for (uint32_t i = 0; !err && i < s->inputs->list_count; i++)

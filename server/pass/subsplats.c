@@ -179,6 +179,7 @@ static enum bd_err run_slices(struct work *w, const struct bd_program *program,
                               const struct bd_bindings *bindings, double units)
 {
     const uint32_t end = w->args.blocks.y;
+    bd_slicer_work(w->context->slicer, "subsplats");
     for (uint32_t at = 0; at < end;) {
         double fit = bd_slicer_units(w->context->slicer) / (units * BD_SUBSPLAT_GROUP);
         uint32_t groups = fit < 1 ? 1 : fit > GROUPS_MAX ? GROUPS_MAX : (uint32_t)fit;
@@ -367,6 +368,7 @@ static enum bd_err spread(struct work *w, struct bd_tex *glossy, struct bd_fault
     const struct bd_program *program;
     enum bd_err err =
         bd_compute_get(w->context->gpu, "pass/subsplats/spread.comp", NULL, &program, fault);
+    bd_slicer_work(w->context->slicer, "subsplats spread");
     for (uint32_t row = 0; !err && row < height;) {
         uint32_t rows = bd_slicer_rows(w->context->slicer, units_per_row, height - row);
         struct bd_bindings bindings = {

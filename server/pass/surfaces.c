@@ -152,6 +152,7 @@ static enum bd_err run_level(const struct work *w, const struct bd_program *prog
     bd_program_group_size(program, group);
     bindings.uniforms[BD_UNIFORM_ARGS].bytes = &args;
     bindings.uniforms[BD_UNIFORM_ARGS].size_bytes = sizeof args;
+    bd_slicer_work(w->context->slicer, "surfaces");
     for (uint32_t row = 0; row < blocks.y;) {
         uint32_t rows = bd_slicer_rows(w->context->slicer, units_per_row, blocks.y - row);
         args.rows.x = row;
@@ -161,7 +162,7 @@ static enum bd_err run_level(const struct work *w, const struct bd_program *prog
         row += rows;
         // The last slice is left to the next checkpoint: levels are many, and most are small.
         if (row == blocks.y) break;
-        enum bd_err err = bd_slicer_checkpoint(w->context->slicer, 0);
+        enum bd_err err = bd_slicer_checkpoint(w->context->slicer, units_per_row * rows);
         if (err) return err;
     }
     return BD_ERR_OK;
@@ -174,6 +175,7 @@ static enum bd_err run_list(const struct work *w, const struct bd_program *progr
     struct bd_surfaces_args args = args_of(w, level);
     bindings.uniforms[BD_UNIFORM_ARGS].bytes = &args;
     bindings.uniforms[BD_UNIFORM_ARGS].size_bytes = sizeof args;
+    bd_slicer_work(w->context->slicer, "surfaces list");
     for (uint32_t first = 0; first < count;) {
         uint32_t items = bd_list_slice(w->context->slicer, units, count - first);
         args.rows.x = first;

@@ -78,6 +78,7 @@ static enum bd_err run_inner(const struct upsample *u, uint32_t level, struct bd
     uint32_t group[3], columns = (args.level.x + 1) / 2, height = (args.level.y + 1) / 2;
     bd_program_group_size(program, group);
     double units_per_row = columns * UNITS_PER_INNER;
+    bd_slicer_work(u->context->slicer, "upsample");
     for (uint32_t row = 0; row < height;) {
         uint32_t rows = bd_slicer_rows(u->context->slicer, units_per_row, height - row);
         args.rows = (struct bd_uvec4){row, rows, 0, 0};
@@ -102,6 +103,7 @@ static enum bd_err run_list(const struct upsample *u, const char *compute, uint3
     struct bd_upsample_args args = args_of(u, level);
     args.rows.z = surfaces->outer_first[level + 1];
     args.rows.w = surfaces->children_first[level + 1];
+    bd_slicer_work(u->context->slicer, "upsample list");
     while (!err && first < end) {
         uint32_t count = bd_list_slice(u->context->slicer, UNITS_PER_OUTER, end - first);
         args.rows.x = first;

@@ -107,12 +107,14 @@ static enum bd_err fill_level(const struct clusters *c, uint32_t face, uint32_t 
     const double units = BD_VPL_BLOCK_UNITS_PER_TEXEL * (1u << level) * (1u << level);
     struct bd_program *program;
     enum bd_err err = get_program(c, slice.group_per_vpl, &program, fault);
+    bd_slicer_work(c->context->slicer,
+                   slice.group_per_vpl ? "vpl_clusters shared" : "vpl_clusters");
     for (slice.first = fragments->level_first[level]; !err && slice.first < end;
          slice.first += slice.count) {
         slice.count = bd_slicer_rows(c->context->slicer, units, end - slice.first);
         if (slice.count > GROUPS_MAX) slice.count = GROUPS_MAX;
         dispatch(c, program, &slice);
-        err = bd_slicer_checkpoint(c->context->slicer, 0);
+        err = bd_slicer_checkpoint(c->context->slicer, units * slice.count);
     }
     return err;
 }

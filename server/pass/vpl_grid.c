@@ -38,12 +38,13 @@ static void dispatch(const struct vpl_grid *g, uint32_t face, uint32_t row, uint
 static enum bd_err fill_list(const struct vpl_grid *g)
 {
     const uint32_t grid_side = g->inputs->grid_side, side_px = g->inputs->rsm->side_px;
+    bd_slicer_work(g->context->slicer, g->group_per_vpl ? "vpl_grid shared" : "vpl_grid");
     double units_per_row = BD_VPL_BLOCK_UNITS_PER_TEXEL * side_px * side_px / grid_side;
     for (uint32_t face = 0; face < g->inputs->rsm->face_count; face++) {
         for (uint32_t row = 0; row < grid_side;) {
             uint32_t rows = bd_slicer_rows(g->context->slicer, units_per_row, grid_side - row);
             dispatch(g, face, row, rows);
-            enum bd_err err = bd_slicer_checkpoint(g->context->slicer, 0);
+            enum bd_err err = bd_slicer_checkpoint(g->context->slicer, units_per_row * rows);
             if (err) return err;
             row += rows;
         }

@@ -8,6 +8,10 @@
 #include "shared/types.h"
 #include "shared/vpl_tree.h"
 
+// Of the slicer, one for each evaluation of a VPL.
+#define UNITS_PER_NODE  100.0
+#define NODES_PER_GROUP 64u
+
 static bool is_power_of_two(uint32_t n)
 {
     return n > 0 && (n & (n - 1)) == 0;
@@ -63,12 +67,12 @@ static void describe_light(struct bd_vpl_tree *tree, const struct bd_light_setup
 
 static void dispatch(const struct bd_pass_context *context, const struct bd_vpl_tree_inputs *inputs,
                      const struct bd_program *program, const struct bd_vpl_tree *tree,
-                     uint32_t level)
+                     uint32_t level, uint32_t first, uint32_t count)
 {
     const struct bd_vpl_tree_args args = {
         .level = {level_nodes(tree, level), bd_vpl_tree_level_first(tree, level), face_nodes(tree),
                   level + 1 == bd_vpl_tree_level_count(tree)},
-        .faces = {tree->face_count, tree->leaf_side, 0, 0},
+        .faces = {tree->face_count, tree->leaf_side, first, count},
     };
     const struct bd_light_uniform light = bd_light_setup_uniform(inputs->light, inputs->space, 0);
     struct bd_bindings bindings = {0};
@@ -83,8 +87,29 @@ static void dispatch(const struct bd_pass_context *context, const struct bd_vpl_
     bindings.uniforms[BD_UNIFORM_LIGHT].size_bytes = sizeof light;
     uint32_t group[3];
     bd_program_group_size(program, group);
-    bd_gpu_dispatch(context->gpu, program, &bindings, (args.level.x + group[0] - 1) / group[0],
+    bd_gpu_dispatch(context->gpu, program, &bindings, (count + group[0] - 1) / group[0],
                     tree->face_count, 1);
+}
+
+// Nodes of all faces side by side.
+static enum bd_err build_level(const struct bd_pass_context *context,
+                               const struct bd_vpl_tree_inputs *inputs,
+                               const struct bd_program *program, const struct bd_vpl_tree *tree,
+                               uint32_t level)
+{
+    const uint32_t nodes = level_nodes(tree, level);
+    const double units = UNITS_PER_NODE * tree->face_count * NODES_PER_GROUP;
+    for (uint32_t first = 0; first < nodes;) {
+        uint32_t groups = bd_slicer_rows(context->slicer, units,
+                                         (nodes - first + NODES_PER_GROUP - 1) / NODES_PER_GROUP);
+        uint32_t most = groups * NODES_PER_GROUP, left = nodes - first;
+        uint32_t count = left < most ? left : most;
+        dispatch(context, inputs, program, tree, level, first, count);
+        enum bd_err err = bd_slicer_checkpoint(context->slicer, units * groups);
+        if (err) return err;
+        first += count;
+    }
+    return BD_ERR_OK;
 }
 
 static enum bd_err build(const struct bd_pass_context *context,
@@ -98,10 +123,9 @@ static enum bd_err build(const struct bd_pass_context *context,
     size_t bytes =
         (size_t)face_nodes(tree) * tree->face_count * BD_TREE_NODE_VEC4S * sizeof(struct bd_vec4);
     err = bd_buf_create(context->gpu, "vpl tree", bytes, NULL, &tree->nodes, fault);
-    for (uint32_t level = bd_vpl_tree_level_count(tree); !err && level-- > 0;) {
-        dispatch(context, inputs, program, tree, level);
-        err = bd_slicer_checkpoint(context->slicer, 0);
-    }
+    bd_slicer_work(context->slicer, "vpl_tree");
+    for (uint32_t level = bd_vpl_tree_level_count(tree); !err && level-- > 0;)
+        err = build_level(context, inputs, program, tree, level);
     return err;
 }
 

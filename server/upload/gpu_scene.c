@@ -301,6 +301,8 @@ void bd_gpu_scene_destroy(struct bd_uploader *uploader, struct bd_gpu_scene **sc
     free(s);
 }
 
+#define INSTANCES_PER_PIECE 4096u
+
 // --- instances for one viewpoint -----------------------------------------------------------
 
 // Rows of view_from_mesh in render units, composed in double: relative to the viewpoint from the
@@ -341,20 +343,23 @@ static void store_normal_rows(const bd_dmat4 *world_from_mesh, float rows[12])
 }
 
 enum bd_err bd_gpu_scene_instances(struct bd_gpu *gpu, const struct bd_gpu_scene *scene,
-                                   const struct bd_viewpoint *viewpoint, struct bd_buf **out,
-                                   struct bd_fault *fault)
+                                   const struct bd_viewpoint *viewpoint,
+                                   enum bd_err (*pause)(void *user), void *user,
+                                   struct bd_buf **out, struct bd_fault *fault)
 {
     const size_t instance_bytes = BD_INSTANCE_VEC4S * sizeof(struct bd_vec4);
     const uint32_t count = scene->instance_count ? scene->instance_count : 1;
     float *rows = calloc(count, instance_bytes);
     BD_ASSERT(rows);
-    for (uint32_t i = 0; i < scene->instance_count; i++) {
+    enum bd_err err = BD_ERR_OK;
+    for (uint32_t i = 0; !err && i < scene->instance_count; i++) {
         const struct bd_instance *instance = &scene->scene->instances[scene->instance_order[i]];
         float *to = rows + (size_t)i * BD_INSTANCE_VEC4S * 4;
         store_view_rows(viewpoint, scene->space.render_per_m, &instance->world_from_mesh, to);
         store_normal_rows(&instance->world_from_mesh, to + 12);
+        if (pause && (i + 1) % INSTANCES_PER_PIECE == 0) err = pause(user);
     }
-    enum bd_err err = bd_buf_create(gpu, "instances", count * instance_bytes, rows, out, fault);
+    if (!err) err = bd_buf_create(gpu, "instances", count * instance_bytes, rows, out, fault);
     free(rows);
     return err;
 }

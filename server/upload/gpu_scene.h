@@ -95,10 +95,12 @@ void bd_gpu_scene_destroy(struct bd_uploader *uploader, struct bd_gpu_scene **sc
 const struct bd_tex *bd_gpu_scene_texture(const struct bd_gpu_scene *scene,
                                           const struct bd_texture_ref *ref, bool srgb);
 
-// The instance array for one viewpoint (shared/instance.h). The caller destroys it.
+// The instance array for one viewpoint (shared/instance.h). The caller destroys it. `pause`, as the
+// uploader's, is asked every few thousand instances.
 BD_MUST_CHECK
 enum bd_err bd_gpu_scene_instances(struct bd_gpu *gpu, const struct bd_gpu_scene *scene,
-                                   const struct bd_viewpoint *viewpoint, struct bd_buf **out,
-                                   struct bd_fault *fault);
+                                   const struct bd_viewpoint *viewpoint,
+                                   enum bd_err (*pause)(void *user), void *user,
+                                   struct bd_buf **out, struct bd_fault *fault);
 
 #endif

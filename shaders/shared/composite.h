@@ -16,7 +16,8 @@
 struct bd_composite_args {
     // x = 1 / sub-frames, y = cd/m^2 of the frame's light unit, z = metres of a render unit
     BD_VEC4 scale;
-    BD_UVEC4 state; // x = 1 for the first sub-frame, y = 1 for the last
+    // x = 1 for the first sub-frame, y = 1 for the last; z = first row of the slice, w = rows in it
+    BD_UVEC4 state;
 };
 
 #ifndef BD_GLSL

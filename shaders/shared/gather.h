@@ -5,8 +5,8 @@
 #include "shared/types.h"
 
 struct bd_gather_args {
-    BD_UVEC4 rows; // x = first row of the slice, y = rows in it, z = 1 if nothing was added before
-    BD_UVEC4 vpls; // x = first VPL of the slice, y = VPLs in it
+    BD_UVEC4 tile; // of the slice: xy = its first pixel, zw = its width and height
+    BD_UVEC4 vpls; // x = first VPL of the slice, y = VPLs in it, z = 1 if nothing was added before
 };
 
 #ifndef BD_GLSL

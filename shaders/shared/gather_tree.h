@@ -21,7 +21,8 @@ struct bd_gather_tree_args {
                    // estimates are counted, of a unit
     BD_VEC4 light; // x = flux through a face, y = solid angle of a face (directional: area),
                    // z = metres^-2 in render space: printed formulas have units
-    BD_UVEC4 blocks; // x = finest level, whose blocks may hold several surfaces
+    BD_UVEC4 blocks; // x = finest level, whose blocks may hold several surfaces; of pixels:
+                     // y = first column of the slice, z = how many
 };
 
 #ifndef BD_GLSL

@@ -35,7 +35,8 @@
 struct bd_vpl_tree_args {
     BD_UVEC4 level; // x = nodes of this level in a face, y = index of its first in the face,
                     // z = nodes of a face, w = 1: leaves, made from the list of VPLs
-    BD_UVEC4 faces; // x = number, y = leaves along a face's side
+    BD_UVEC4 faces; // x = number, y = leaves along a face's side; of each face's level: z = first
+                    // node of the slice, w = nodes in it
 };
 
 #ifndef BD_GLSL

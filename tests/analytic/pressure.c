@@ -149,11 +149,11 @@ static void a_stop_anywhere_leaves_no_trace(void **state)
 
 // --- slices -----------------------------------------------------------------------------------
 
-// As if the device did so many units of work in a millisecond, from a memo without outputs.
-static struct outcome render_at(struct world *w, double units_per_ms)
+// In slices of so many units of work, from a memo without outputs.
+static struct outcome render_at(struct world *w, double units_per_slice)
 {
     forget_everything(w);
-    w->renderer.slicer.units_per_ms = units_per_ms;
+    w->renderer.slicer.forced_units = units_per_slice;
     return render(w, NULL, NULL);
 }
 
@@ -178,7 +178,7 @@ static void slices_change_no_byte(void **state)
     w->finished = true;
     struct outcome whole = render_at(w, 1e12);
     uint32_t few = w->renderer.slicer.slice_count;
-    struct outcome cut = render_at(w, 1);
+    struct outcome cut = render_at(w, 20);
     uint32_t many = w->renderer.slicer.slice_count;
     print_message("    %u slices and %u\n", few, many);
     assert_same_frame(&whole, &cut);

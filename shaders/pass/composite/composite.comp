@@ -95,8 +95,8 @@ vec4 finished(vec4 sum)
 
 void main()
 {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(pixel, ivec2(view.size_px.xy)))) return;
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, args.state.z);
+    if (pixel.x >= int(view.size_px.x) || gl_GlobalInvocationID.y >= args.state.w) return;
     vec4 sum = sub_frame_value(pixel) * args.scale.x;
     if (args.state.x == 0u) sum += imageLoad(layer, pixel);
     imageStore(layer, pixel, args.state.y != 0u ? finished(sum) : sum);

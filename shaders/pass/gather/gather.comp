@@ -15,11 +15,11 @@ layout(binding = 1, rgba32f) uniform image2D glossy;
 
 void main()
 {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, args.rows.x);
-    if (pixel.x >= int(view.size_px.x) || gl_GlobalInvocationID.y >= args.rows.y) return;
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy + args.tile.xy);
+    if (any(greaterThanEqual(gl_GlobalInvocationID.xy, args.tile.zw))) return;
     receiver r = gbuffer_receiver(pixel);
     vec3 viewer = direction_to_viewer(r.relative_position);
-    bool first = args.rows.z != 0u;
+    bool first = args.vpls.z != 0u;
     sums s = no_light();
     uint end = args.vpls.x + (r.lit ? args.vpls.y : 0u);
     for (uint at = args.vpls.x; at < end; at += 32u)

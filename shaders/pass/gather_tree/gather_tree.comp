@@ -321,8 +321,8 @@ void main()
     if (is_done(index)) return;
     light_receiver(block_receiver(level, block), index, level, block);
 #else
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, args.rows.x);
-    if (pixel.x >= int(view.size_px.x) || gl_GlobalInvocationID.y >= args.rows.y) return;
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy) + ivec2(args.blocks.y, args.rows.x);
+    if (gl_GlobalInvocationID.x >= args.blocks.z || gl_GlobalInvocationID.y >= args.rows.y) return;
     uint index = uint(pixel.y) * view.size_px.x + uint(pixel.x);
     if (is_done(index)) return;
     light_receiver(gbuffer_receiver(pixel), index, 0u, pixel);

@@ -158,8 +158,8 @@ tree_node parent(tree_node children[4])
 
 void main()
 {
-    uint morton = gl_GlobalInvocationID.x, face = gl_WorkGroupID.y;
-    if (morton >= args.level.x || face >= args.faces.x) return;
+    uint morton = gl_GlobalInvocationID.x + args.faces.z, face = gl_WorkGroupID.y;
+    if (gl_GlobalInvocationID.x >= args.faces.w || face >= args.faces.x) return;
     uint first = face * args.level.z + args.level.y;
     tree_node n;
     if (args.level.w != 0u) {
