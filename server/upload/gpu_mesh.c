@@ -5,6 +5,8 @@
 
 #include "base/assert.h"
 
+#define PIECE_BYTES ((size_t)1 << 20)
+
 const uint32_t bd_stream_component_count[BD_STREAM_COUNT] = {3, 3, 4, 2, 2, 4};
 
 static const float *stream_of(const struct bd_primitive *primitive, enum bd_stream stream)
@@ -45,21 +47,46 @@ static void lay_out(const struct bd_mesh *mesh, struct bd_gpu_primitive *out, si
     }
 }
 
-static void upload_streams(struct bd_gpu *gpu, const struct bd_mesh *mesh,
-                           const struct bd_gpu_mesh *to)
+static enum bd_err upload_bytes(struct bd_uploader *uploader, struct bd_buf *to, size_t offset,
+                                const void *bytes, size_t size_bytes)
 {
-    for (uint32_t p = 0; p < mesh->primitive_count; p++) {
-        const struct bd_primitive *primitive = &mesh->primitives[p];
-        const struct bd_gpu_primitive *where = &to->primitives[p];
-        for (int s = 0; s < BD_STREAM_COUNT; s++) {
-            if (!where->has[s]) continue;
-            bd_buf_upload(gpu, to->vertices, where->offset_bytes[s],
-                          stream_of(primitive, (enum bd_stream)s),
-                          stream_bytes(primitive, (enum bd_stream)s));
-        }
-        bd_buf_upload(gpu, to->indices, where->index_offset_bytes, primitive->index,
-                      primitive->index_count * sizeof(uint32_t));
+    enum bd_err err = BD_ERR_OK;
+    for (size_t at = 0; !err && at < size_bytes; at += PIECE_BYTES) {
+        size_t piece = size_bytes - at < PIECE_BYTES ? size_bytes - at : PIECE_BYTES;
+        bd_buf_upload(uploader->gpu, to, offset + at, (const char *)bytes + at, piece);
+        err = bd_uploader_pause(uploader);
     }
+    return err;
+}
+
+static enum bd_err upload_primitive(struct bd_uploader *uploader,
+                                    const struct bd_primitive *primitive,
+                                    const struct bd_gpu_mesh *to,
+                                    const struct bd_gpu_primitive *where)
+{
+    enum bd_err err = upload_bytes(uploader, to->indices, where->index_offset_bytes,
+                                   primitive->index, primitive->index_count * sizeof(uint32_t));
+    for (int s = 0; !err && s < BD_STREAM_COUNT; s++)
+        if (where->has[s])
+            err = upload_bytes(uploader, to->vertices, where->offset_bytes[s],
+                               stream_of(primitive, (enum bd_stream)s),
+                               stream_bytes(primitive, (enum bd_stream)s));
+    return err;
+}
+
+static enum bd_err upload_mesh(struct bd_uploader *uploader, const struct bd_mesh *mesh,
+                               struct bd_gpu_mesh *to, struct bd_fault *fault)
+{
+    size_t vertex_bytes, index_bytes;
+    lay_out(mesh, to->primitives, &vertex_bytes, &index_bytes);
+    enum bd_err err = bd_buf_create(uploader->gpu, "mesh vertices", vertex_bytes ? vertex_bytes : 4,
+                                    NULL, &to->vertices, fault);
+    if (!err)
+        err = bd_buf_create(uploader->gpu, "mesh indices", index_bytes ? index_bytes : 4, NULL,
+                            &to->indices, fault);
+    for (uint32_t p = 0; !err && p < mesh->primitive_count; p++)
+        err = upload_primitive(uploader, &mesh->primitives[p], to, &to->primitives[p]);
+    return err;
 }
 
 enum bd_err bd_gpu_mesh_acquire(struct bd_uploader *uploader, const struct bd_mesh *mesh,
@@ -78,21 +105,13 @@ enum bd_err bd_gpu_mesh_acquire(struct bd_uploader *uploader, const struct bd_me
     made->content_hash = mesh->content_hash;
     made->reference_count = 1;
     made->primitive_count = mesh->primitive_count;
-    made->next = uploader->meshes;
-    uploader->meshes = made;
-
-    size_t vertex_bytes, index_bytes;
-    lay_out(mesh, made->primitives, &vertex_bytes, &index_bytes);
-    enum bd_err err = bd_buf_create(uploader->gpu, "mesh vertices", vertex_bytes ? vertex_bytes : 4,
-                                    NULL, &made->vertices, fault);
-    if (!err)
-        err = bd_buf_create(uploader->gpu, "mesh indices", index_bytes ? index_bytes : 4, NULL,
-                            &made->indices, fault);
+    enum bd_err err = upload_mesh(uploader, mesh, made, fault);
     if (err) {
         bd_gpu_mesh_drop(uploader, &made);
         return err;
     }
-    upload_streams(uploader->gpu, mesh, made);
+    made->next = uploader->meshes;
+    uploader->meshes = made;
     *out = made;
     return BD_ERR_OK;
 }
@@ -103,12 +122,27 @@ void bd_gpu_mesh_drop(struct bd_uploader *uploader, struct bd_gpu_mesh **mesh)
     *mesh = NULL;
     if (!m || --m->reference_count > 0) return;
     struct bd_gpu_mesh **link = &uploader->meshes;
-    while (*link != m) link = &(*link)->next;
-    *link = m->next;
+    while (*link && *link != m) link = &(*link)->next;
+    if (*link) *link = m->next; // one that was not uploaded to its end is not in the list
     bd_buf_destroy(uploader->gpu, &m->vertices);
     bd_buf_destroy(uploader->gpu, &m->indices);
     free(m->primitives);
     free(m);
+}
+
+static enum bd_err upload_rows(struct bd_uploader *uploader, const struct bd_picture *picture,
+                               struct bd_tex *to)
+{
+    const size_t row_bytes = (size_t)picture->width_px * 4;
+    const uint32_t rows_max = row_bytes < PIECE_BYTES ? (uint32_t)(PIECE_BYTES / row_bytes) : 1;
+    enum bd_err err = BD_ERR_OK;
+    for (uint32_t row = 0; !err && row < picture->height_px; row += rows_max) {
+        uint32_t left = picture->height_px - row, rows = left < rows_max ? left : rows_max;
+        bd_tex_upload_rows(uploader->gpu, to, 0, row, rows, picture->rgba + row * row_bytes,
+                           rows * row_bytes);
+        err = bd_uploader_pause(uploader);
+    }
+    return err;
 }
 
 enum bd_err bd_gpu_picture_acquire(struct bd_uploader *uploader, const struct bd_picture *picture,
@@ -129,8 +163,11 @@ enum bd_err bd_gpu_picture_acquire(struct bd_uploader *uploader, const struct bd
     struct bd_tex *tex;
     enum bd_err err = bd_tex_create(uploader->gpu, &desc, &tex, fault);
     if (err) return err;
-    bd_tex_upload(uploader->gpu, tex, 0, picture->rgba,
-                  (size_t)picture->width_px * picture->height_px * 4);
+    err = upload_rows(uploader, picture, tex);
+    if (err) {
+        bd_tex_destroy(uploader->gpu, &tex);
+        return err;
+    }
     struct bd_gpu_picture *made = calloc(1, sizeof *made);
     BD_ASSERT(made);
     *made = (struct bd_gpu_picture){picture->content_hash, srgb, 1, tex, uploader->pictures};

@@ -5,6 +5,11 @@
 
 #include "upload/gpu_scene.h"
 
+// Between two pieces of an upload: asks whether to stop. What happens in it is not counted to
+// `upload_ms`.
+BD_MUST_CHECK
+enum bd_err bd_uploader_pause(struct bd_uploader *uploader);
+
 // Finds or makes the GPU copy; the caller holds one reference.
 BD_MUST_CHECK
 enum bd_err bd_gpu_mesh_acquire(struct bd_uploader *uploader, const struct bd_mesh *mesh,

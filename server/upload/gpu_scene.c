@@ -97,25 +97,26 @@ static void build_draws(struct bd_gpu_scene *to)
 // --- triangles -----------------------------------------------------------------------------
 
 #define TRIANGLE_FLOATS   12
-#define STAGING_TRIANGLES 65536u
+#define STAGING_TRIANGLES 8192u
 
-// Triangles on their way to the device, a few MiB at a time.
+// Triangles on their way to the device, piece by piece.
 struct staging {
-    struct bd_gpu *gpu;
+    struct bd_uploader *uploader;
     struct bd_buf *to;
     uint64_t sent; // triangles
     uint32_t count;
     float *triangles;
 };
 
-static void send_staging(struct staging *staging)
+static enum bd_err send_staging(struct staging *staging)
 {
     const size_t triangle_bytes = TRIANGLE_FLOATS * sizeof(float);
-    if (staging->count == 0) return;
-    bd_buf_upload(staging->gpu, staging->to, staging->sent * triangle_bytes, staging->triangles,
-                  staging->count * triangle_bytes);
+    if (staging->count == 0) return BD_ERR_OK;
+    bd_buf_upload(staging->uploader->gpu, staging->to, staging->sent * triangle_bytes,
+                  staging->triangles, staging->count * triangle_bytes);
     staging->sent += staging->count;
     staging->count = 0;
+    return bd_uploader_pause(staging->uploader);
 }
 
 static void store_vec3(float to[4], bd_dvec3 v)
@@ -125,31 +126,41 @@ static void store_vec3(float to[4], bd_dvec3 v)
 
 // Edges are subtracted in double precision, so that a small triangle keeps its normal however
 // far from the scene's origin it lies.
-static void stage_triangle(struct staging *staging, const bd_dvec3 corner[3])
+static enum bd_err stage_triangle(struct staging *staging, const bd_dvec3 corner[3])
 {
     float *to = staging->triangles + (size_t)staging->count * TRIANGLE_FLOATS;
     store_vec3(to, corner[0]);
     store_vec3(to + 4, bd_dvec3_sub(corner[1], corner[0]));
     store_vec3(to + 8, bd_dvec3_sub(corner[2], corner[0]));
-    if (++staging->count == STAGING_TRIANGLES) send_staging(staging);
+    return ++staging->count == STAGING_TRIANGLES ? send_staging(staging) : BD_ERR_OK;
 }
 
-static void stage_draw(const struct bd_gpu_scene *scene, const struct bd_scene_draw *draw,
-                       const struct bd_primitive *primitive, struct staging *staging)
+static enum bd_err stage_instance(const struct bd_gpu_scene *scene,
+                                  const struct bd_primitive *primitive, uint32_t instance,
+                                  struct staging *staging)
 {
-    for (uint32_t i = 0; i < draw->instance_count; i++) {
-        uint32_t at = scene->instance_order[draw->first_instance + i];
-        const bd_dmat4 *world_from_mesh = &scene->scene->instances[at].world_from_mesh;
-        for (uint32_t t = 0; t < primitive->index_count; t += 3) {
-            bd_dvec3 corner[3];
-            for (int k = 0; k < 3; k++) {
-                const float *p = primitive->position + 3 * (size_t)primitive->index[t + k];
-                bd_dvec3 world = bd_dmat4_point(world_from_mesh, (bd_dvec3){p[0], p[1], p[2]});
-                corner[k] = bd_render_from_world(&scene->space, world);
-            }
-            stage_triangle(staging, corner);
+    const bd_dmat4 *world_from_mesh = &scene->scene->instances[instance].world_from_mesh;
+    enum bd_err err = BD_ERR_OK;
+    for (uint32_t t = 0; !err && t < primitive->index_count; t += 3) {
+        bd_dvec3 corner[3];
+        for (int k = 0; k < 3; k++) {
+            const float *p = primitive->position + 3 * (size_t)primitive->index[t + k];
+            bd_dvec3 world = bd_dmat4_point(world_from_mesh, (bd_dvec3){p[0], p[1], p[2]});
+            corner[k] = bd_render_from_world(&scene->space, world);
         }
+        err = stage_triangle(staging, corner);
     }
+    return err;
+}
+
+static enum bd_err stage_draw(const struct bd_gpu_scene *scene, const struct bd_scene_draw *draw,
+                              const struct bd_primitive *primitive, struct staging *staging)
+{
+    enum bd_err err = BD_ERR_OK;
+    for (uint32_t i = 0; !err && i < draw->instance_count; i++)
+        err = stage_instance(scene, primitive, scene->instance_order[draw->first_instance + i],
+                             staging);
+    return err;
 }
 
 static const struct bd_primitive *source_of(const struct bd_gpu_scene *scene,
@@ -160,21 +171,24 @@ static const struct bd_primitive *source_of(const struct bd_gpu_scene *scene,
     return &mesh->primitives[draw->primitive - draw->mesh->primitives];
 }
 
-static void upload_triangles(struct bd_gpu *gpu, const struct bd_gpu_scene *scene)
+static enum bd_err upload_triangles(struct bd_uploader *uploader, const struct bd_gpu_scene *scene)
 {
-    struct staging staging = {.gpu = gpu, .to = scene->triangles};
+    struct staging staging = {.uploader = uploader, .to = scene->triangles};
     staging.triangles = malloc(STAGING_TRIANGLES * TRIANGLE_FLOATS * sizeof(float));
     BD_ASSERT(staging.triangles);
-    for (uint32_t d = 0; d < scene->draw_count; d++)
-        stage_draw(scene, &scene->draws[d], source_of(scene, &scene->draws[d]), &staging);
-    send_staging(&staging);
+    enum bd_err err = BD_ERR_OK;
+    for (uint32_t d = 0; !err && d < scene->draw_count; d++)
+        err = stage_draw(scene, &scene->draws[d], source_of(scene, &scene->draws[d]), &staging);
+    if (!err) err = send_staging(&staging);
     free(staging.triangles);
+    return err;
 }
 
 // Beyond what a shader can index, reads are undefined: holes in shadows, wrong normals.
-static enum bd_err build_triangles(struct bd_gpu *gpu, struct bd_gpu_scene *scene,
+static enum bd_err build_triangles(struct bd_uploader *uploader, struct bd_gpu_scene *scene,
                                    struct bd_fault *fault)
 {
+    struct bd_gpu *gpu = uploader->gpu;
     const size_t triangle_bytes = TRIANGLE_FLOATS * sizeof(float);
     uint64_t count = scene->triangle_count,
              most = bd_gpu_caps(gpu)->array_max_bytes / triangle_bytes;
@@ -184,8 +198,7 @@ static enum bd_err build_triangles(struct bd_gpu *gpu, struct bd_gpu_scene *scen
                             (unsigned long long)count, (unsigned long long)most);
     enum bd_err err = bd_buf_create(gpu, "triangles", (count ? count : 1) * triangle_bytes, NULL,
                                     &scene->triangles, fault);
-    if (!err) upload_triangles(gpu, scene);
-    return err;
+    return err ? err : upload_triangles(uploader, scene);
 }
 
 static enum bd_err build_instance_ids(struct bd_gpu *gpu, struct bd_gpu_scene *scene,
@@ -237,6 +250,27 @@ const struct bd_tex *bd_gpu_scene_texture(const struct bd_gpu_scene *scene,
     return scene->pictures[picture][srgb]->tex;
 }
 
+// --- pieces --------------------------------------------------------------------------------
+
+static void begin_piece(struct bd_uploader *uploader)
+{
+    uploader->piece_start_ns = bd_clock_ns();
+}
+
+static void end_piece(struct bd_uploader *uploader)
+{
+    uploader->upload_ms += bd_ms_since(uploader->piece_start_ns);
+}
+
+enum bd_err bd_uploader_pause(struct bd_uploader *uploader)
+{
+    if (!uploader->pause) return BD_ERR_OK;
+    end_piece(uploader);
+    enum bd_err err = uploader->pause(uploader->user);
+    begin_piece(uploader);
+    return err;
+}
+
 // --- the whole -----------------------------------------------------------------------------
 
 static enum bd_err acquire_meshes(struct bd_uploader *uploader, struct bd_gpu_scene *scene,
@@ -255,7 +289,7 @@ static enum bd_err acquire_meshes(struct bd_uploader *uploader, struct bd_gpu_sc
 enum bd_err bd_gpu_scene_create(struct bd_uploader *uploader, struct bd_scene *scene,
                                 struct bd_gpu_scene **out, struct bd_fault *fault)
 {
-    uint64_t start_ns = bd_clock_ns();
+    begin_piece(uploader);
     struct bd_gpu_scene *made = calloc(1, sizeof *made);
     BD_ASSERT(made);
     made->scene = bd_scene_retain(scene);
@@ -272,9 +306,9 @@ enum bd_err bd_gpu_scene_create(struct bd_uploader *uploader, struct bd_scene *s
         build_draws(made);
         err = acquire_maps(uploader, made, fault);
     }
-    if (!err) err = build_triangles(uploader->gpu, made, fault);
+    if (!err) err = build_triangles(uploader, made, fault);
     if (!err) err = build_instance_ids(uploader->gpu, made, fault);
-    uploader->upload_ms += bd_ms_since(start_ns);
+    end_piece(uploader);
     if (err) {
         bd_gpu_scene_destroy(uploader, &made);
         return err;

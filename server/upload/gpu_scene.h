@@ -79,13 +79,21 @@ struct bd_gpu_scene {
 };
 
 // Owns the shared meshes and textures. `upload_ms` grows by the time spent.
+//
+// Uploads come in pieces of a MiB or a millisecond or two; between them `pause` (may be NULL) is
+// asked whether to stop. Another scene may be uploaded in it: a mesh or a texture is shared once it
+// is there as a whole.
 struct bd_uploader {
     struct bd_gpu *gpu;
+    enum bd_err (*pause)(void *user);
+    void *user;
     struct bd_gpu_mesh *meshes;
     struct bd_gpu_picture *pictures;
     double upload_ms;
+    uint64_t piece_start_ns;
 };
 
+// Errors: those of `pause`, BD_ERR_NO_MEMORY, BD_ERR_LIMIT; the fault names the limit.
 BD_MUST_CHECK
 enum bd_err bd_gpu_scene_create(struct bd_uploader *uploader, struct bd_scene *scene,
                                 struct bd_gpu_scene **out, struct bd_fault *fault);
