@@ -11,7 +11,10 @@
 
 void bd_renderer_init(struct bd_renderer *renderer, struct bd_gpu *gpu, uint64_t memo_budget_bytes)
 {
-    *renderer = (struct bd_renderer){.gpu = gpu, .uploader = {.gpu = gpu}};
+    *renderer = (struct bd_renderer){
+        .gpu = gpu,
+        .uploader = {.gpu = gpu, .pause = bd_slicer_pause, .user = &renderer->slicer},
+    };
     renderer->memo = bd_memo_create(renderer, memo_budget_bytes);
     bd_prime_samplers(gpu);
 }
@@ -140,12 +143,11 @@ static enum bd_err run_camera_side(struct bd_frame *frame, struct bd_tex *layers
 {
     frame->anew = frame->request->fresh != BD_FRESH_NONE;
     const struct bd_frame_request *request = frame->request;
-    frame->viewpoint =
-        request->pose.is_set
-            ? bd_viewpoint_of_pose(frame->snapshot, &request->pose, request->width_px,
-                                   request->height_px)
-            : bd_viewpoint_of_camera(frame->snapshot, (uint32_t)frame->plan->camera,
-                                     request->width_px, request->height_px);
+    frame->viewpoint = request->pose.is_set
+                           ? bd_viewpoint_of_pose(frame->snapshot, &request->pose,
+                                                  request->width_px, request->height_px)
+                           : bd_viewpoint_of_camera(frame->snapshot, (uint32_t)frame->plan->camera,
+                                                    request->width_px, request->height_px);
     for (uint32_t s = 0; s < frame->request->aa; s++) {
         enum bd_err err = run_sub_frame(frame, s, layers);
         if (err) return err;
@@ -155,51 +157,97 @@ static enum bd_err run_camera_side(struct bd_frame *frame, struct bd_tex *layers
 
 // --- readback -------------------------------------------------------------------------------
 
-static struct bd_image *image_from_rgba(const float *rgba, uint32_t width_px, uint32_t height_px,
-                                        uint32_t channel_count)
+// Rows of one copy: few enough for a slice, and for a small buffer.
+#define READBACK_BYTES_MAX (4u << 20)
+#define READBACK_ROWS_MIN  8u
+#define TEXEL_BYTES        (4 * sizeof(float))
+
+struct band {
+    uint32_t first_row, row_count;
+    float *rgba;
+};
+
+static void copy_to_image(const struct band *band, struct bd_image *image)
 {
-    struct bd_image *image = bd_image_create(width_px, height_px, channel_count);
-    for (size_t i = 0; image && i < (size_t)width_px * height_px; i++)
-        memcpy(image->pixels + i * channel_count, rgba + 4 * i, channel_count * sizeof(float));
-    return image;
+    const uint32_t channels = image->channel_count;
+    const size_t texels = (size_t)image->width_px * band->row_count;
+    float *to = image->pixels + (size_t)image->width_px * band->first_row * channels;
+    for (size_t i = 0; i < texels; i++)
+        memcpy(to + i * channels, band->rgba + 4 * i, channels * sizeof(float));
 }
 
-static enum bd_err finish_readback(struct bd_frame *frame, struct bd_readback **pending,
-                                   uint32_t layer, float *rgba, struct bd_image **out)
+static enum bd_err read_band(struct bd_frame *frame, const struct bd_tex *tex,
+                             const struct band *band)
 {
-    uint32_t width = frame->request->width_px, height = frame->request->height_px;
-    enum bd_err err = bd_gpu_readback_finish(frame->context.gpu, pending, rgba,
-                                             (size_t)width * height * 4 * sizeof *rgba);
+    struct bd_gpu *gpu = frame->context.gpu;
+    struct bd_readback *pending;
+    bd_gpu_pass_begin(gpu, "readback");
+    enum bd_err err = bd_gpu_readback_rows_start(gpu, tex, 0, band->first_row, band->row_count,
+                                                 &pending, frame->fault);
+    bd_gpu_pass_end(gpu);
     if (err) return err;
-    *out = image_from_rgba(rgba, width, height, bd_layer_channel_count((enum bd_layer)layer));
-    return *out ? BD_ERR_OK
-                : bd_fault_set(frame->fault, BD_ERR_NO_MEMORY, "size", "no memory for a layer");
+    return bd_gpu_readback_finish(gpu, &pending, band->rgba,
+                                  frame->request->width_px * TEXEL_BYTES * band->row_count);
+}
+
+static uint32_t band_rows_max(const struct bd_frame *frame)
+{
+    uint32_t rows = (uint32_t)(READBACK_BYTES_MAX / (frame->request->width_px * TEXEL_BYTES));
+    return rows < READBACK_ROWS_MIN ? READBACK_ROWS_MIN : rows;
+}
+
+static enum bd_err read_layer(struct bd_frame *frame, const struct bd_tex *tex, float *rgba,
+                              struct bd_image *image)
+{
+    struct bd_slicer *slicer = frame->context.slicer;
+    const uint32_t width = image->width_px, height = image->height_px;
+    const uint32_t rows_max = band_rows_max(frame);
+    bd_slicer_work(slicer, "readback");
+    for (uint32_t row = 0; row < height;) {
+        uint32_t rows = bd_slicer_rows(slicer, width, height - row);
+        if (rows > rows_max) rows = rows_max;
+        const struct band band = {row, rows, rgba};
+        enum bd_err err = read_band(frame, tex, &band);
+        if (err) return err;
+        copy_to_image(&band, image);
+        err = bd_slicer_checkpoint(slicer, (double)width * rows);
+        if (err) return err;
+        row += rows;
+    }
+    return BD_ERR_OK;
 }
 
 static enum bd_err read_layers(struct bd_frame *frame, struct bd_tex *textures[BD_LAYER_COUNT],
                                struct bd_image *layers[BD_LAYER_COUNT])
 {
-    uint64_t start_ns = bd_clock_ns();
-    struct bd_gpu *gpu = frame->context.gpu;
-    struct bd_readback *pending[BD_LAYER_COUNT] = {0};
-    size_t texels = (size_t)frame->request->width_px * frame->request->height_px;
-    float *rgba = malloc(texels * 4 * sizeof *rgba);
-    enum bd_err err = BD_ERR_OK;
-    if (!rgba) err = bd_fault_set(frame->fault, BD_ERR_NO_MEMORY, "size", "no memory for a layer");
+    const uint64_t start_ns = bd_clock_ns();
+    const double away_ms = frame->away_ms;
+    const uint32_t width = frame->request->width_px, height = frame->request->height_px;
+    float *rgba = malloc(width * TEXEL_BYTES * band_rows_max(frame));
+    BD_ASSERT(rgba);
     bd_report_mark(frame->report, "readback", BD_PASS_RAN);
-    bd_gpu_pass_begin(gpu, "readback");
-    for (uint32_t l = 0; !err && l < BD_LAYER_COUNT; l++)
-        if (textures[l])
-            err = bd_gpu_readback_start(gpu, textures[l], 0, &pending[l], frame->fault);
-    bd_gpu_pass_end(gpu);
-    // Every started readback is finished, also after an error: finishing is what frees it.
-    for (uint32_t l = 0; l < BD_LAYER_COUNT; l++) {
-        if (!pending[l]) continue;
-        enum bd_err finished = finish_readback(frame, &pending[l], l, rgba, &layers[l]);
-        if (!err) err = finished;
+    enum bd_err err = BD_ERR_OK;
+    for (uint32_t l = 0; !err && l < BD_LAYER_COUNT; l++) {
+        if (!textures[l]) continue;
+        layers[l] = bd_image_create(width, height, bd_layer_channel_count((enum bd_layer)l));
+        if (!layers[l])
+            err = bd_fault_set(frame->fault, BD_ERR_NO_MEMORY, "size", "no memory for a layer");
+        if (!err) err = read_layer(frame, textures[l], rgba, layers[l]);
     }
     free(rgba);
-    frame->report->time_ms.readback = bd_ms_since(start_ns);
+    frame->report->time_ms.readback = bd_ms_since(start_ns) - (frame->away_ms - away_ms);
+    return err;
+}
+
+static enum bd_err inspect(struct bd_frame *frame, const struct bd_image *beauty)
+{
+    bool is_lit = false;
+    enum bd_err err = BD_ERR_OK;
+    for (uint32_t row = 0; !err && row < beauty->height_px; row++) {
+        is_lit |= bd_report_inspect_row(frame->report, beauty, row);
+        err = bd_slicer_pause(frame->context.slicer);
+    }
+    if (!err) bd_report_conclude(frame->report, is_lit);
     return err;
 }
 
@@ -235,6 +283,44 @@ static void report_memory(struct bd_report *report, const struct bd_gpu *gpu)
     report->memory_gpu_peak_mib = (double)memory.peak_bytes / (1 << 20);
 }
 
+// --- setting a frame aside ------------------------------------------------------------------
+
+void bd_renderer_suspend(struct bd_renderer *renderer, struct bd_suspended_frame *out)
+{
+    struct bd_frame *frame = renderer->frame;
+    BD_ASSERT(frame);
+    *out = (struct bd_suspended_frame){
+        .frame = frame,
+        .slicer = renderer->slicer,
+        .compile_ms = bd_gpu_compile_ms(renderer->gpu),
+        .upload_ms = renderer->uploader.upload_ms,
+        .light_unit_cd_m2 = frame->scene ? frame->scene->space.unit_cd_m2 : 0,
+    };
+    bd_gpu_suspend(renderer->gpu, &out->gpu);
+    report_pass_times(frame->report, renderer->gpu); // the next frame's begin at none
+    renderer->frame = NULL;
+    out->since_ns = bd_clock_ns();
+}
+
+void bd_renderer_resume(struct bd_renderer *renderer, const struct bd_suspended_frame *suspended)
+{
+    struct bd_frame *frame = suspended->frame;
+    struct bd_slicer *slicer = &renderer->slicer;
+    BD_ASSERT(!renderer->frame);
+    frame->away_ms += bd_ms_since(suspended->since_ns);
+    bd_gpu_resume(renderer->gpu, &suspended->gpu);
+    // What others learnt stays.
+    const struct bd_slicer learnt = *slicer;
+    *slicer = suspended->slicer;
+    slicer->kind_count = learnt.kind_count;
+    memcpy(slicer->kinds, learnt.kinds, sizeof slicer->kinds);
+    // A frame of the same geometry under other lights had the uploaded scene in its own unit.
+    if (frame->scene) frame->scene->space.unit_cd_m2 = suspended->light_unit_cd_m2;
+    frame->away_compile_ms += bd_gpu_compile_ms(renderer->gpu) - suspended->compile_ms;
+    frame->away_upload_ms += renderer->uploader.upload_ms - suspended->upload_ms;
+    renderer->frame = frame;
+}
+
 // --- the frame ------------------------------------------------------------------------------
 
 static enum bd_err run_frame(struct bd_frame *frame, struct bd_image *layers[BD_LAYER_COUNT])
@@ -246,6 +332,7 @@ static enum bd_err run_frame(struct bd_frame *frame, struct bd_image *layers[BD_
     if (!err) err = create_layers(frame, textures);
     if (!err) err = run_camera_side(frame, textures);
     if (!err) err = read_layers(frame, textures, layers);
+    if (!err) err = inspect(frame, layers[BD_LAYER_BEAUTY]);
     for (uint32_t l = 0; l < BD_LAYER_COUNT; l++) bd_tex_destroy(frame->context.gpu, &textures[l]);
     free(frame->lights);
     frame->lights = NULL;
@@ -285,6 +372,8 @@ enum bd_err bd_frame_render(struct bd_renderer *renderer, struct bd_scene *scene
         .fault = fault,
     };
     const struct bd_report planned = *report;
+    BD_ASSERT(!renderer->frame);
+    renderer->frame = &frame;
     bd_memo_begin_frame(renderer->memo);
     err = run_frame(&frame, layers);
     if (err == BD_ERR_NO_MEMORY && bd_memo_evict_unused(renderer->memo) > 0) {
@@ -293,13 +382,14 @@ enum bd_err bd_frame_render(struct bd_renderer *renderer, struct bd_scene *scene
         *report = planned;
         err = run_frame(&frame, layers);
     }
-    if (!err) bd_report_inspect(report, layers[BD_LAYER_BEAUTY]);
+    bd_memo_end_frame(renderer->memo);
+    renderer->frame = NULL;
     if (err) destroy_images(layers);
     report_pass_times(report, gpu);
     report_memory(report, gpu);
-    report->time_ms.compile = bd_gpu_compile_ms(gpu) - compile_ms;
-    report->time_ms.load = renderer->uploader.upload_ms - upload_ms;
-    report->time_ms.total = bd_ms_since(start_ns);
+    report->time_ms.compile = bd_gpu_compile_ms(gpu) - compile_ms - frame.away_compile_ms;
+    report->time_ms.load = renderer->uploader.upload_ms - upload_ms - frame.away_upload_ms;
+    report->time_ms.total = bd_ms_since(start_ns) - frame.away_ms;
     if (err == BD_ERR_CANCELLED) report->stopped = BD_STOPPED_CANCELLED;
     if (err == BD_ERR_DEADLINE) report->stopped = BD_STOPPED_DEADLINE;
     return err;

@@ -1,5 +1,6 @@
 #include "frame/memo.h"
 
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -11,13 +12,18 @@ struct entry {
     void *output;
     uint64_t bytes;
     uint64_t made_in_frame, used_in_frame;
+    uint32_t users;    // a bit for each frame under way that uses it, the outermost's first
+    bool is_forgotten; // found no more
     bd_memo_destroy_fn destroy;
 };
 
 // A few dozen entries: a linear array is the fastest map there is.
 struct bd_memo {
     void *owner;
-    uint64_t budget_bytes, used_bytes, frame;
+    uint64_t budget_bytes, used_bytes;
+    uint64_t frame_count;                // begun so far
+    uint64_t frames[BD_MEMO_FRAMES_MAX]; // under way, the outermost first
+    uint32_t depth;                      // how many those are
     size_t count, capacity;
     struct entry *entries;
 };
@@ -29,6 +35,16 @@ struct bd_memo *bd_memo_create(void *owner, uint64_t budget_bytes)
     memo->owner = owner;
     memo->budget_bytes = budget_bytes;
     return memo;
+}
+
+static uint64_t current_frame(const struct bd_memo *memo)
+{
+    return memo->depth ? memo->frames[memo->depth - 1] : 0;
+}
+
+static uint32_t current_user(const struct bd_memo *memo)
+{
+    return memo->depth ? 1u << (memo->depth - 1) : 0;
 }
 
 static void remove_at(struct bd_memo *memo, size_t index)
@@ -48,12 +64,21 @@ void bd_memo_destroy(struct bd_memo **memo)
     *memo = NULL;
 }
 
-// Index of the least recently used entry that the current frame does not use; count if none.
+// No frame that goes on may use it again, but the current one has it no more.
+static void forget_at(struct bd_memo *memo, size_t index)
+{
+    struct entry *entry = &memo->entries[index];
+    entry->users &= ~current_user(memo);
+    entry->is_forgotten = true;
+    if (!entry->users) remove_at(memo, index);
+}
+
+// Index of the least recently used entry that no frame under way uses; count if none.
 static size_t oldest_unused(const struct bd_memo *memo)
 {
     size_t oldest = memo->count;
     for (size_t i = 0; i < memo->count; i++) {
-        if (memo->entries[i].used_in_frame == memo->frame) continue;
+        if (memo->entries[i].users) continue;
         if (oldest == memo->count ||
             memo->entries[i].used_in_frame < memo->entries[oldest].used_in_frame)
             oldest = i;
@@ -72,15 +97,29 @@ static void evict_to_budget(struct bd_memo *memo)
 
 void bd_memo_begin_frame(struct bd_memo *memo)
 {
-    memo->frame++;
+    BD_ASSERT_CMP(memo->depth, <, BD_MEMO_FRAMES_MAX);
+    memo->frames[memo->depth++] = ++memo->frame_count;
+    evict_to_budget(memo);
+}
+
+void bd_memo_end_frame(struct bd_memo *memo)
+{
+    BD_ASSERT(memo->depth > 0);
+    const uint32_t user = current_user(memo);
+    memo->depth--;
+    for (size_t i = memo->count; i-- > 0;) {
+        memo->entries[i].users &= ~user;
+        if (memo->entries[i].is_forgotten && !memo->entries[i].users) remove_at(memo, i);
+    }
     evict_to_budget(memo);
 }
 
 void *bd_memo_find(struct bd_memo *memo, uint64_t key)
 {
     for (size_t i = 0; i < memo->count; i++) {
-        if (memo->entries[i].key != key) continue;
-        memo->entries[i].used_in_frame = memo->frame;
+        if (memo->entries[i].key != key || memo->entries[i].is_forgotten) continue;
+        memo->entries[i].used_in_frame = current_frame(memo);
+        memo->entries[i].users |= current_user(memo);
         return memo->entries[i].output;
     }
     return NULL;
@@ -89,6 +128,7 @@ void *bd_memo_find(struct bd_memo *memo, uint64_t key)
 void bd_memo_store(struct bd_memo *memo, uint64_t key, void *output, uint64_t bytes,
                    bd_memo_destroy_fn destroy)
 {
+    bd_memo_forget(memo, key);
     if (memo->count == memo->capacity) {
         memo->capacity = memo->capacity ? 2 * memo->capacity : 32;
         memo->entries = realloc(memo->entries, memo->capacity * sizeof *memo->entries);
@@ -98,8 +138,9 @@ void bd_memo_store(struct bd_memo *memo, uint64_t key, void *output, uint64_t by
         .key = key,
         .output = output,
         .bytes = bytes,
-        .made_in_frame = memo->frame,
-        .used_in_frame = memo->frame,
+        .made_in_frame = current_frame(memo),
+        .used_in_frame = current_frame(memo),
+        .users = current_user(memo),
         .destroy = destroy,
     };
     memo->used_bytes += bytes;
@@ -109,17 +150,20 @@ void bd_memo_store(struct bd_memo *memo, uint64_t key, void *output, uint64_t by
 void bd_memo_forget(struct bd_memo *memo, uint64_t key)
 {
     for (size_t i = 0; i < memo->count; i++) {
-        if (memo->entries[i].key != key) continue;
-        remove_at(memo, i);
+        if (memo->entries[i].key != key || memo->entries[i].is_forgotten) continue;
+        forget_at(memo, i);
         return;
     }
 }
 
 void bd_memo_forget_older(struct bd_memo *memo, uint64_t key)
 {
-    for (size_t i = 0; i < memo->count; i++)
-        if (memo->entries[i].key == key && memo->entries[i].made_in_frame != memo->frame)
-            remove_at(memo, i--);
+    for (size_t i = memo->count; i-- > 0;) {
+        const struct entry *entry = &memo->entries[i];
+        if (entry->key == key && !entry->is_forgotten &&
+            entry->made_in_frame != current_frame(memo))
+            forget_at(memo, i);
+    }
 }
 
 uint64_t bd_memo_evict_unused(struct bd_memo *memo)

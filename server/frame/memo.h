@@ -1,8 +1,11 @@
 // Memo: outputs of passes by the hash of everything that they were made from.
 //
 // Same key, same output: the pass need not run. Outputs are destroyed least recently used first,
-// when the memo is over its budget or the device is short of memory; never while the frame that
-// used them last is the current one.
+// when the memo is over its budget or the device is short of memory; never while a frame that has
+// not ended uses them.
+//
+// A frame may begin while another is set aside, and ends before that one goes on. What the one
+// forgets the other may still use: it is found no more, and destroyed when its last user ends.
 //
 // Thread: render thread.
 
@@ -20,19 +23,24 @@ typedef void (*bd_memo_destroy_fn)(void *owner, void *output);
 struct bd_memo *bd_memo_create(void *owner, uint64_t budget_bytes);
 void bd_memo_destroy(struct bd_memo **memo);
 
-// Starts a frame: everything that it finds or stores is safe until the next call.
+// Frames that may be under way at once.
+#define BD_MEMO_FRAMES_MAX 8
+
+// Starts a frame: everything that it finds or stores is safe until it ends.
 void bd_memo_begin_frame(struct bd_memo *memo);
+// Ends the frame that was begun last.
+void bd_memo_end_frame(struct bd_memo *memo);
 
 // NULL if there is no such output.
 void *bd_memo_find(struct bd_memo *memo, uint64_t key);
-// Takes ownership of `output`. The key must not be in the memo.
+// Takes ownership of `output`. What the key had before, made by a frame in between, is forgotten.
 void bd_memo_store(struct bd_memo *memo, uint64_t key, void *output, uint64_t bytes,
                    bd_memo_destroy_fn destroy);
-// Destroys one output at once, if it is there: for what will not be asked for again.
+// Forgets one output, if it is there: for what will not be asked for again.
 void bd_memo_forget(struct bd_memo *memo, uint64_t key);
 // The same, unless the current frame made it.
 void bd_memo_forget_older(struct bd_memo *memo, uint64_t key);
-// Destroys everything that the current frame did not use; returns the bytes set free.
+// Destroys everything that no frame under way uses; returns the bytes set free.
 uint64_t bd_memo_evict_unused(struct bd_memo *memo);
 
 // Keys: begin with the pass's name, then add what it reads. Add no struct with padding.

@@ -35,14 +35,27 @@ void bd_report_flag(struct bd_report *report, const char *format, ...)
     va_end(args);
 }
 
+bool bd_report_inspect_row(struct bd_report *report, const struct bd_image *beauty, uint32_t row)
+{
+    bool is_lit = false;
+    for (size_t x = 0; x < beauty->width_px; x++) {
+        const float *p = beauty->pixels + 4 * ((size_t)row * beauty->width_px + x);
+        if (!isfinite(p[0]) || !isfinite(p[1]) || !isfinite(p[2])) report->nonfinite_pixels++;
+        if (p[0] != 0 || p[1] != 0 || p[2] != 0) is_lit = true;
+    }
+    return is_lit;
+}
+
+void bd_report_conclude(struct bd_report *report, bool is_lit)
+{
+    if (!is_lit) bd_report_flag(report, "blank_frame");
+    if (report->nonfinite_pixels > 0) bd_report_flag(report, "nonfinite_pixels");
+}
+
 void bd_report_inspect(struct bd_report *report, const struct bd_image *beauty)
 {
-    bool blank = true;
-    for (size_t i = 0; i < (size_t)beauty->width_px * beauty->height_px; i++) {
-        const float *p = beauty->pixels + 4 * i;
-        if (!isfinite(p[0]) || !isfinite(p[1]) || !isfinite(p[2])) report->nonfinite_pixels++;
-        if (p[0] != 0 || p[1] != 0 || p[2] != 0) blank = false;
-    }
-    if (blank) bd_report_flag(report, "blank_frame");
-    if (report->nonfinite_pixels > 0) bd_report_flag(report, "nonfinite_pixels");
+    bool is_lit = false;
+    for (uint32_t row = 0; row < beauty->height_px; row++)
+        is_lit |= bd_report_inspect_row(report, beauty, row);
+    bd_report_conclude(report, is_lit);
 }

@@ -83,5 +83,8 @@ void bd_report_flag(struct bd_report *report, const char *format, ...) BD_PRINTF
 
 // Counts pixels that are not finite, and flags those and a blank picture.
 void bd_report_inspect(struct bd_report *report, const struct bd_image *beauty);
+// The same row by row: counts, and says whether anything is lit; then the flags.
+bool bd_report_inspect_row(struct bd_report *report, const struct bd_image *beauty, uint32_t row);
+void bd_report_conclude(struct bd_report *report, bool is_lit);
 
 #endif

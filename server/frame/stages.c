@@ -90,6 +90,7 @@ enum bd_err bd_stage_upload(struct bd_frame *frame)
     uint64_t key = bd_stage_key_geometry(bd_key_begin("scene"), frame->snapshot);
     frame->scene = bd_memo_find(renderer->memo, key);
     if (!frame->scene) {
+        bd_slicer_work(&renderer->slicer, "upload");
         enum bd_err err =
             bd_gpu_scene_create(&renderer->uploader, frame->snapshot, &frame->scene, frame->fault);
         if (err) return err;

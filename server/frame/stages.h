@@ -52,6 +52,9 @@ struct bd_frame {
     struct bd_surfaces *surfaces;
     struct bd_indirect *indirect;
     bool subsplats_limited; // in some sub-frame
+
+    // While it was set aside, what others took.
+    double away_ms, away_compile_ms, away_upload_ms;
 };
 
 enum bd_err bd_stage_upload(struct bd_frame *frame);
