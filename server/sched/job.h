@@ -12,8 +12,10 @@
 struct bd_job {
     atomic_uint reference_count;
     atomic_bool cancelled;
-    atomic_bool yields;  // to a job of higher priority: it stops, and begins anew later
-    uint32_t yield_count; // render thread and submitters, under the scheduler's lock
+    atomic_bool yields;        // its room on the device: it stops, and begins anew later
+    uint32_t yield_count;      // render thread
+    uint32_t spoilt_count;     // devices that failed under it while another's frame was set aside
+    bool has_the_device_alone; // until its end: others find no room beside it. Render thread
     struct bd_job_request request;
     uint64_t deadline_ns;      // 0 = none
     atomic_uint progress_ppm;  // share of the work that is done, in millionths

@@ -58,18 +58,43 @@ static bool goes_before(struct bd_job_queue *queue, const struct bd_job *job,
     return *served_at(queue, job) < *served_at(queue, other);
 }
 
+static struct bd_job *take(struct bd_job_queue *queue, uint32_t at)
+{
+    struct bd_job *job = queue->jobs[at];
+    queue->count--;
+    memmove(queue->jobs + at, queue->jobs + at + 1, (queue->count - at) * sizeof(struct bd_job *));
+    *served_at(queue, job) = ++queue->clock;
+    return job;
+}
+
 struct bd_job *bd_job_queue_pop(struct bd_job_queue *queue)
 {
     if (queue->count == 0) return NULL;
     uint32_t best = 0;
     for (uint32_t i = 1; i < queue->count; i++)
         if (goes_before(queue, queue->jobs[i], queue->jobs[best])) best = i;
-    struct bd_job *job = queue->jobs[best];
-    queue->count--;
-    memmove(queue->jobs + best, queue->jobs + best + 1,
-            (queue->count - best) * sizeof(struct bd_job *));
-    *served_at(queue, job) = ++queue->clock;
-    return job;
+    return take(queue, best);
+}
+
+bool bd_job_queue_has_below(const struct bd_job_queue *queue, int priority)
+{
+    for (uint32_t i = 0; i < queue->count; i++)
+        if (queue->jobs[i]->request.priority < priority) return true;
+    return false;
+}
+
+bool bd_job_queue_has_above(const struct bd_job_queue *queue, int priority)
+{
+    for (uint32_t i = 0; i < queue->count; i++)
+        if (queue->jobs[i]->request.priority > priority) return true;
+    return false;
+}
+
+struct bd_job *bd_job_queue_pop_lower(struct bd_job_queue *queue)
+{
+    for (uint32_t i = 0; i < queue->count; i++)
+        if (bd_job_queue_has_above(queue, queue->jobs[i]->request.priority)) return take(queue, i);
+    return NULL;
 }
 
 void bd_job_queue_fail_all(struct bd_job_queue *queue)

@@ -33,6 +33,12 @@ void bd_job_queue_return(struct bd_job_queue *queue, struct bd_job *job);
 void bd_job_queue_put_back(struct bd_job_queue *queue, struct bd_job *job);
 // NULL if the queue is empty.
 struct bd_job *bd_job_queue_pop(struct bd_job_queue *queue);
+// The job that has waited longest among those below the highest priority in the queue; NULL if all
+// are of one.
+struct bd_job *bd_job_queue_pop_lower(struct bd_job_queue *queue);
+// Whether a job of lower, or of higher priority than this waits.
+bool bd_job_queue_has_below(const struct bd_job_queue *queue, int priority);
+bool bd_job_queue_has_above(const struct bd_job_queue *queue, int priority);
 // Ends every job in it: the daemon is stopping.
 void bd_job_queue_fail_all(struct bd_job_queue *queue);
 

@@ -1,10 +1,10 @@
 // The scheduler: jobs in, frames out. Owns the render thread, which owns the GL context.
 //
 // A job is a snapshot and a request. Jobs of technique reference, which the processor traces, have
-// a queue and threads of their own (sched/reference_runner.h). The others wait in one bounded queue, higher priority first, then
-// owner after owner (sched/queue.h). Cancel and deadlines are checked between slices of about 20 ms;
-// there a job also gives way to one of higher priority, a bounded number of times, and begins anew
-// later, over the passes that it had finished. When
+// a queue and threads of their own (sched/reference_runner.h). The others wait in one bounded
+// queue, higher priority first, then owner after owner (sched/queue.h). Cancel and deadlines are
+// checked between slices of about 6 ms; there a frame is also set aside for jobs of higher
+// priority, and goes on afterwards. Lower ones are owed a ninth of the time (sched/share.h). When
 // the device is lost, or an error sticks to it, the context is rebuilt and the job tried once more.
 //
 // Thread: every function may be called from any thread, unless it says otherwise.

@@ -2,9 +2,12 @@
 
 #include <pthread.h>
 #include <stdlib.h>
+#include <sys/resource.h>
 
 #include "base/assert.h"
 #include "sched/queue.h"
+
+#define STEPS_BACK 10 // of niceness: a tenth of the processor where others want it
 
 struct bd_job_worker {
     struct bd_job_work work;
@@ -39,9 +42,18 @@ static struct bd_job *wait_for_job(struct bd_job_worker *worker)
     return job;
 }
 
+// What is traced is a batch's, or a frame's that is shown already: the render thread, and on a
+// software device its helpers, come first. On Linux this is the thread's own, and of those that it
+// makes.
+static void step_back(void)
+{
+    (void)setpriority(PRIO_PROCESS, 0, getpriority(PRIO_PROCESS, 0) + STEPS_BACK);
+}
+
 static void *run(void *user)
 {
     struct bd_job_worker *worker = user;
+    step_back();
     struct bd_job *job;
     while ((job = wait_for_job(worker)) != NULL) {
         worker->work.run(worker->work.user, job);

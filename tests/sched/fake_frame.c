@@ -114,6 +114,24 @@ void __wrap_bd_renderer_finish(struct bd_renderer *renderer)
     *renderer = (struct bd_renderer){0};
 }
 
+void __wrap_bd_renderer_suspend(struct bd_renderer *renderer, struct bd_suspended_frame *out);
+void __wrap_bd_renderer_suspend(struct bd_renderer *renderer, struct bd_suspended_frame *out)
+{
+    assert_own_thread(renderer->gpu);
+    BD_ASSERT(atomic_exchange(&is_rendering, false));
+    *out = (struct bd_suspended_frame){0};
+}
+
+void __wrap_bd_renderer_resume(struct bd_renderer *renderer,
+                               const struct bd_suspended_frame *suspended);
+void __wrap_bd_renderer_resume(struct bd_renderer *renderer,
+                               const struct bd_suspended_frame *suspended)
+{
+    (void)suspended;
+    assert_own_thread(renderer->gpu);
+    BD_ASSERT(!atomic_exchange(&is_rendering, true));
+}
+
 static void fill(struct bd_image *image, float value)
 {
     const size_t count = (size_t)image->width_px * image->height_px * image->channel_count;

@@ -75,6 +75,21 @@ static void a_batch_keeps_no_view_waiting(void **state)
     }
 }
 
+static void the_turn_of_the_lower_is_the_longest_waiting_ones(void **state)
+{
+    struct bd_job_queue *queue = *state;
+    assert_null(bd_job_queue_pop_lower(queue));
+    push(queue, 20, 1);
+    push(queue, 20, 2);
+    assert_null(bd_job_queue_pop_lower(queue)); // all are of one priority
+    struct bd_job *first = push(queue, 5, 3), *second = push(queue, 10, 3);
+    assert_true(bd_job_queue_has_below(queue, 6) && bd_job_queue_has_above(queue, 19));
+    assert_false(bd_job_queue_has_below(queue, 5) || bd_job_queue_has_above(queue, 20));
+    assert_ptr_equal(bd_job_queue_pop_lower(queue), first);
+    assert_ptr_equal(bd_job_queue_pop_lower(queue), second);
+    assert_null(bd_job_queue_pop_lower(queue));
+}
+
 static void full_is_full_but_for_what_comes_back(void **state)
 {
     struct bd_job_queue *queue = *state;
@@ -92,6 +107,8 @@ int main(void)
         cmocka_unit_test_setup_teardown(higher_priority_first_then_arrival, setup, teardown),
         cmocka_unit_test_setup_teardown(owners_take_turns, setup, teardown),
         cmocka_unit_test_setup_teardown(a_batch_keeps_no_view_waiting, setup, teardown),
+        cmocka_unit_test_setup_teardown(the_turn_of_the_lower_is_the_longest_waiting_ones, setup,
+                                        teardown),
         cmocka_unit_test_setup_teardown(full_is_full_but_for_what_comes_back, setup, teardown),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

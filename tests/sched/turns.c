@@ -1,0 +1,284 @@
+// A batch's long frame and a view's short ones, on a real device: the short ones come between the
+// slices of the long one, which goes on where it was, and is not starved. Exits with 77 where there
+// is no EGL.
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdatomic.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include <cmocka.h>
+
+#include "base/clock.h"
+#include "sched/sched.h"
+#include "world.h"
+
+#define BATCH_SIDE 256
+#define VIEW_SIDE  32
+#define BATCH      0
+#define VIEW       20
+
+static struct bd_sched *create_sched(uint32_t gpu_memory_mib)
+{
+    const struct bd_sched_options options = {
+        .device = "auto",
+        .gpu_memory_mib = gpu_memory_mib,
+        .queue_length_max = 8,
+        .frame_limits = {.side_px_max = 4096, .pixel_count_max = 1u << 24},
+    };
+    struct bd_sched *sched;
+    struct bd_fault fault = {0};
+    if (bd_sched_create(&options, &sched, &fault)) {
+        fprintf(stderr, "skipped: %s\n", fault.message);
+        exit(77);
+    }
+    return sched;
+}
+
+static struct bd_scene *create_scene(double light_x)
+{
+    struct world builder = {.scene = bd_scene_create()};
+    const double origin[3] = {0, 0, 0}, lamp[3] = {light_x, 0, 0}, down[3] = {0, -1, 0};
+    const double eye[3] = {.5, .5, .9};
+    world_add_box_room(&builder, world_add_material(&builder, 0.5f), origin, 1);
+    world_add_light(&builder, BD_LIGHT_POINT, lamp, down, 1);
+    world_add_camera(&builder, eye, origin, 1.2);
+    struct bd_fault fault = {0};
+    assert_int_equal(bd_scene_finish(builder.scene, &fault), BD_ERR_OK);
+    return builder.scene;
+}
+
+static struct bd_job_request request_of(struct bd_scene *scene, uint32_t side_px, const char *vpls,
+                                        int priority)
+{
+    struct bd_job_request request = {
+        .scene = scene, .frame = bd_frame_request_default, .priority = priority};
+    const char *const settings[] = {vpls, "shadow_size=64", "rsm_size=64"};
+    struct bd_fault fault;
+    request.frame.width_px = request.frame.height_px = side_px;
+    request.frame.fresh = BD_FRESH_ALL;
+    for (int i = 0; i < 3; i++)
+        assert_int_equal(bd_param_list_add(&request.frame.params, settings[i], &fault), BD_ERR_OK);
+    return request;
+}
+
+static struct bd_job *submit(struct bd_sched *sched, const struct bd_job_request *request)
+{
+    struct bd_job *job;
+    struct bd_fault fault = {0};
+    if (bd_sched_submit(sched, request, &job, &fault)) fail_msg("%s", fault.message);
+    return job;
+}
+
+// Waits for it, releases it, returns its milliseconds from submission.
+static double end_of(struct bd_job *job, uint64_t start_ns)
+{
+    bd_job_wait(job);
+    double ms = bd_ms_since(start_ns);
+    assert_int_equal(bd_job_result(job)->err, BD_ERR_OK);
+    bd_job_release(&job);
+    return ms;
+}
+
+static double run(struct bd_sched *sched, const struct bd_job_request *request)
+{
+    uint64_t start_ns = bd_clock_ns();
+    return end_of(submit(sched, request), start_ns);
+}
+
+static void sleep_ms(long ms)
+{
+    const struct timespec time = {ms / 1000, ms % 1000 * 1000000};
+    nanosleep(&time, NULL);
+}
+
+static atomic_bool has_ended;
+
+static void note_end(void *user, struct bd_job *job)
+{
+    (void)user, (void)job;
+    atomic_store(&has_ended, true);
+}
+
+static struct bd_job *submit_noted(struct bd_sched *sched, struct bd_job_request request)
+{
+    atomic_store(&has_ended, false);
+    request.done = note_end;
+    return submit(sched, &request);
+}
+
+static int by_size(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+static double median(double *values, int count)
+{
+    qsort(values, (size_t)count, sizeof *values, by_size);
+    return values[count / 2];
+}
+
+#define VIEWS_MAX 400
+
+// The frame set aside keeps its bytes and its work: it takes no longer than itself and the others.
+static void a_view_comes_between_the_slices_of_a_batch(void **state)
+{
+    (void)state;
+    struct bd_sched *sched = create_sched(0);
+    struct bd_scene *scene = create_scene(0), *other = create_scene(.3);
+    const struct bd_job_request batch = request_of(scene, BATCH_SIDE, "vpls=1536", BATCH);
+    const struct bd_job_request view = request_of(other, VIEW_SIDE, "vpls=96", VIEW);
+    double alone[9], beside[VIEWS_MAX], views_ms = 0;
+    run(sched, &view);
+    for (int i = 0; i < 9; i++) alone[i] = run(sched, &view);
+    struct bd_job *first = submit(sched, &batch);
+    bd_job_wait(first);
+    const double batch_ms = bd_job_result(first)->report.time_ms.total;
+
+    uint64_t start_ns = bd_clock_ns();
+    struct bd_job *second = submit_noted(sched, batch);
+    int count = 0;
+    sleep_ms(20);
+    while (!atomic_load(&has_ended) && count < VIEWS_MAX) {
+        beside[count] = run(sched, &view);
+        views_ms += beside[count++];
+        sleep_ms(30);
+    }
+    bd_job_wait(second);
+    const double both_ms = bd_ms_since(start_ns);
+    const struct bd_job_result *a = bd_job_result(first), *b = bd_job_result(second);
+    assert_int_equal(b->err, BD_ERR_OK);
+    assert_memory_equal(a->layers[0]->pixels, b->layers[0]->pixels,
+                        BATCH_SIDE * BATCH_SIDE * 4 * sizeof(float));
+    const double alone_ms = median(alone, 9), beside_ms = median(beside, count);
+    print_message("    a view's frame: %.0f ms alone, %.0f beside a batch's of %.0f ms; that took "
+                  "%.0f with %d views of %.0f ms together, %.0f its own\n",
+                  alone_ms, beside_ms, batch_ms, both_ms, count, views_ms, b->report.time_ms.total);
+    assert_true(count >= 3);
+    // Generous: what other processes take of the machine is not ours.
+    assert_true(beside_ms < 3 * alone_ms + 40);
+    assert_true(both_ms < 2 * batch_ms + 1.5 * views_ms + 100);
+    assert_true(b->report.time_ms.total < 2 * batch_ms + 100);
+    bd_job_release(&first);
+    bd_job_release(&second);
+    bd_sched_destroy(&sched);
+    bd_scene_release(&scene);
+    bd_scene_release(&other);
+}
+
+// Two views that always have a frame waiting: a batch gets its tenth all the same.
+static void views_without_a_pause_starve_no_batch(void **state)
+{
+    (void)state;
+    struct bd_sched *sched = create_sched(0);
+    struct bd_scene *scene = create_scene(0);
+    const struct bd_job_request batch = request_of(scene, 128, "vpls=384", BATCH);
+    const struct bd_job_request view = request_of(scene, VIEW_SIDE, "vpls=96", VIEW);
+    run(sched, &view);
+    const double alone_ms = run(sched, &batch);
+    struct bd_job *views[2] = {submit(sched, &view), submit(sched, &view)};
+    uint64_t start_ns = bd_clock_ns();
+    struct bd_job *job = submit_noted(sched, batch);
+    int count = 0;
+    bool starves = false;
+    while (!starves && !atomic_load(&has_ended)) {
+        end_of(views[count % 2], 0);
+        views[count++ % 2] = submit(sched, &view);
+        starves = bd_ms_since(start_ns) > 60 * alone_ms + 5000;
+    }
+    const double ms = bd_ms_since(start_ns);
+    for (int i = 0; i < 2; i++) end_of(views[i], 0);
+    end_of(job, 0);
+    print_message("    a batch's frame: %.0f ms alone, %.0f among %d of two views\n", alone_ms, ms,
+                  count);
+    assert_false(starves);
+    assert_true(count > 5);
+    bd_sched_destroy(&sched);
+    bd_scene_release(&scene);
+}
+
+// Two frames that do not fit together: the one aside makes room, and begins anew.
+static void a_frame_aside_makes_room(void **state)
+{
+    (void)state;
+    struct bd_sched *sched = create_sched(0);
+    struct bd_scene *scene = create_scene(0), *other = create_scene(.3);
+    const struct bd_job_request batch = request_of(scene, BATCH_SIDE, "vpls=1536", BATCH);
+    struct bd_job_request view = request_of(other, BATCH_SIDE, "vpls=96", VIEW);
+    struct bd_job *expected = submit(sched, &batch);
+    bd_job_wait(expected);
+    const double peak_mib = bd_job_result(expected)->report.memory_gpu_peak_mib;
+    bd_sched_destroy(&sched);
+
+    sched = create_sched((uint32_t)(1.3 * peak_mib));
+    struct bd_job *job = submit(sched, &batch);
+    for (int i = 0; i < 3; i++) {
+        sleep_ms(40);
+        run(sched, &view);
+    }
+    bd_job_wait(job);
+    const struct bd_job_result *a = bd_job_result(expected), *b = bd_job_result(job);
+    assert_int_equal(b->err, BD_ERR_OK);
+    assert_memory_equal(a->layers[0]->pixels, b->layers[0]->pixels,
+                        BATCH_SIDE * BATCH_SIDE * 4 * sizeof(float));
+    print_message("    peak %.1f MiB alone, %.1f within %.0f\n", peak_mib,
+                  b->report.memory_gpu_peak_mib, floor(1.3 * peak_mib));
+    bd_job_release(&expected);
+    bd_job_release(&job);
+    bd_sched_destroy(&sched);
+    bd_scene_release(&scene);
+    bd_scene_release(&other);
+}
+
+// The device is lost under either frame: both are made anew, with the same bytes.
+static void a_device_lost_between_them_fails_neither(void **state)
+{
+    (void)state;
+    struct bd_scene *scene = create_scene(0);
+    const struct bd_job_request batch = request_of(scene, 128, "vpls=1536", BATCH);
+    const struct bd_job_request view = request_of(scene, VIEW_SIDE, "vpls=96", VIEW);
+    const size_t bytes = 128 * 128 * 4 * sizeof(float);
+    float *expected = NULL;
+    for (uint32_t lose_after = 0; lose_after <= 45; lose_after += 15) {
+        const struct bd_sched_options options = {
+            .device = "auto",
+            .queue_length_max = 8,
+            .frame_limits = {.side_px_max = 4096, .pixel_count_max = 1u << 24},
+            .lose_device_after_slices = lose_after,
+        };
+        struct bd_sched *sched;
+        assert_int_equal(bd_sched_create(&options, &sched, NULL), BD_ERR_OK);
+        struct bd_job *job = submit(sched, &batch);
+        for (int i = 0; i < 4; i++) run(sched, &view);
+        bd_job_wait(job);
+        struct bd_sched_stats stats;
+        bd_sched_stats(sched, &stats);
+        assert_int_equal(bd_job_result(job)->err, BD_ERR_OK);
+        assert_int_equal(stats.device_losses, lose_after > 0);
+        const float *pixels = bd_job_result(job)->layers[0]->pixels;
+        if (!expected) expected = memcpy(malloc(bytes), pixels, bytes);
+        assert_memory_equal(expected, pixels, bytes);
+        bd_job_release(&job);
+        bd_sched_destroy(&sched);
+    }
+    free(expected);
+    bd_scene_release(&scene);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_view_comes_between_the_slices_of_a_batch),
+        cmocka_unit_test(views_without_a_pause_starve_no_batch),
+        cmocka_unit_test(a_frame_aside_makes_room),
+        cmocka_unit_test(a_device_lost_between_them_fails_neither),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
