@@ -361,11 +361,10 @@ void sweep_lights(const struct picture_sweep *sweep, bool orthographic)
 uint32_t check_in_slices(picture_check *check, const struct bd_discontinuity_settings *settings)
 {
     struct picture p = picture_of_camera(&picture_kinds[0], (struct picture_size){100, 130});
-    double speed = context.slicer->units_per_ms;
     uint32_t slices = context.slicer->slice_count;
-    context.slicer->units_per_ms = 1;
+    context.slicer->forced_units = 20;
     check(&p, settings, "in slices");
-    context.slicer->units_per_ms = speed;
+    context.slicer->forced_units = 0;
     picture_destroy(&p);
     return context.slicer->slice_count - slices;
 }

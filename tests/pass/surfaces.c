@@ -302,11 +302,10 @@ static void slices_change_nothing(void **state)
     (void)state;
     const struct picture_kind walls = {"walls", look_at_walls};
     struct tally tally = {0};
-    double speed = context.slicer->units_per_ms;
     uint32_t slices = context.slicer->slice_count;
-    context.slicer->units_per_ms = 1;
+    context.slicer->forced_units = 20;
     check_picture(&walls, (struct picture_size){120, 130}, &tally);
-    context.slicer->units_per_ms = speed;
+    context.slicer->forced_units = 0;
     assert_true(context.slicer->slice_count > slices + 100);
 }
 
