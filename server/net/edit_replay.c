@@ -9,6 +9,11 @@
 #include "net/scene_change.h"
 #include "scene/content_table.h"
 
+// Ids that a revision may pass over, of objects that came and went within it.
+#define SKIPPED_IDS_MAX 65536
+// So that revisions after it can be counted, and told in JSON.
+#define FIRST_REVISION_MAX (UINT64_C(1) << 53)
+
 // --- bytes and content ----------------------------------------------------------------------
 
 struct finding {
@@ -98,6 +103,17 @@ enum bd_err bd_edit_replay_check(struct bd_edit_work *work, uint64_t revision)
     return BD_ERR_OK;
 }
 
+// Slots cost memory, and a stranger's id may be any number.
+static enum bd_err check_growth(struct bd_edit_work *work)
+{
+    uint32_t growth = bd_delta_growth(work->base, &work->delta);
+    if (growth <= work->delta.count || growth - work->delta.count <= SKIPPED_IDS_MAX)
+        return BD_ERR_OK;
+    return bd_fault_set(&work->command->fault, BD_ERR_LIMIT, "payload",
+                        "the revision passes over %u ids, limit %u", growth - work->delta.count,
+                        SKIPPED_IDS_MAX);
+}
+
 enum bd_err bd_edit_replay_read(struct bd_edit_work *work)
 {
     struct bd_command *command = work->command;
@@ -110,7 +126,7 @@ enum bd_err bd_edit_replay_read(struct bd_edit_work *work)
                         &command->fault);
     bd_content_table_finish(&finding.content);
     leave_bytes(command, &map);
-    return err;
+    return err ? err : check_growth(work);
 }
 
 // --- a new scene ----------------------------------------------------------------------------
@@ -149,9 +165,9 @@ static void read_scene_back(uv_work_t *pool, int status)
 void bd_command_replay(struct bd_command *command)
 {
     const Bounced__SceneReplay *request = command->envelope->scene_replay;
-    if (request->revision == 0 || request->revision > INT64_MAX)
+    if (request->revision == 0 || request->revision > FIRST_REVISION_MAX)
         command->err = bd_fault_set(&command->fault, BD_ERR_USAGE, "revision",
-                                    "revision is the one to be made, 1 or more");
+                                    "revision is the one to be made, from 1 to 2^53");
     if (bd_command_stop_here(command)) return;
     if (request->scene)
         bd_command_edit(command);

@@ -287,6 +287,19 @@ static bool count_slots(const struct bd_delta *delta, struct bd_scene_counts *sl
     return true;
 }
 
+uint32_t bd_delta_growth(const struct bd_scene *base, const struct bd_delta *delta)
+{
+    struct bd_scene_counts slots = bd_scene_slots(base);
+    uint32_t most = 0;
+    for (uint32_t i = 0; i < delta->count; i++) {
+        const struct bd_change *change = &delta->changes[i];
+        const uint32_t *count = slots_of(&slots, change->kind);
+        if (count && change->id >= *count && change->id - *count >= most)
+            most = change->id - *count + 1;
+    }
+    return most;
+}
+
 enum bd_err bd_delta_apply(const struct bd_scene *base, const struct bd_delta *delta,
                            struct bd_scene **out, struct bd_fault *fault)
 {

@@ -105,6 +105,9 @@ enum bd_err bd_delta_read(const void *bytes, size_t size, bd_content_find find, 
                           struct bd_delta *out, struct bd_fault *fault);
 void bd_content_of_delta(const struct bd_delta *delta, bd_content_visit each, void *user);
 
+// How many slots applying it adds to the kind that grows most: what it adds, and the ids in between.
+uint32_t bd_delta_growth(const struct bd_scene *base, const struct bd_delta *delta);
+
 // For a log, one entry a change: "light 0", "node 12 removed", "environment". Where there are more
 // than fit, the last one says how many: "and 17 more". Returns how many entries were written.
 #define BD_DELTA_ENTRY_BYTES 32

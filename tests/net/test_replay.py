@@ -106,6 +106,7 @@ def test_a_scene_may_begin_late_and_bytes_may_be_a_blob(client, journal):
 
 @pytest.mark.parametrize("fields,code,field", [
     ({"revision": 0}, "usage", "revision"), ({"revision": 3}, "conflict", "revision"),
+    ({"scene": None, "revision": 2 ** 53 + 1}, "usage", "revision"),
     ({"kind": "import"}, "usage", "kind"), ({"kind": ""}, "usage", "kind"),
     ({"of": 2}, "usage", "of"), ({"scene": "nonsense"}, "not_found", "scene"),
     ({"message": "x" * 257}, "limit", "message"),
@@ -148,6 +149,21 @@ def test_bytes_that_are_none(client, journal):
             answer = play(client, bytes(data), scene=scene.id, revision=revision + 1, kind="edit")
             revision += answer.HasField("edit_reply")
     assert client.ask(pb.Envelope(scene_get=pb.SceneGet(id=scene.id)))[0].scene.revision == revision
+
+
+def test_an_id_far_beyond_the_scene_makes_no_slots(client, journal):
+    """Wherever the delta of a light has its id, which is 0: the largest that there may be, instead."""
+    scene, refused = begin(client, journal), []
+    for at in range(len(journal.deltas[2]) - 4):
+        data = bytearray(journal.deltas[2])
+        if bytes(data[at:at + 4]) == b"\0\0\0\0":
+            data[at:at + 4] = struct.pack("<I", (1 << 22) - 1)
+            answer = play(client, bytes(data), scene=scene.id, revision=2, kind="edit")
+            refused += [answer.error] if answer.error.details.field == "payload" else []
+            if answer.HasField("edit_reply"):
+                scene = begin(client, journal)
+    assert refused and all(error.code == "limit" for error in refused)
+    assert "passes over" in refused[0].message and "limit 65536" in refused[0].message
 
 
 def test_only_an_admin_writes_a_past(start, journal):
