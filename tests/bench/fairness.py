@@ -31,6 +31,7 @@ VIEW_SIZE = (256, 256)
 BEATS_PER_S = 10
 PATIENCE_S = 120
 GOAL = 2.0  # p95 beside a batch, of that alone
+GOLDEN = 0.6180339887498949  # times a count, modulo 1: never a height of the lamp that was there before
 BATCH_VPLS = 1024
 TRIANGLES_SIDE = 708  # a grid of so many squares along each side: a million triangles
 
@@ -83,7 +84,7 @@ class Mover:
         start = time.perf_counter()
         with self.scene.edit(transient=True) as edit:
             edit.set_transform(self.lamp, rotation=(-0.077, 0.4276, 0.0366, 0.9),
-                               translation=(0.35, 1.2 + 0.002 * (self.count % 50), 0.9))
+                               translation=(0.35, 1.2 + 0.1 * (self.count * GOLDEN % 1), 0.9))
         # After a second without a change the daemon makes one durable revision of those before.
         wanted = edit.result.revision, edit.result.transient
         while True:
