@@ -46,16 +46,19 @@ enum bd_conn_state {
     BD_CONN_CLOSED,
 };
 
+// A socket of either kind, connected or listening.
+union bd_socket {
+    uv_handle_t handle;
+    uv_stream_t stream;
+    uv_tcp_t tcp;
+    uv_pipe_t pipe;
+};
+
 // The first member of each face's own struct.
 struct bd_conn {
     struct bd_net *net;
     const struct bd_conn_ops *ops;
-    union {
-        uv_handle_t handle;
-        uv_stream_t stream;
-        uv_tcp_t tcp;
-        uv_pipe_t pipe;
-    } uv;
+    union bd_socket uv;
     struct bd_client *client;
     struct bd_conn *previous, *next;
     enum bd_conn_state state;

@@ -12,6 +12,7 @@
 #include "base/assert.h"
 #include "base/log.h"
 #include "net/address.h"
+#include "net/conn.h"
 #include "net/framed.h"
 #include "net/http.h"
 #include "net/net_internal.h"
@@ -20,12 +21,7 @@
 
 struct bd_listener {
     struct bd_net *net;
-    union {
-        uv_handle_t handle;
-        uv_stream_t stream;
-        uv_tcp_t tcp;
-        uv_pipe_t pipe;
-    } uv;
+    union bd_socket uv;
     struct bd_address address;
     bool is_http;
     struct bd_listener *next;
