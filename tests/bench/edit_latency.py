@@ -156,21 +156,11 @@ def shows(frame, mark):
     return (frame.report["revision"], frame.transient) >= mark
 
 
-def rest(view, pause_s):
-    """Takes frames as they come for so long."""
-    until = time.monotonic() + pause_s
-    while (left := until - time.monotonic()) > 0:
-        try:
-            view.next(left)
-        except TimeoutError:
-            return
-
-
 def sample(stage, kind, transient):
     """One edit: its latency and the frame that showed it."""
     stage.number += 1
     send = KINDS[kind](stage, stage.number, transient)
-    rest(stage.view, PAUSE_S * random.random())
+    live.rest(stage.view, PAUSE_S * random.random())
     asked = time.monotonic()
     frame = stage.until(send())
     return 1e3 * (time.monotonic() - asked), frame

@@ -4,9 +4,10 @@ usage: fairness.py BUILD_DIR SCENES_DIR -o RESULT.json [--seconds N] [--techniqu
 
 One daemon. One client has a view of 256x256 of the Cornell box and moves its lamp ten times a second,
 by transient edits; a frame's time is from an edit's sending to the coming of the frame that shows it
-(JPEG, over a socket). `alone`, then beside each batch in turns, each from clients of their own:
-`rsm` (three clients, 1024x1024, 1,024 VPLs, everything anew), `reference` (1024x1024), `import` (a
-.glb of a million triangles, each time another, rendered small) and `all` of them.
+(JPEG, over a socket). The view improves its picture between edits, as views do, and the client takes
+what comes. `alone`, then beside each batch in turns, each from clients of their own: `rsm` (three
+clients, 1024x1024, 1,024 VPLs, everything anew), `reference` (1024x1024), `import` (a .glb of a
+million triangles, each time another, rendered small) and `all` of them.
 What programs a technique needs is compiled before anything counts; `cold` is the `rsm` batch with a
 technique that nobody used before, on a daemon whose shader cache is empty.
 """
@@ -24,6 +25,7 @@ import threading
 import time
 
 import by_hand
+import live
 
 SCENE = "cornell_box_spot_side"
 LAMP = "SpotSide"
@@ -33,6 +35,7 @@ PATIENCE_S = 120
 GOAL = 2.0  # p95 beside a batch, of that alone
 GOLDEN = 0.6180339887498949  # times a count, modulo 1: never a height of the lamp that was there before
 BATCH_VPLS = 1024
+FILE_NUMBERS = itertools.count()  # of one run: the daemon keeps imports by what is in the file
 TRIANGLES_SIDE = 708  # a grid of so many squares along each side: a million triangles
 
 
@@ -71,7 +74,7 @@ class Mover:
         self.scene = self.client.scenes.add(path)
         lamps = [o for o in self.scene.objects("node") if o.get("name") == LAMP]
         self.lamp = lamps[0]["id"]
-        self.view = self.scene.view(size=VIEW_SIZE, technique=technique, refine=False, credits=2)
+        self.view = self.scene.view(size=VIEW_SIZE, technique=technique, credits=2)
         self.count = 0
 
     def close(self):
@@ -100,7 +103,7 @@ class Mover:
             ms, report = self.step()
             times.append(ms)
             reports.append(report)
-            time.sleep(max(0, 1 / BEATS_PER_S - (time.monotonic() - begin)))
+            live.rest(self.view, 1 / BEATS_PER_S - (time.monotonic() - begin))
         return times, reports
 
 
@@ -203,14 +206,16 @@ def render_job(path, side, technique, parameters):
 
 
 def import_job(folder):
-    paths = [pathlib.Path(folder) / f"grid{number}.glb" for number in range(2)]
-    for number, path in enumerate(paths):
-        path.write_bytes(grid_glb(TRIANGLES_SIDE, number))
-
+    """Each file is made when its turn comes, and gone after it."""
     def job(client):
-        for path in itertools.cycle(paths):
-            yield lambda: client.render_later(path, size=(64, 64), technique="direct",
-                                              encoding="png", parameters={"shadow_size": 64})
+        for number in FILE_NUMBERS:
+            path = pathlib.Path(folder) / f"grid{number}.glb"
+            path.write_bytes(grid_glb(TRIANGLES_SIDE, number))
+            try:
+                yield lambda: client.render_later(path, size=(64, 64), technique="direct",
+                                                  encoding="png", parameters={"shadow_size": 64})
+            finally:
+                path.unlink()
     return job
 
 
@@ -300,7 +305,7 @@ def main(words=None):
     options = by_hand.parse(made, words, names=(SCENE,))
     sys.path.insert(0, str(options.build / "clients/python"))
     path = options.scenes / f"{SCENE}.glb"
-    result = {"machine": by_hand.machine(), "view": VIEW_SIZE, "batch_side": options.side,
+    result = {"machine": live.machine(options.build), "view": VIEW_SIZE, "batch_side": options.side,
               "seconds": options.seconds, "p95_goal": GOAL, "techniques": []}
     with daemon(options.build) as address:
         for technique in options.techniques:

@@ -22,6 +22,7 @@ import time
 import numpy
 
 import by_hand
+import live
 
 VIEW_SCENE = by_hand.ROOT / "tests/scenes/cornell.glb"
 VIEW_SIZE = (96, 96)
@@ -282,12 +283,12 @@ def main(words):
     sys.path.insert(0, str(options.build / "clients/python"))
     import bounced
 
-    rows, scene_bytes = [], 0
+    machine, rows, scene_bytes = live.machine(options.build), [], 0
     for seed, face in enumerate(FACES):
         scene_bytes, more = measure(bounced, options, face, seed)
         rows += more
     print(markdown(rows))
-    by_hand.write({"machine": by_hand.machine(), "command":
+    by_hand.write({"machine": machine, "command":
         f"import_stall.py BUILD --megabytes {options.megabytes} --meshes {options.meshes}" +
         (f" --device {options.device}" if options.device else ""), "scene_bytes": scene_bytes,
         "meshes": options.meshes, "goal_ms": GOAL_MS, "rows": rows}, options.output)

@@ -122,6 +122,16 @@ class Source:
         return self._asked.get(transient)
 
 
+def rest(view, pause_s):
+    """Takes frames as they come for so long."""
+    until = time.monotonic() + pause_s
+    while (left := until - time.monotonic()) > 0:
+        try:
+            view.next(left)
+        except TimeoutError:
+            return
+
+
 # --- telling times ------------------------------------------------------------------------------
 
 def percentiles(values, *, more=()):

@@ -10,6 +10,7 @@ import pytest
 
 import block_gather
 import by_hand
+import fairness
 import import_stall
 import paths
 import second_camera
@@ -135,6 +136,31 @@ def test_a_second_camera_is_charged_for_its_own_side():
     assert found["ratio"]["median"] == pytest.approx(.6)
     assert found["reused"] == ["rsm"]
     assert found["reused_share_of_first"] == pytest.approx(.4)
+
+
+# --- fairness -----------------------------------------------------------------------------------
+
+class Imports:
+    """A client that remembers what the files hold that it is to render."""
+
+    def __init__(self):
+        self.seen = []
+
+    def render_later(self, path, **_):
+        self.seen.append(path.read_bytes())
+
+
+def test_no_import_is_of_a_file_that_was_there_before(tmp_path, monkeypatch):
+    monkeypatch.setattr(fairness, "TRIANGLES_SIDE", 3)
+    client = Imports()
+    for _ in range(2):  # batches of one run
+        begins = fairness.import_job(tmp_path)(client)
+        for _ in range(6):
+            next(begins)()
+            assert len(list(tmp_path.iterdir())) == 1
+        begins.close()
+    assert len(set(client.seen)) == len(client.seen) == 12
+    assert not list(tmp_path.iterdir())
 
 
 # --- what all of them share ---------------------------------------------------------------------
