@@ -12,8 +12,8 @@ test_packages=(
   chromium clang libclang-rt-14-dev llvm glslang-tools libcmocka-dev curl
   python3-matplotlib python3-numpy python3-pil python3-protobuf python3-pytest python3-websockets protobuf-compiler
 )
-# protoc makes the messages of the Python client.
-bundle_packages=(patchelf protobuf-compiler)
+# protoc makes the messages of the Python client; git knows when the tree was made.
+bundle_packages=(git patchelf protobuf-compiler)
 
 is_installed() {
   [ "$(dpkg-query -W -f '${db:Status-Status}' "$1" 2>/dev/null)" = installed ]
