@@ -40,6 +40,30 @@ bool bd_change_is_removal(const struct bd_change *change)
     return false;
 }
 
+uint32_t *bd_slots_of(struct bd_scene_counts *counts, enum bd_object_kind kind)
+{
+    switch (kind) {
+    case BD_OBJECT_PICTURE:
+        return &counts->pictures;
+    case BD_OBJECT_TEXTURE:
+        return &counts->textures;
+    case BD_OBJECT_MATERIAL:
+        return &counts->materials;
+    case BD_OBJECT_LIGHT:
+        return &counts->lights;
+    case BD_OBJECT_CAMERA:
+        return &counts->cameras;
+    case BD_OBJECT_MESH:
+        return &counts->meshes;
+    case BD_OBJECT_NODE:
+        return &counts->nodes;
+    case BD_OBJECT_ENVIRONMENT:
+    case BD_OBJECT_KIND_COUNT:
+        break;
+    }
+    return NULL;
+}
+
 // --- one change -----------------------------------------------------------------------------
 
 void bd_change_finish(struct bd_change *change)
@@ -245,37 +269,13 @@ bool bd_delta_merge(const struct bd_delta *first, const struct bd_delta *second,
 
 // --- applying -------------------------------------------------------------------------------
 
-static uint32_t *slots_of(struct bd_scene_counts *slots, enum bd_object_kind kind)
-{
-    switch (kind) {
-    case BD_OBJECT_PICTURE:
-        return &slots->pictures;
-    case BD_OBJECT_TEXTURE:
-        return &slots->textures;
-    case BD_OBJECT_MATERIAL:
-        return &slots->materials;
-    case BD_OBJECT_LIGHT:
-        return &slots->lights;
-    case BD_OBJECT_CAMERA:
-        return &slots->cameras;
-    case BD_OBJECT_MESH:
-        return &slots->meshes;
-    case BD_OBJECT_NODE:
-        return &slots->nodes;
-    case BD_OBJECT_ENVIRONMENT:
-    case BD_OBJECT_KIND_COUNT:
-        break;
-    }
-    return NULL;
-}
-
 // How many slots there have to be. False if an id is beyond what there may be.
 static bool count_slots(const struct bd_delta *delta, struct bd_scene_counts *slots,
                         struct bd_fault *fault)
 {
     for (uint32_t i = 0; i < delta->count; i++) {
         const struct bd_change *change = &delta->changes[i];
-        uint32_t *count = slots_of(slots, change->kind);
+        uint32_t *count = bd_slots_of(slots, change->kind);
         if (!count) continue;
         if (change->id >= BD_OBJECT_ID_END) {
             (void)bd_fault_set(fault, BD_ERR_LIMIT, bd_object_kind_name(change->kind),
@@ -293,7 +293,7 @@ uint32_t bd_delta_growth(const struct bd_scene *base, const struct bd_delta *del
     uint32_t most = 0;
     for (uint32_t i = 0; i < delta->count; i++) {
         const struct bd_change *change = &delta->changes[i];
-        const uint32_t *count = slots_of(&slots, change->kind);
+        const uint32_t *count = bd_slots_of(&slots, change->kind);
         if (count && change->id >= *count && change->id - *count >= most)
             most = change->id - *count + 1;
     }

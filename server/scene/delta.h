@@ -64,6 +64,8 @@ void bd_delta_finish(struct bd_delta *delta);
 bool bd_change_is_removal(const struct bd_change *change);
 // "node", "material"; never NULL.
 const char *bd_object_kind_name(enum bd_object_kind kind);
+// The kind's own count among them; NULL of the environment, which has no slots.
+uint32_t *bd_slots_of(struct bd_scene_counts *counts, enum bd_object_kind kind);
 
 // Puts the state that the object has in the scene into the delta, in place of one that it has
 // there already. Beyond the scene's objects: removed. False without memory.
@@ -91,8 +93,7 @@ bool bd_delta_merge(const struct bd_delta *first, const struct bd_delta *second,
 
 // What takes `from` to `to`. Takes the time of writing all small objects of both.
 BD_MUST_CHECK
-bool bd_delta_between(const struct bd_scene *from, const struct bd_scene *to,
-                      struct bd_delta *out);
+bool bd_delta_between(const struct bd_scene *from, const struct bd_scene *to, struct bd_delta *out);
 
 // Content is named, not written: whoever keeps the bytes keeps what bd_content_of_delta lists.
 // False if the sink said so.
@@ -105,7 +106,8 @@ enum bd_err bd_delta_read(const void *bytes, size_t size, bd_content_find find, 
                           struct bd_delta *out, struct bd_fault *fault);
 void bd_content_of_delta(const struct bd_delta *delta, bd_content_visit each, void *user);
 
-// How many slots applying it adds to the kind that grows most: what it adds, and the ids in between.
+// How many slots applying it adds to the kind that grows most: what it adds, and the ids in
+// between.
 uint32_t bd_delta_growth(const struct bd_scene *base, const struct bd_delta *delta);
 
 // For a log, one entry a change: "light 0", "node 12 removed", "environment". Where there are more

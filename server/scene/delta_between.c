@@ -1,76 +1,52 @@
 // What takes one snapshot to another: every object that is not the same in both.
 
-#include <stdlib.h>
 #include <string.h>
 
+#include "image/bytes.h"
 #include "scene/delta.h"
-
-struct bytes {
-    uint8_t *data;
-    size_t size;
-};
-
-static bool collect(void *user, const void *bytes, size_t size)
-{
-    struct bytes *out = user;
-    uint8_t *grown = realloc(out->data, out->size + size + 1);
-    if (!grown) return false;
-    memcpy(grown + out->size, bytes, size);
-    out->data = grown;
-    out->size += size;
-    return true;
-}
+#include "scene/derive.h"
 
 // The written form is the one that tells states apart: no padding, no pointers, no derived fields.
 static bool write_state(const struct bd_scene *scene, enum bd_object_kind kind, uint32_t id,
-                        struct bytes *out)
+                        struct bd_bytes *out)
 {
     struct bd_delta delta = {0};
-    bool ok = bd_delta_take(&delta, scene, kind, id) && bd_delta_write(&delta, collect, out);
+    out->size_bytes = 0;
+    bool ok =
+        bd_delta_take(&delta, scene, kind, id) && bd_delta_write(&delta, bd_flat_to_bytes, out);
     bd_delta_finish(&delta);
     return ok;
 }
 
+// A comparison under way; the bytes are kept from one object to the next.
+struct comparison {
+    const struct bd_scene *from, *to;
+    struct bd_bytes before, after;
+};
+
 // False without memory.
-static bool take_if_different(const struct bd_scene *from, const struct bd_scene *to,
-                              enum bd_object_kind kind, uint32_t id, struct bd_delta *out)
+static bool take_if_different(struct comparison *comparison, enum bd_object_kind kind, uint32_t id,
+                              struct bd_delta *out)
 {
-    struct bytes before = {0}, after = {0};
-    bool ok = write_state(from, kind, id, &before) && write_state(to, kind, id, &after);
-    bool is_same =
-        ok && before.size == after.size && memcmp(before.data, after.data, after.size) == 0;
-    free(before.data);
-    free(after.data);
-    return ok && (is_same || bd_delta_take(out, to, kind, id));
+    struct bd_bytes *before = &comparison->before, *after = &comparison->after;
+    if (!write_state(comparison->from, kind, id, before) ||
+        !write_state(comparison->to, kind, id, after))
+        return false;
+    bool is_same = before->size_bytes == after->size_bytes &&
+                   memcmp(before->data, after->data, after->size_bytes) == 0;
+    return is_same || bd_delta_take(out, comparison->to, kind, id);
 }
 
 static uint32_t slot_count(const struct bd_scene *scene, enum bd_object_kind kind)
 {
-    switch (kind) {
-    case BD_OBJECT_PICTURE:
-        return scene->picture_count;
-    case BD_OBJECT_TEXTURE:
-        return scene->texture_count;
-    case BD_OBJECT_MATERIAL:
-        return scene->material_count;
-    case BD_OBJECT_LIGHT:
-        return scene->authored_light_count;
-    case BD_OBJECT_CAMERA:
-        return scene->authored_camera_count;
-    case BD_OBJECT_MESH:
-        return scene->mesh_count;
-    case BD_OBJECT_NODE:
-        return scene->node_count;
-    case BD_OBJECT_ENVIRONMENT:
-        return 1;
-    case BD_OBJECT_KIND_COUNT:
-        break;
-    }
-    return 0;
+    struct bd_scene_counts slots = bd_scene_slots(scene);
+    const uint32_t *count = bd_slots_of(&slots, kind);
+    return count ? *count : 1; // the one environment
 }
 
 bool bd_delta_between(const struct bd_scene *from, const struct bd_scene *to, struct bd_delta *out)
 {
+    struct comparison comparison = {.from = from, .to = to};
     *out = (struct bd_delta){0};
     bool ok = true;
     for (int k = 0; ok && k < BD_OBJECT_KIND_COUNT; k++) {
@@ -78,8 +54,10 @@ bool bd_delta_between(const struct bd_scene *from, const struct bd_scene *to, st
         uint32_t count = slot_count(from, kind), other = slot_count(to, kind);
         if (other > count) count = other;
         for (uint32_t id = 0; ok && id < count; id++)
-            ok = take_if_different(from, to, kind, id, out);
+            ok = take_if_different(&comparison, kind, id, out);
     }
+    bd_bytes_finish(&comparison.before);
+    bd_bytes_finish(&comparison.after);
     if (!ok) bd_delta_finish(out);
     return ok;
 }

@@ -68,34 +68,9 @@ void bd_edit_touch(struct bd_edit *edit, enum bd_object_kind kind, uint32_t id)
     bd_edit_note(edit, &edit->touched, kind, id);
 }
 
-// The slots that there are now, and those that were there before the batch (of a copy: all).
-static uint32_t *slots_of(struct bd_scene_counts *counts, enum bd_object_kind kind)
-{
-    switch (kind) {
-    case BD_OBJECT_PICTURE:
-        return &counts->pictures;
-    case BD_OBJECT_TEXTURE:
-        return &counts->textures;
-    case BD_OBJECT_MATERIAL:
-        return &counts->materials;
-    case BD_OBJECT_LIGHT:
-        return &counts->lights;
-    case BD_OBJECT_CAMERA:
-        return &counts->cameras;
-    case BD_OBJECT_MESH:
-        return &counts->meshes;
-    case BD_OBJECT_NODE:
-        return &counts->nodes;
-    case BD_OBJECT_ENVIRONMENT:
-    case BD_OBJECT_KIND_COUNT:
-        break;
-    }
-    return NULL;
-}
-
 uint32_t bd_edit_next(struct bd_edit *edit, enum bd_object_kind kind)
 {
-    uint32_t id = (*slots_of(&edit->next, kind))++;
+    uint32_t id = (*bd_slots_of(&edit->next, kind))++;
     bd_edit_touch(edit, kind, id);
     return id;
 }
@@ -170,7 +145,7 @@ int32_t bd_edit_reference(struct bd_edit *edit, const char *field, enum bd_objec
     if (edit->err != BD_ERR_OK || value == BD_NONE) return BD_NONE;
     int32_t id = value < 0 ? added_id(edit, field, kind, value) : value;
     if (edit->err != BD_ERR_OK) return BD_NONE;
-    if ((uint32_t)id >= *slots_of(&edit->next, kind)) {
+    if ((uint32_t)id >= *bd_slots_of(&edit->next, kind)) {
         bd_edit_fail(edit, BD_ERR_NOT_FOUND, field, "there is no %s %d", bd_object_kind_name(kind),
                      id);
         return BD_NONE;
@@ -286,7 +261,7 @@ static void carry_out(struct bd_edit *edit, const struct bd_edit_op *op)
 static void count_room(const struct bd_edit_op *op, struct bd_scene_counts *room)
 {
     enum bd_object_kind added = added_by(op->kind);
-    if (added != BD_OBJECT_KIND_COUNT) ++*slots_of(room, added);
+    if (added != BD_OBJECT_KIND_COUNT) ++*bd_slots_of(room, added);
     room->pictures += op->kind == BD_EDIT_ADD_TEXTURE || op->kind == BD_EDIT_SET_TEXTURE;
     room->materials += op->kind == BD_EDIT_ADD_MESH || op->kind == BD_EDIT_SET_MESH;
     if (op->kind != BD_EDIT_IMPORT) return;
@@ -316,7 +291,7 @@ static void check_slots(struct bd_edit *edit)
 {
     for (int kind = 0; kind < BD_OBJECT_ENVIRONMENT; kind++) {
         const char *name = bd_object_kind_name((enum bd_object_kind)kind);
-        uint32_t count = *slots_of(&edit->next, (enum bd_object_kind)kind);
+        uint32_t count = *bd_slots_of(&edit->next, (enum bd_object_kind)kind);
         if (count > edit->limits->objects)
             bd_edit_fail(edit, BD_ERR_LIMIT, "", "%u slots of kind %s, limit %u", count, name,
                          edit->limits->objects);

@@ -97,7 +97,7 @@ static void complete(struct build *build, struct bd_gltf_reader *repairs)
 
 static void build_primitive(struct build *build)
 {
-    const float most_m = 1e15f, most = 1e9f; // as the importer's
+    const float most_m = (float)BD_COORDINATE_MAX_M, most = 1e9f; // as the importer's
     const struct bd_primitive_source *from = build->from;
     struct bd_gltf_reader repairs = {0};
     build->to->material = from->material;

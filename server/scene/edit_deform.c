@@ -10,7 +10,7 @@
 static enum bd_err check_vectors(const float *values, uint32_t vertex_count, const char *field,
                                  const char *stream, struct bd_fault *fault)
 {
-    const float most = 1e15f; // as gltf_triangles.c
+    const float most = (float)BD_COORDINATE_MAX_M;
     for (size_t i = 0; i < 3 * (size_t)vertex_count; i++) {
         if (fabsf(values[i]) <= most) continue;
         char path[128];

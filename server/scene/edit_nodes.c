@@ -4,9 +4,6 @@
 
 #include "scene/edit_parts.h"
 
-// Beyond this, squared lengths overflow the floats that the GPU computes with (finish.c).
-static const double coordinate_max_m = 1e15;
-
 // `inside` is where the transform stands: "transform." in a node, "" alone.
 static void check_components(struct bd_edit *edit, const char *inside, const char *name,
                              const double *values, int count, double most)
@@ -24,7 +21,7 @@ static void set_matrix(struct bd_edit *edit, const char *inside, const struct bd
 {
     const double *m = in->matrix;
     char field[48];
-    check_components(edit, inside, "matrix", m, 16, coordinate_max_m);
+    check_components(edit, inside, "matrix", m, 16, BD_COORDINATE_MAX_M);
     snprintf(field, sizeof field, "%smatrix", inside);
     if (m[3] != 0 || m[7] != 0 || m[11] != 0 || m[15] != 1)
         bd_edit_fail(edit, BD_ERR_USAGE, field, "its last row is not 0 0 0 1");
@@ -43,12 +40,12 @@ static void set_transform(struct bd_edit *edit, const char *inside,
     }
     if (in->given & BD_GIVEN_TRANSLATION) {
         memcpy(translation, in->translation, sizeof translation);
-        check_components(edit, inside, "translation", translation, 3, coordinate_max_m);
+        check_components(edit, inside, "translation", translation, 3, BD_COORDINATE_MAX_M);
     }
     if (in->given & BD_GIVEN_ROTATION) {
         char field[48];
         memcpy(rotation, in->rotation, sizeof rotation);
-        check_components(edit, inside, "rotation", rotation, 4, 1e15);
+        check_components(edit, inside, "rotation", rotation, 4, BD_COORDINATE_MAX_M);
         snprintf(field, sizeof field, "%srotation", inside);
         if (!(fabs(rotation[0]) + fabs(rotation[1]) + fabs(rotation[2]) + fabs(rotation[3]) >
               1e-15))
@@ -56,7 +53,7 @@ static void set_transform(struct bd_edit *edit, const char *inside,
     }
     if (in->given & BD_GIVEN_SCALE) {
         memcpy(scale, in->scale, sizeof scale);
-        check_components(edit, inside, "scale", scale, 3, coordinate_max_m);
+        check_components(edit, inside, "scale", scale, 3, BD_COORDINATE_MAX_M);
     }
     if (edit->err == BD_ERR_OK) *out = bd_dmat4_from_trs(translation, rotation, scale);
 }

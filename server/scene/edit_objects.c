@@ -62,7 +62,7 @@ static void set_volume(struct bd_edit *edit, const struct bd_material_edit *in,
     if (in->given & BD_GIVEN_TRANSMISSION)
         bd_edit_number(edit, "transmission", in->transmission, 0, 1, &m->transmission);
     if (in->given & BD_GIVEN_THICKNESS)
-        bd_edit_number(edit, "thickness", in->thickness, 0, 1e15, &m->thickness_m);
+        bd_edit_number(edit, "thickness", in->thickness, 0, BD_COORDINATE_MAX_M, &m->thickness_m);
     if (in->given & BD_GIVEN_ATTENUATION_DISTANCE) {
         bd_edit_number(edit, "attenuation_distance", in->attenuation_distance, 0, FLT_MAX,
                        &m->attenuation_distance_m);
@@ -226,9 +226,9 @@ static void set_orthographic(struct bd_edit *edit, const struct bd_camera_edit *
                              struct bd_camera *camera)
 {
     if (in->given & BD_GIVEN_XMAG)
-        bd_edit_number(edit, "xmag", in->xmag, 1e-9, 1e15, &camera->xmag);
+        bd_edit_number(edit, "xmag", in->xmag, 1e-9, BD_COORDINATE_MAX_M, &camera->xmag);
     if (in->given & BD_GIVEN_YMAG)
-        bd_edit_number(edit, "ymag", in->ymag, 1e-9, 1e15, &camera->ymag);
+        bd_edit_number(edit, "ymag", in->ymag, 1e-9, BD_COORDINATE_MAX_M, &camera->ymag);
     if (!(camera->xmag > 0)) bd_edit_fail(edit, BD_ERR_USAGE, "xmag", "is needed, > 0");
     if (!(camera->ymag > 0)) bd_edit_fail(edit, BD_ERR_USAGE, "ymag", "is needed, > 0");
 }

@@ -36,13 +36,10 @@ bool bd_derive_world_matrices(struct bd_scene *scene)
     return ok;
 }
 
-// Beyond this, squared lengths overflow the floats that the GPU computes with.
-static const double coordinate_max_m = 1e15;
-
 static bool matrix_is_usable(const bd_dmat4 *m)
 {
     for (int i = 0; i < 16; i++)
-        if (!(fabs(m->m[i]) <= coordinate_max_m)) return false;
+        if (!(fabs(m->m[i]) <= BD_COORDINATE_MAX_M)) return false;
     return true;
 }
 
@@ -149,10 +146,8 @@ enum bd_err bd_derive_from(struct bd_scene *scene, const struct bd_scene *base,
         goto no_memory;
     if (base) same = bd_same_surfaces(base, scene);
     derive_surfaces(scene, base, &same);
-    const struct bd_scene *alike =
-        same.geometry && same.transforms && same.materials ? base : NULL;
-    if (!bd_derive_default_camera(scene, alike) || !bd_derive_default_lights(scene))
-        goto no_memory;
+    const struct bd_scene *alike = same.geometry && same.transforms && same.materials ? base : NULL;
+    if (!bd_derive_default_camera(scene, alike) || !bd_derive_default_lights(scene)) goto no_memory;
     bd_derive_light_features(scene);
     bd_derive_aspects(scene, base, &same);
     return BD_ERR_OK;

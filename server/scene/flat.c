@@ -125,16 +125,10 @@ enum bd_err bd_flat_read_index(const void *bytes, size_t size, bd_content_find f
     return err;
 }
 
-static bool hash_piece(void *user, const void *bytes, size_t size)
-{
-    bd_sha256_update(user, bytes, size);
-    return true;
-}
-
 void bd_scene_set_hash(struct bd_scene *scene)
 {
     struct bd_sha256 *sha = bd_sha256_create();
-    bool written = bd_flat_write_index(scene, hash_piece, sha);
+    bool written = bd_flat_write_index(scene, bd_flat_to_sha256, sha);
     BD_ASSERT(written); // the sink refuses nothing, and what a scene holds is in range
     bd_sha256_finish(&sha, scene->content_sha256);
 }

@@ -27,6 +27,10 @@
 // Takes the next bytes of the flat form; false ends the writing.
 typedef bool (*bd_flat_sink)(void *user, const void *bytes, size_t size);
 
+// Sinks: behind the last of a struct bd_bytes, false without memory; into a struct bd_sha256.
+bool bd_flat_to_bytes(void *user, const void *bytes, size_t size);
+bool bd_flat_to_sha256(void *user, const void *bytes, size_t size);
+
 // False if the sink said so. The sink gets pieces of 64 KiB or less, and whole streams.
 BD_MUST_CHECK
 bool bd_flat_write(const struct bd_scene *scene, bd_flat_sink sink, void *user);

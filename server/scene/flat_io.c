@@ -5,8 +5,25 @@
 #include <string.h>
 
 #include "base/hash.h"
+#include "image/bytes.h"
 
 _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "the flat forms are little-endian");
+
+// --- sinks ----------------------------------------------------------------------------------
+
+bool bd_flat_to_bytes(void *user, const void *bytes, size_t size)
+{
+    struct bd_bytes *out = user;
+    return bd_bytes_put(out, out->size_bytes, bytes, size) == BD_ERR_OK;
+}
+
+bool bd_flat_to_sha256(void *user, const void *bytes, size_t size)
+{
+    bd_sha256_update(user, bytes, size);
+    return true;
+}
+
+// --- beginning and end ----------------------------------------------------------------------
 
 static void clear(struct bd_flat_io *io)
 {

@@ -96,7 +96,7 @@ static void read_material(struct bd_gltf_reader *reader, const struct bd_gltf_ma
     // 0 is the extension's word for "behaves like a mirror"; between 0 and 1 means nothing.
     out->ior = in->ior == 0 ? 0 : clamped(reader, in->ior, 1, 1e6);
     out->transmission = clamped(reader, in->transmission, 0, 1);
-    out->thickness_m = clamped(reader, in->thickness, 0, 1e15);
+    out->thickness_m = clamped(reader, in->thickness, 0, BD_COORDINATE_MAX_M);
     out->attenuation_distance_m = distance_of(in->attenuation_distance);
     out->alpha_mode = alpha_mode_of(in->alpha_mode);
     out->alpha_cutoff = clamped(reader, in->alpha_cutoff, 0, 1e6);

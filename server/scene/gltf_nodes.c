@@ -48,7 +48,7 @@ static float magnification(double value, bool *repaired)
 {
     *repaired |= !(value > 0);
     double size = fabs(value);
-    return size > 1e-9 && size <= 1e15 ? (float)size : 1.0f;
+    return size > 1e-9 && size <= BD_COORDINATE_MAX_M ? (float)size : 1.0f;
 }
 
 static void read_orthographic(const struct bd_gltf_camera *in, struct bd_camera *out,

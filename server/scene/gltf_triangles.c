@@ -95,7 +95,7 @@ enum bd_err bd_gltf_read_triangles(struct bd_gltf_reader *reader, const char *pa
 
 static bool is_usable(const float position[3])
 {
-    const float most = 1e15f; // as finish.c: beyond, squares overflow
+    const float most = (float)BD_COORDINATE_MAX_M;
     return fabsf(position[0]) <= most && fabsf(position[1]) <= most && fabsf(position[2]) <= most;
 }
 

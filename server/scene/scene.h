@@ -24,6 +24,10 @@ extern "C" {
 
 #define BD_NONE (-1) // "no such index" for every int32_t index below
 
+// How far coordinates reach: beyond, squared lengths overflow the floats that the GPU computes
+// with.
+#define BD_COORDINATE_MAX_M 1e15
+
 enum bd_alpha_mode { BD_ALPHA_OPAQUE, BD_ALPHA_MASK, BD_ALPHA_BLEND };
 enum bd_wrap { BD_WRAP_REPEAT, BD_WRAP_CLAMP, BD_WRAP_MIRROR };
 enum bd_light_kind { BD_LIGHT_DIRECTIONAL, BD_LIGHT_POINT, BD_LIGHT_SPOT };
@@ -220,8 +224,8 @@ struct bd_scene {
     struct bd_light *lights;
     struct bd_camera *cameras;
     struct bd_environment environment;
-    // Derived by bd_scene_finish, which appends the default rig to cameras, lights and flags: behind
-    // these counts lies what belongs to no file, no edit and no hash.
+    // Derived by bd_scene_finish, which appends the default rig to cameras, lights and flags:
+    // behind these counts lies what belongs to no file, no edit and no hash.
     uint32_t authored_light_count, authored_camera_count, authored_flag_count;
     uint32_t instance_count, placed_light_count, placed_camera_count;
     struct bd_instance *instances;

@@ -21,16 +21,10 @@ static void bound(struct bd_primitive *primitive)
     }
 }
 
-static bool hash_piece(void *user, const void *bytes, size_t size)
-{
-    bd_sha256_update(user, bytes, size);
-    return true;
-}
-
 static void name_content(const struct bd_content *content, uint8_t sha256[32])
 {
     struct bd_sha256 *sha = bd_sha256_create();
-    bool written = bd_content_write(content, hash_piece, sha);
+    bool written = bd_content_write(content, bd_flat_to_sha256, sha);
     BD_ASSERT(written); // the sink refuses nothing
     bd_sha256_finish(&sha, sha256);
 }
