@@ -46,12 +46,19 @@ struct place {
     uint32_t vertex;
 };
 
+// By value: a zero is one place, whichever sign it has.
+static int compare_values(const struct place *a, const struct place *b)
+{
+    for (int i = 0; i < 6; i++)
+        if (a->values[i] != b->values[i]) return a->values[i] < b->values[i] ? -1 : 1;
+    return 0;
+}
+
 static int compare_places(const void *a, const void *b)
 {
     const struct place *left = a, *right = b;
-    for (int i = 0; i < 6; i++)
-        if (left->values[i] != right->values[i]) return left->values[i] < right->values[i] ? -1 : 1;
-    return (left->vertex > right->vertex) - (left->vertex < right->vertex);
+    int order = compare_values(left, right);
+    return order ? order : (left->vertex > right->vertex) - (left->vertex < right->vertex);
 }
 
 // The first vertex of each vertex's place. NULL without memory.
@@ -68,8 +75,7 @@ static uint32_t *weld(const struct bd_primitive *before)
     if (places && first && count) {
         qsort(places, count, sizeof *places, compare_places);
         for (uint32_t i = 0, head = 0; i < count; i++) {
-            if (memcmp(places[i].values, places[head].values, sizeof places[i].values) != 0)
-                head = i;
+            if (compare_values(&places[i], &places[head]) != 0) head = i;
             first[places[i].vertex] = places[head].vertex;
         }
     }

@@ -437,6 +437,31 @@ static void vertices(void **state)
     bd_scene_release(&w.scene);
 }
 
+// Two triangles of a square with vertices of their own, which lie at the same places in numbers but
+// not in bits: the square bends smoothly.
+static void a_zero_is_one_place(void **state)
+{
+    (void)state;
+    static const float square[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 0, -0.0f, 1, 1, 0, -0.0f, 1, 0};
+    static const float up[] = {0, 0, 1, 0, 0, 1, 0, 0, 1, -0.0f, 0, 1, 0, 0, 1, 0, -0.0f, 1};
+    const struct bd_primitive_source source = {
+        .material = BD_NONE, .vertex_count = 6, .positions = square, .normals = up};
+    struct bd_mesh *mesh, *bent;
+    struct bd_fault fault = {0};
+    assert_int_equal(bd_edit_build_mesh(&source, 1, "", &mesh, &fault), BD_ERR_OK);
+    float positions[18];
+    memcpy(positions, square, sizeof positions);
+    positions[14] = 1; // the corner of one triangle alone
+    assert_int_equal(bd_edit_deform_mesh(mesh, 0, positions, NULL, 6, "", &bent, &fault),
+                     BD_ERR_OK);
+    const float *normal = bent->primitives[0].normal;
+    assert_true(normal[3] < -0.1f && normal[4] < -0.1f);
+    assert_memory_equal(normal + 3, normal + 9, 3 * sizeof *normal);
+    assert_memory_equal(normal + 6, normal + 15, 3 * sizeof *normal);
+    bd_mesh_release(&bent);
+    bd_mesh_release(&mesh);
+}
+
 static void assert_not_built(struct bd_primitive_source source, const char *field)
 {
     struct bd_mesh *mesh;
@@ -557,13 +582,21 @@ static void limits(void **state)
 int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(lights),   cmocka_unit_test(lights_out_of_range),
-        cmocka_unit_test(cameras),  cmocka_unit_test(materials),
-        cmocka_unit_test(textures), cmocka_unit_test(nodes),
-        cmocka_unit_test(meshes),   cmocka_unit_test(a_removal_stops_at_what_is_above),
-        cmocka_unit_test(vertices), cmocka_unit_test(transforms_out_of_range),
-        cmocka_unit_test(imports),  cmocka_unit_test(environments),
-        cmocka_unit_test(limits),   cmocka_unit_test(built_meshes),
+        cmocka_unit_test(lights),
+        cmocka_unit_test(lights_out_of_range),
+        cmocka_unit_test(cameras),
+        cmocka_unit_test(materials),
+        cmocka_unit_test(textures),
+        cmocka_unit_test(nodes),
+        cmocka_unit_test(meshes),
+        cmocka_unit_test(a_removal_stops_at_what_is_above),
+        cmocka_unit_test(vertices),
+        cmocka_unit_test(transforms_out_of_range),
+        cmocka_unit_test(imports),
+        cmocka_unit_test(environments),
+        cmocka_unit_test(limits),
+        cmocka_unit_test(built_meshes),
+        cmocka_unit_test(a_zero_is_one_place),
     };
     if (argc < 2) return 2;
     own_scenes = argv[1];
