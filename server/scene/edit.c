@@ -13,6 +13,7 @@ const struct bd_edit_limits bd_edit_default_limits = {
     .ops = 4096,
     .objects = 1 << 20,
     .triangles = 200000000,
+    .steps = 1 << 23, // as many as 4096 nodes need to be hung one below the other
 };
 
 const char *bd_edit_kind_name(enum bd_edit_kind kind)
@@ -75,16 +76,27 @@ uint32_t bd_edit_next(struct bd_edit *edit, enum bd_object_kind kind)
     return id;
 }
 
-// A node is gone with any node above it, even before the batch has come to empty its slot.
-static bool node_is_gone(const struct bd_scene *draft, int32_t node)
+int32_t bd_edit_above(struct bd_edit *edit, int32_t node)
 {
-    for (; node != BD_NONE; node = draft->nodes[node].parent)
-        if (draft->nodes[node].is_removed) return true;
-    return false;
+    if (edit->steps++ == edit->limits->steps)
+        bd_edit_fail(edit, BD_ERR_LIMIT, "",
+                     "the batch's nodes lie too deep: more than %u steps up", edit->limits->steps);
+    return edit->err == BD_ERR_OK ? edit->draft->nodes[node].parent : BD_NONE;
 }
 
-static bool is_gone(const struct bd_scene *draft, enum bd_object_kind kind, int32_t id)
+// A node is gone with any node above it, even before the batch has come to empty its slot. Before
+// the batch, all that is below a removed node is removed.
+static bool node_is_gone(struct bd_edit *edit, int32_t node)
 {
+    const struct bd_node *nodes = edit->draft->nodes;
+    if (!edit->has_removed_nodes) return nodes[node].is_removed;
+    while (node != BD_NONE && !nodes[node].is_removed) node = bd_edit_above(edit, node);
+    return node != BD_NONE;
+}
+
+static bool is_gone(struct bd_edit *edit, enum bd_object_kind kind, int32_t id)
+{
+    const struct bd_scene *draft = edit->draft;
     switch (kind) {
     case BD_OBJECT_PICTURE:
         return draft->pictures[id]->is_removed;
@@ -99,7 +111,7 @@ static bool is_gone(const struct bd_scene *draft, enum bd_object_kind kind, int3
     case BD_OBJECT_MESH:
         return draft->meshes[id]->is_removed;
     case BD_OBJECT_NODE:
-        return node_is_gone(draft, id);
+        return node_is_gone(edit, id);
     case BD_OBJECT_ENVIRONMENT:
     case BD_OBJECT_KIND_COUNT:
         break;
@@ -150,7 +162,7 @@ int32_t bd_edit_reference(struct bd_edit *edit, const char *field, enum bd_objec
                      id);
         return BD_NONE;
     }
-    if (!is_gone(edit->draft, kind, id)) return id;
+    if (!is_gone(edit, kind, id)) return id;
     bd_edit_fail(edit, BD_ERR_NOT_FOUND, field, "%s %d was removed", bd_object_kind_name(kind), id);
     return BD_NONE;
 }
@@ -355,7 +367,7 @@ enum bd_err bd_edit_check(const struct bd_scene *base, const struct bd_edit_op *
                           uint32_t op_count, const struct bd_edit_limits *limits,
                           struct bd_delta *out, int32_t *ids, struct bd_fault *fault)
 {
-    struct bd_edit edit = {.ops = ops, .limits = limits, .fault = fault};
+    struct bd_edit edit = {.ops = ops, .limits = limits, .fault = fault, .white = BD_NONE};
     *out = (struct bd_delta){0};
     if (op_count == 0) return bd_fault_set(fault, BD_ERR_USAGE, "ops", "ops: there are none");
     if (op_count > limits->ops)

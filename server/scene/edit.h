@@ -8,7 +8,7 @@
 // never clamped: ranges are those that the importer clamps to (gltf_materials.c, gltf_nodes.c). The
 // fault's field is the wire's path: "ops[3].set_light.intensity".
 //
-// Thread: any. Time is that of the small objects and the operations.
+// Thread: any. Time is that of the small objects and the operations, and of `steps` of the limits.
 
 #ifndef BD_SCENE_EDIT_H
 #define BD_SCENE_EDIT_H
@@ -220,6 +220,7 @@ struct bd_edit_limits {
     uint32_t ops;       // of one batch
     uint32_t objects;   // slots of each kind, empty ones too; at most BD_OBJECT_ID_END
     uint64_t triangles; // of all nodes' meshes
+    uint32_t steps;     // from nodes up to their parents, where a batch removes nodes or moves them
 };
 extern const struct bd_edit_limits bd_edit_default_limits;
 
@@ -246,9 +247,10 @@ struct bd_primitive_source {
     const uint32_t *indices;                     // NULL: each three vertices are a triangle
 };
 
-// For add_mesh and set_mesh, off the event loop: a sealed mesh. Normals that are not
-// given are smooth over shared vertices, which stay as many as were sent; tangents are made wherever there is uv0. Triangles without area go. Faults name `field`,
-// "ops[0].add_mesh", and the stream in it. The caller owns the result.
+// For add_mesh and set_mesh, off the event loop: a sealed mesh. Normals that are not given are
+// smooth over shared vertices, which stay as many as were sent; tangents are made wherever there is
+// uv0. Triangles without area go. Faults name `field`, "ops[0].add_mesh", and the stream in it. The
+// caller owns the result.
 BD_MUST_CHECK
 enum bd_err bd_edit_build_mesh(const struct bd_primitive_source *primitives, uint32_t count,
                                const char *field, struct bd_mesh **out, struct bd_fault *fault);

@@ -58,12 +58,13 @@ static void set_transform(struct bd_edit *edit, const char *inside,
     if (edit->err == BD_ERR_OK) *out = bd_dmat4_from_trs(translation, rotation, scale);
 }
 
-// The draft's parents form a forest at all times, so the walk ends.
+// The draft's parents form a forest at all times, so the walk ends. Nothing is below a new node.
 static void set_parent(struct bd_edit *edit, int32_t id, int32_t value)
 {
     struct bd_node *nodes = edit->draft->nodes;
+    const bool is_new = edit->ops[edit->op].kind == BD_EDIT_ADD_NODE;
     int32_t parent = bd_edit_reference(edit, "parent", BD_OBJECT_NODE, value);
-    for (int32_t n = parent; n != BD_NONE; n = nodes[n].parent)
+    for (int32_t n = parent; n != BD_NONE; n = is_new ? BD_NONE : bd_edit_above(edit, n))
         if (n == id) {
             bd_edit_fail(edit, BD_ERR_USAGE, "parent", "node %d is below node %d itself", parent,
                          id);

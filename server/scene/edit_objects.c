@@ -109,23 +109,36 @@ void bd_edit_material(struct bd_edit *edit, const struct bd_edit_op *op)
     if (adds) edit->ids[edit->op] = id;
 }
 
-// One white material, found again by its name and its being white.
+static const char white_name[] = "default";
+
+static bool is_white(const struct bd_material *m)
+{
+    return strcmp(m->name, white_name) == 0 && m->metallic == 0 && m->roughness == 1 &&
+           m->base_color[0] == 1 && m->base_color[1] == 1 && m->base_color[2] == 1 &&
+           m->base_color[3] == 1 && m->base_color_map.texture == BD_NONE && m->transmission == 0 &&
+           !m->unlit && m->emissive[0] + m->emissive[1] + m->emissive[2] == 0;
+}
+
+static int32_t find_white(const struct bd_edit *edit)
+{
+    for (uint32_t i = 0; i < edit->next.materials; i++)
+        if (is_white(&edit->draft->materials[i])) return (int32_t)i;
+    return BD_NONE;
+}
+
+// Found again by its name and its being white; looked for once a batch, whatever becomes of it in
+// there.
 int32_t bd_edit_white_material(struct bd_edit *edit)
 {
+    if (edit->white == BD_NONE) edit->white = find_white(edit);
+    if (edit->white != BD_NONE && is_white(&edit->draft->materials[edit->white]))
+        return edit->white;
     struct bd_material white = default_material();
-    memcpy(white.name, "default", sizeof "default");
+    memcpy(white.name, white_name, sizeof white_name);
     white.metallic = 0;
-    for (uint32_t i = 0; i < edit->next.materials; i++) {
-        const struct bd_material *m = &edit->draft->materials[i];
-        if (strcmp(m->name, white.name) == 0 && m->metallic == 0 && m->roughness == 1 &&
-            memcmp(m->base_color, white.base_color, sizeof white.base_color) == 0 &&
-            m->base_color_map.texture == BD_NONE && m->transmission == 0 && !m->unlit &&
-            m->emissive[0] + m->emissive[1] + m->emissive[2] == 0)
-            return (int32_t)i;
-    }
-    uint32_t id = bd_edit_next(edit, BD_OBJECT_MATERIAL);
-    edit->draft->materials[id] = white;
-    return (int32_t)id;
+    edit->white = (int32_t)bd_edit_next(edit, BD_OBJECT_MATERIAL);
+    edit->draft->materials[edit->white] = white;
+    return edit->white;
 }
 
 // --- textures -------------------------------------------------------------------------------

@@ -27,6 +27,9 @@ struct bd_edit {
     int32_t *ids;
     const struct bd_edit_limits *limits;
     struct bd_edit_list touched, removed;
+    bool has_removed_nodes;
+    uint32_t steps; // taken upwards
+    int32_t white; // the material that the batch showed last where a primitive has none, or BD_NONE
     enum bd_err err;
     struct bd_fault *fault;
 };
@@ -68,6 +71,9 @@ void bd_edit_import(struct bd_edit *edit, const struct bd_edit_op *op);
 // nodes and refuses removals of what is in use.
 void bd_edit_remove(struct bd_edit *edit, enum bd_object_kind kind);
 void bd_edit_settle_removals(struct bd_edit *edit);
+
+// The node above one, BD_NONE at the end. Each such step counts: beyond the limit it is a fault.
+int32_t bd_edit_above(struct bd_edit *edit, int32_t node);
 
 // The material that primitives without one show, added once it is needed.
 int32_t bd_edit_white_material(struct bd_edit *edit);

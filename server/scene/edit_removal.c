@@ -62,6 +62,7 @@ void bd_edit_remove(struct bd_edit *edit, enum bd_object_kind kind)
     int32_t id = bd_edit_target(edit, kind);
     if (id == BD_NONE) return;
     bd_edit_note(edit, &edit->removed, kind, (uint32_t)id);
+    edit->has_removed_nodes |= kind == BD_OBJECT_NODE;
     int32_t picture = kind == BD_OBJECT_TEXTURE ? edit->draft->textures[id].picture : BD_NONE;
     empty_slot(edit, kind, (uint32_t)id);
     drop_picture(edit, picture);

@@ -322,6 +322,41 @@ static void a_removal_stops_at_what_is_above(void **state)
     bd_scene_release(&w.scene);
 }
 
+// A chain that is as long as it likes costs its length where a batch has to look upwards, and no
+// more than a batch may.
+static void ways_up_are_counted(void **state)
+{
+    (void)state;
+    struct world w = begin("two_lights.glb");
+    struct bd_edit_op ops[12] = {OP(ADD_NODE, NODE(.given = 0))};
+    for (int i = 1; i < 12; i++)
+        ops[i] = OP(ADD_NODE, NODE(.given = BD_GIVEN_NODE_PARENT, .parent = BD_EDIT_ADDED(i - 1)));
+    struct bd_edit_limits few = bd_edit_default_limits;
+    struct bd_delta delta;
+    struct bd_fault fault = {0};
+    few.steps = 0; // nothing was removed or moved
+    assert_int_equal(bd_edit_check(w.scene, ops, 12, &few, &delta, NULL, &fault), BD_ERR_OK);
+    bd_delta_finish(&delta);
+    edit_all(&w, ops, 12);
+    const int32_t low = w.ids[11];
+    const struct bd_edit_op moved[] = {
+        OP(SET_TRANSFORM, .id = low, TRANSFORM(.given = 0)),
+        OP(SET_NODE, .id = 0, NODE(.given = BD_GIVEN_NODE_PARENT, .parent = low)),
+        OP(REMOVE_NODE, .id = 1),
+        OP(SET_TRANSFORM, .id = low, TRANSFORM(.given = 0)),
+    };
+    few.steps = 24;
+    assert_int_equal(bd_edit_check(w.scene, moved, 4, &few, &delta, NULL, &fault), BD_ERR_OK);
+    bd_delta_finish(&delta);
+    few.steps = 23;
+    assert_int_equal(bd_edit_check(w.scene, moved, 4, &few, &delta, NULL, &fault), BD_ERR_LIMIT);
+    assert_string_equal(fault.field, "ops[3].set_transform");
+    few.steps = 11;
+    assert_int_equal(bd_edit_check(w.scene, moved, 4, &few, &delta, NULL, &fault), BD_ERR_LIMIT);
+    assert_string_equal(fault.field, "ops[1].set_node");
+    bd_scene_release(&w.scene);
+}
+
 static void transforms_out_of_range(void **state)
 {
     (void)state;
@@ -513,6 +548,35 @@ static void built_meshes(void **state)
     bd_scene_release(&w.scene);
 }
 
+// One white material for a batch, and another one once the batch has made something else of it.
+static void white_is_what_is_still_white(void **state)
+{
+    (void)state;
+    struct world w = begin("two_lights.glb");
+    struct bd_mesh *prepared = bd_mesh_alias(w.scene->meshes[0]);
+    assert_non_null(prepared);
+    for (uint32_t p = 0; p < prepared->primitive_count; p++)
+        prepared->primitives[p].material = BD_NONE;
+    const int32_t white = (int32_t)w.scene->material_count;
+    const struct bd_edit_op ops[] = {
+        OP(ADD_MESH, .mesh = {.name = "a", .mesh = prepared}),
+        OP(ADD_MESH, .mesh = {.name = "b", .mesh = prepared}),
+        OP(SET_MATERIAL, .id = white, MATERIAL(.given = BD_GIVEN_METALLIC, .metallic = 1)),
+        OP(ADD_MESH, .mesh = {.name = "c", .mesh = prepared}),
+        OP(ADD_MESH, .mesh = {.name = "d", .mesh = prepared}),
+    };
+    edit_all(&w, ops, 5);
+    assert_int_equal(w.scene->material_count, white + 2);
+    for (int i = 0; i < 5; i++) {
+        if (w.ids[i] == BD_NONE) continue;
+        const struct bd_mesh *mesh = w.scene->meshes[w.ids[i]];
+        for (uint32_t p = 0; p < mesh->primitive_count; p++)
+            assert_int_equal(mesh->primitives[p].material, i < 2 ? white : white + 1);
+    }
+    bd_mesh_release(&prepared);
+    bd_scene_release(&w.scene);
+}
+
 // --- environment, imports, batches ----------------------------------------------------------
 
 static void environments(void **state)
@@ -597,6 +661,8 @@ int main(int argc, char **argv)
         cmocka_unit_test(limits),
         cmocka_unit_test(built_meshes),
         cmocka_unit_test(a_zero_is_one_place),
+        cmocka_unit_test(ways_up_are_counted),
+        cmocka_unit_test(white_is_what_is_still_white),
     };
     if (argc < 2) return 2;
     own_scenes = argv[1];
