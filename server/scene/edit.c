@@ -377,6 +377,7 @@ enum bd_err bd_edit_check(const struct bd_scene *base, const struct bd_edit_op *
     if (edit.err == BD_ERR_OK && ids) memcpy(ids, edit.ids, op_count * sizeof *ids);
     if (edit.err != BD_ERR_OK) bd_delta_finish(out);
     free(edit.ids);
+    free(edit.picture_users);
     free(edit.touched.places);
     free(edit.removed.places);
     bd_scene_release(&edit.draft);

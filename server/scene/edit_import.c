@@ -26,7 +26,9 @@ static void import_textures(struct bd_edit *edit, const struct bd_scene *from, u
     for (uint32_t i = 0; i < from->texture_count; i++) {
         uint32_t id = bd_edit_next(edit, BD_OBJECT_TEXTURE);
         edit->draft->textures[id] = from->textures[i];
-        edit->draft->textures[id].picture = moved(from->textures[i].picture, pictures);
+        const int32_t picture = moved(from->textures[i].picture, pictures);
+        edit->draft->textures[id].picture = picture;
+        if (edit->picture_users && picture != BD_NONE) edit->picture_users[picture]++;
     }
 }
 

@@ -143,21 +143,31 @@ int32_t bd_edit_white_material(struct bd_edit *edit)
 
 // --- textures -------------------------------------------------------------------------------
 
-static bool picture_is_shared(const struct bd_edit *edit, int32_t picture, int32_t but_by)
+uint32_t *bd_edit_picture_users(struct bd_edit *edit)
 {
-    for (uint32_t i = 0; i < edit->next.textures; i++)
-        if (edit->draft->textures[i].picture == picture && (int32_t)i != but_by) return true;
-    return false;
+    const struct bd_scene *draft = edit->draft;
+    if (edit->picture_users) return edit->picture_users;
+    edit->picture_users = calloc(draft->picture_count + (size_t)1, sizeof *edit->picture_users);
+    if (!edit->picture_users) bd_edit_fail_memory(edit);
+    for (uint32_t i = 0; edit->picture_users && i < edit->next.textures; i++)
+        if (draft->textures[i].picture != BD_NONE)
+            edit->picture_users[draft->textures[i].picture]++;
+    return edit->picture_users;
 }
 
 // In the slot of the texture's own picture, or in a new one where others show that picture too.
 static void set_picture(struct bd_edit *edit, int32_t texture, struct bd_picture *picture)
 {
+    uint32_t *users = bd_edit_picture_users(edit);
     int32_t *slot = &edit->draft->textures[texture].picture;
-    if (*slot == BD_NONE || picture_is_shared(edit, *slot, texture))
+    if (!users) return;
+    if (*slot == BD_NONE || users[*slot] > 1) {
+        if (*slot != BD_NONE) users[*slot]--;
         *slot = (int32_t)bd_edit_next(edit, BD_OBJECT_PICTURE);
-    else
+        users[*slot] = 1;
+    } else {
         bd_edit_touch(edit, BD_OBJECT_PICTURE, (uint32_t)*slot);
+    }
     bd_picture_release(&edit->draft->pictures[*slot]);
     edit->draft->pictures[*slot] = bd_picture_retain(picture);
 }

@@ -28,7 +28,8 @@ struct bd_edit {
     const struct bd_edit_limits *limits;
     struct bd_edit_list touched, removed;
     bool has_removed_nodes;
-    uint32_t steps; // taken upwards
+    uint32_t *picture_users; // how many textures show each picture; NULL until it is asked for
+    uint32_t steps;          // taken upwards
     int32_t white; // the material that the batch showed last where a primitive has none, or BD_NONE
     enum bd_err err;
     struct bd_fault *fault;
@@ -74,6 +75,10 @@ void bd_edit_settle_removals(struct bd_edit *edit);
 
 // The node above one, BD_NONE at the end. Each such step counts: beyond the limit it is a fault.
 int32_t bd_edit_above(struct bd_edit *edit, int32_t node);
+
+// How many textures of the draft show each picture, to be kept up by who changes that. NULL after a
+// fault.
+uint32_t *bd_edit_picture_users(struct bd_edit *edit);
 
 // The material that primitives without one show, added once it is needed.
 int32_t bd_edit_white_material(struct bd_edit *edit);

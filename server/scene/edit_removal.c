@@ -48,11 +48,12 @@ static void empty_slot(struct bd_edit *edit, enum bd_object_kind kind, uint32_t 
 }
 
 // A texture's picture goes with the last texture that shows it.
-static void drop_picture(struct bd_edit *edit, int32_t picture)
+static void remove_texture(struct bd_edit *edit, uint32_t id)
 {
-    if (picture == BD_NONE) return;
-    for (uint32_t i = 0; i < edit->next.textures; i++)
-        if (edit->draft->textures[i].picture == picture) return;
+    uint32_t *users = bd_edit_picture_users(edit);
+    const int32_t picture = edit->draft->textures[id].picture;
+    empty_slot(edit, BD_OBJECT_TEXTURE, id);
+    if (!users || picture == BD_NONE || --users[picture] > 0) return;
     bd_edit_touch(edit, BD_OBJECT_PICTURE, (uint32_t)picture);
     empty_slot(edit, BD_OBJECT_PICTURE, (uint32_t)picture);
 }
@@ -63,9 +64,10 @@ void bd_edit_remove(struct bd_edit *edit, enum bd_object_kind kind)
     if (id == BD_NONE) return;
     bd_edit_note(edit, &edit->removed, kind, (uint32_t)id);
     edit->has_removed_nodes |= kind == BD_OBJECT_NODE;
-    int32_t picture = kind == BD_OBJECT_TEXTURE ? edit->draft->textures[id].picture : BD_NONE;
-    empty_slot(edit, kind, (uint32_t)id);
-    drop_picture(edit, picture);
+    if (kind == BD_OBJECT_TEXTURE)
+        remove_texture(edit, (uint32_t)id);
+    else
+        empty_slot(edit, kind, (uint32_t)id);
 }
 
 // --- at the end -----------------------------------------------------------------------------

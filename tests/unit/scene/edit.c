@@ -252,6 +252,54 @@ static void textures(void **state)
     bd_scene_release(&w.scene);
 }
 
+// As a file may have it: one more texture that shows the picture of texture 0.
+static int32_t share_picture(struct world *world)
+{
+    const int32_t id = (int32_t)world->scene->texture_count;
+    struct bd_delta delta = {0};
+    struct bd_fault fault = {0};
+    struct bd_scene *after;
+    assert_true(bd_delta_take(&delta, world->scene, BD_OBJECT_TEXTURE, 0));
+    delta.changes[0].id = (uint32_t)id;
+    assert_int_equal(bd_delta_apply(world->scene, &delta, &after, &fault), BD_ERR_OK);
+    bd_delta_finish(&delta);
+    bd_scene_release(&world->scene);
+    world->scene = after;
+    return id;
+}
+
+// Who shows a picture is known at every point of a batch.
+static void a_picture_goes_with_the_last_that_shows_it(void **state)
+{
+    (void)state;
+    struct world w = begin("checker.glb");
+    struct bd_scene *other = load(own_scenes, "checker.glb");
+    struct bd_picture *first = gray_picture(10), *second = gray_picture(20);
+    const int32_t twin = share_picture(&w);
+    const int32_t picture = w.scene->textures[twin].picture;
+    const int32_t imported = (int32_t)w.scene->texture_count;
+    const int32_t pictures = (int32_t)w.scene->picture_count;
+    struct bd_edit_op ops[] = {
+        OP(SET_TEXTURE, .id = twin, .texture = {.given = BD_GIVEN_PICTURE, .picture = first}),
+        OP(IMPORT, .import = {.parent = BD_NONE, .scene = other}),
+        OP(SET_TEXTURE, .id = twin, .texture = {.given = BD_GIVEN_PICTURE, .picture = second}),
+        OP(SET_TEXTURE, .id = 0, .texture = {.given = BD_GIVEN_PICTURE, .picture = first}),
+        OP(SET_MATERIAL, .id = (int32_t)w.scene->material_count,
+           MATERIAL(.given = BD_GIVEN_MAP << BD_MAP_BASE_COLOR)),
+        OP(REMOVE_TEXTURE, .id = imported),
+        OP(REMOVE_TEXTURE, .id = twin),
+    };
+    ops[4].material.textures[BD_MAP_BASE_COLOR] = BD_NONE;
+    edit_all(&w, ops, 7);
+    assert_int_equal(w.scene->textures[0].picture, picture);
+    assert_ptr_equal(w.scene->pictures[picture], first);
+    assert_true(w.scene->pictures[pictures]->is_removed); // the twin's
+    assert_true(w.scene->pictures[pictures + 1 + other->textures[0].picture]->is_removed);
+    bd_picture_release(&first), bd_picture_release(&second);
+    bd_scene_release(&other);
+    bd_scene_release(&w.scene);
+}
+
 // --- nodes ----------------------------------------------------------------------------------
 
 static void nodes(void **state)
@@ -661,6 +709,8 @@ int main(int argc, char **argv)
         cmocka_unit_test(limits),
         cmocka_unit_test(built_meshes),
         cmocka_unit_test(a_zero_is_one_place),
+        cmocka_unit_test(a_picture_goes_with_the_last_that_shows_it),
+
         cmocka_unit_test(ways_up_are_counted),
         cmocka_unit_test(white_is_what_is_still_white),
     };
