@@ -211,6 +211,14 @@ static uint32_t find(const struct bd_delta *delta, enum bd_object_kind kind, uin
     return low;
 }
 
+const struct bd_change *bd_delta_get(const struct bd_delta *delta, enum bd_object_kind kind,
+                                     uint32_t id)
+{
+    uint32_t at = find(delta, kind, id);
+    if (at == delta->count || compare_places(&delta->changes[at], kind, id) != 0) return NULL;
+    return &delta->changes[at];
+}
+
 bool bd_delta_take(struct bd_delta *delta, const struct bd_scene *scene, enum bd_object_kind kind,
                    uint32_t id)
 {

@@ -67,6 +67,10 @@ const char *bd_object_kind_name(enum bd_object_kind kind);
 // The kind's own count among them; NULL of the environment, which has no slots.
 uint32_t *bd_slots_of(struct bd_scene_counts *counts, enum bd_object_kind kind);
 
+// What it says of an object; NULL: nothing. Borrowed.
+const struct bd_change *bd_delta_get(const struct bd_delta *delta, enum bd_object_kind kind,
+                                     uint32_t id);
+
 // Puts the state that the object has in the scene into the delta, in place of one that it has
 // there already. Beyond the scene's objects: removed. False without memory.
 BD_MUST_CHECK

@@ -3,9 +3,10 @@
 // Small things (nodes, materials, lights, cameras) are arrays of the snapshot; heavy things
 // (meshes, images) are shared between snapshots by reference, so that an edit copies only what
 // it touches. An object's id is its index; one that was removed leaves an empty slot (`is_removed`:
-// all zero, referring to nothing, referred to by nothing), so that no id ever means anything else.
-// Angles are radians, lengths metres, light in glTF's photometric units. World
-// positions are double: `upload/` subtracts the scene's own origin before anything becomes float.
+// all zero, referring to nothing, referred to by nothing), so that while the daemon runs no id
+// comes to mean anything else (README.md says what a restart forgets). Angles are radians, lengths
+// metres, light in glTF's photometric units. World positions are double: `upload/` subtracts the
+// scene's own origin before anything becomes float.
 //
 // Thread: built on one thread, published once, then read by all. Retain and release: any thread.
 

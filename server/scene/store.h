@@ -158,8 +158,11 @@ void bd_batch_free(struct bd_batch **batch);
 // --- transient ------------------------------------------------------------------------------
 
 // Lays it over what is shown. What it names was checked against `scene` of the entry. BD_ERR_LIMIT,
-// naming transient_objects; what bd_delta_apply says. A durable batch that touches an object
-// takes its transient state away; one that leaves the rest without meaning takes all.
+// naming transient_objects; BD_ERR_BUSY, naming `ops`, if it adds an object under an id that a
+// batch on its way to the disk has; what bd_delta_apply says. The ids of what it adds are given to
+// nothing else: batches that are checked against the head go around them. A durable batch that
+// touches an object takes its transient state away; one that leaves the rest without meaning, or
+// comes with ids of its own that it has, takes all.
 BD_MUST_CHECK
 enum bd_err bd_store_lay(struct bd_store *store, const char *id, const struct bd_delta *delta,
                          const struct bd_store_entry **out, struct bd_fault *fault);

@@ -3,6 +3,7 @@
 #include "base/assert.h"
 #include "base/clock.h"
 #include "base/log.h"
+#include "scene/derive.h"
 #include "scene/store_parts.h"
 
 // Objects of one scene that can lie transient at once: each may hold a mesh.
@@ -37,6 +38,12 @@ static enum bd_err apply_over(const struct bd_delta *delta, struct bd_scene **sc
     return BD_ERR_OK;
 }
 
+static void drop_with_warning(struct bd_slot *slot, const char *reason)
+{
+    bd_log(BD_LOG_WARN, "scene", "%s: transient changes dropped: %s", slot->shown.id, reason);
+    drop_transient(slot);
+}
+
 // Durable, with what lies over it; without that if it has lost its meaning.
 static void show_again(struct bd_slot *slot)
 {
@@ -45,14 +52,28 @@ static void show_again(struct bd_slot *slot)
     enum bd_err err = apply_over(&slot->committing, &scene, &fault);
     if (!err) err = apply_over(&slot->overlay, &scene, &fault);
     if (err) {
-        bd_log(BD_LOG_WARN, "scene", "%s: transient changes dropped: %s", slot->shown.id,
-               fault.message);
-        drop_transient(slot);
+        drop_with_warning(slot, fault.message);
         bd_scene_release(&scene);
         scene = bd_scene_retain(slot->durable);
     }
     show(slot, scene);
     bd_scene_release(&scene);
+}
+
+// Gives `*scene` the slots that `other` has more, empty: no hash knows them. False without memory.
+static bool keep_slots(struct bd_scene **scene, const struct bd_scene *other)
+{
+    struct bd_scene_counts has = bd_scene_slots(*scene), wants = bd_scene_slots(other);
+    struct bd_delta empty = {0};
+    bool ok = true;
+    for (int k = 0; ok && k < BD_OBJECT_ENVIRONMENT; k++) {
+        enum bd_object_kind kind = (enum bd_object_kind)k;
+        uint32_t count = *bd_slots_of(&wants, kind);
+        if (count > *bd_slots_of(&has, kind)) ok = bd_delta_take(&empty, *scene, kind, count - 1);
+    }
+    ok = ok && apply_over(&empty, scene, NULL) == BD_ERR_OK;
+    bd_delta_finish(&empty);
+    return ok;
 }
 
 // False, and nothing changed, without memory.
@@ -74,16 +95,42 @@ static enum bd_err check_overlay(const struct bd_slot *slot, const struct bd_del
                         TRANSIENT_OBJECTS_MAX);
 }
 
+// What is shown knows nothing of the objects that a batch on its way to the disk adds.
+static enum bd_err check_ids(const struct bd_slot *slot, const struct bd_delta *delta,
+                             struct bd_fault *fault)
+{
+    struct bd_scene_counts shown = bd_scene_slots(slot->shown.scene);
+    struct bd_scene_counts head = bd_scene_slots(slot->head);
+    for (uint32_t i = 0; slot->staged_count > 0 && i < delta->count; i++) {
+        const struct bd_change *change = &delta->changes[i];
+        const uint32_t *count = bd_slots_of(&shown, change->kind);
+        if (count && change->id >= *count && change->id < *bd_slots_of(&head, change->kind))
+            return bd_fault_set(fault, BD_ERR_BUSY, "ops",
+                                "an edit on its way to the disk adds %s %u: ask again",
+                                bd_object_kind_name(change->kind), change->id);
+    }
+    return BD_ERR_OK;
+}
+
+// The ids of what is added are given to nothing else, whatever becomes of it.
+static bool lay_over(struct bd_slot *slot, const struct bd_delta *delta,
+                     const struct bd_scene *shown)
+{
+    return keep_slots(&slot->durable, shown) && keep_slots(&slot->head, shown) &&
+           merge_into(&slot->overlay, delta);
+}
+
 enum bd_err bd_store_lay(struct bd_store *store, const char *id, const struct bd_delta *delta,
                          const struct bd_store_entry **out, struct bd_fault *fault)
 {
     struct bd_slot *slot = bd_slot_get(store, id, fault);
     if (!slot) return BD_ERR_NOT_FOUND;
     enum bd_err err = check_overlay(slot, delta, fault);
+    if (!err) err = check_ids(slot, delta, fault);
     if (err) return err;
     struct bd_scene *scene = bd_scene_retain(slot->shown.scene);
     err = apply_over(delta, &scene, fault);
-    if (!err && !merge_into(&slot->overlay, delta))
+    if (!err && !lay_over(slot, delta, scene))
         err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "", "no memory for the edit");
     if (!err) {
         slot->overlay_batches++;
@@ -153,11 +200,14 @@ static void end_commit(struct bd_slot *slot)
     slot->committing_batches = 0;
 }
 
-static bool touches(const struct bd_delta *delta, const struct bd_change *change)
+// Whether it fills a slot that what lies there has filled too: an undo or a replay comes with ids.
+static bool means_another(const struct bd_slot *slot, const struct bd_batch *batch)
 {
-    for (uint32_t i = 0; i < delta->count; i++)
-        if (delta->changes[i].kind == change->kind && delta->changes[i].id == change->id)
-            return true;
+    for (uint32_t i = 0; i < slot->overlay.count; i++) {
+        const struct bd_change *over = &slot->overlay.changes[i];
+        const struct bd_change *before = bd_delta_get(&batch->inverse, over->kind, over->id);
+        if (before && bd_change_is_removal(before)) return true;
+    }
     return false;
 }
 
@@ -169,7 +219,7 @@ static void forget_touched(struct bd_slot *slot, const struct bd_delta *delta)
     bool ok = true;
     for (uint32_t i = 0; ok && i < slot->overlay.count; i++) {
         const struct bd_change *change = &slot->overlay.changes[i];
-        if (!touches(delta, change))
+        if (!bd_delta_get(delta, change->kind, change->id))
             ok = bd_delta_take(&kept, slot->shown.scene, change->kind, change->id);
     }
     bd_delta_finish(&slot->overlay);
@@ -182,13 +232,16 @@ static void forget_touched(struct bd_slot *slot, const struct bd_delta *delta)
 
 static void publish_revision(struct bd_slot *slot, const struct bd_batch *batch)
 {
-    bd_scene_retain(batch->after);
-    bd_scene_release(&slot->durable);
-    slot->durable = batch->after;
+    struct bd_scene *before = slot->durable;
+    slot->durable = bd_scene_retain(batch->after);
+    if (before) (void)keep_slots(&slot->durable, before); // of what was laid since it was staged
+    bd_scene_release(&before);
     slot->shown.revision = batch->revision;
     slot->is_listed = true;
     if (batch->was_transient)
         end_commit(slot);
+    else if (means_another(slot, batch))
+        drop_with_warning(slot, "their ids are those of other objects now");
     else
         forget_touched(slot, &batch->forward);
     struct bd_store_past past = {batch->revision, batch->of, batch->kind, ""};

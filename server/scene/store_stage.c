@@ -122,7 +122,7 @@ void bd_batch_set_text(char *to, size_t size, const char *text)
     snprintf(to, size, "%s", text ? text : "");
 }
 
-// Applies the batch's forward delta to the head; the batch is freed if that cannot be.
+// Applies the batch's forward delta to the head. After a fault the batch is the caller's to free.
 enum bd_err bd_slot_apply(struct bd_slot *slot, struct bd_batch *batch, struct bd_fault *fault)
 {
     enum bd_err err = bd_delta_apply(slot->head, &batch->forward, &batch->after, fault);

@@ -3,6 +3,7 @@
 
 #include "scene/store.h"
 
+#include "scene/edit.h"
 #include "tests/unit/scene/snapshots.h"
 
 static const char *own_scenes;
@@ -350,6 +351,154 @@ static void a_commit_that_fails_loses_nothing(void **state)
     bd_store_destroy(&world.store);
 }
 
+// --- ids ------------------------------------------------------------------------------------
+
+// A new node, as an operation makes it of `base`.
+static struct bd_delta added_node(const struct bd_scene *base, int32_t light, int32_t *id)
+{
+    const struct bd_edit_op op = {.kind = BD_EDIT_ADD_NODE,
+                                  .node = {.given = BD_GIVEN_NODE_LIGHT, .light = light}};
+    struct bd_delta delta;
+    assert_int_equal(bd_edit_check(base, &op, 1, &bd_edit_default_limits, &delta, id, NULL),
+                     BD_ERR_OK);
+    return delta;
+}
+
+static int32_t stage_node(const struct world *world)
+{
+    const struct bd_scene *head;
+    uint64_t revision;
+    int32_t id;
+    assert_int_equal(bd_store_head(world->store, world->id, &head, &revision, NULL), BD_ERR_OK);
+    struct bd_delta delta = added_node(head, BD_NONE, &id);
+    assert_int_equal(stage_as(world, BD_BATCH_EDIT, 0, NULL, delta, NULL), BD_ERR_OK);
+    return id;
+}
+
+static enum bd_err lay_node(const struct world *world, int32_t light, int32_t *id,
+                            struct bd_fault *fault)
+{
+    const struct bd_store_entry *entry;
+    struct bd_delta delta = added_node(entry_of(world)->scene, light, id);
+    enum bd_err err = bd_store_lay(world->store, world->id, &delta, &entry, fault);
+    bd_delta_finish(&delta);
+    return err;
+}
+
+static bool shows_node(const struct world *world, int32_t id)
+{
+    const struct bd_scene *scene = entry_of(world)->scene;
+    return (uint32_t)id < scene->node_count && !scene->nodes[id].is_removed;
+}
+
+// What one client drags and what another one keeps are two things, in any order.
+static void an_id_is_given_once(void **state)
+{
+    (void)state;
+    struct world world = open_world();
+    int32_t dragged, kept, later;
+    assert_int_equal(lay_node(&world, 0, &dragged, NULL), BD_ERR_OK);
+    kept = stage_node(&world);
+    assert_int_not_equal(kept, dragged);
+    publish_all(world.store);
+    assert_true(shows_node(&world, dragged) && shows_node(&world, kept));
+    assert_int_equal(entry_of(&world)->transient, 1);
+    assert_int_equal(entry_of(&world)->scene->nodes[dragged].light, 0);
+    assert_int_equal(commit(&world)->forward.count, 1);
+    publish_all(world.store);
+    assert_true(shows_node(&world, dragged) && shows_node(&world, kept));
+
+    // Nor by a batch that comes after one that was on its way when it was laid, or failed.
+    dim(&world, 3);
+    assert_int_equal(lay_node(&world, 0, &dragged, NULL), BD_ERR_OK);
+    publish_all(world.store);
+    dim(&world, 4);
+    fail_all(world.store);
+    later = stage_node(&world);
+    assert_int_not_equal(later, dragged);
+    publish_all(world.store);
+    assert_int_equal(entry_of(&world)->transient, 1);
+    assert_true(shows_node(&world, dragged) && shows_node(&world, later));
+    bd_store_destroy(&world.store);
+}
+
+static void an_id_that_was_dropped_is_not_given_again(void **state)
+{
+    (void)state;
+    struct world world = open_world();
+    struct bd_fault fault;
+    int32_t dragged, later;
+    const struct bd_edit_op removal[] = {{.kind = BD_EDIT_REMOVE_NODE, .id = 0}};
+    const struct bd_edit_op below = {.kind = BD_EDIT_ADD_NODE,
+                                     .node = {.given = BD_GIVEN_NODE_PARENT, .parent = 0}};
+    const struct bd_store_entry *entry = entry_of(&world);
+    struct bd_delta delta;
+    uint8_t hash[32];
+    assert_int_equal(
+        bd_edit_check(entry->scene, &below, 1, &bd_edit_default_limits, &delta, &dragged, &fault),
+        BD_ERR_OK);
+    assert_int_equal(bd_store_lay(world.store, world.id, &delta, &entry, &fault), BD_ERR_OK);
+    bd_delta_finish(&delta);
+    const struct bd_scene *head;
+    uint64_t revision;
+    assert_int_equal(bd_store_head(world.store, world.id, &head, &revision, NULL), BD_ERR_OK);
+    assert_int_equal(bd_edit_check(head, removal, 1, &bd_edit_default_limits, &delta, NULL, &fault),
+                     BD_ERR_OK);
+    assert_int_equal(stage_as(&world, BD_BATCH_EDIT, 0, NULL, delta, NULL), BD_ERR_OK);
+    publish_all(world.store);
+    assert_int_equal(entry_of(&world)->transient, 0); // its parent is gone
+    assert_false(shows_node(&world, dragged));
+    memcpy(hash, entry_of(&world)->scene->content_sha256, sizeof hash);
+    assert_int_equal(lay_node(&world, BD_NONE, &later, NULL), BD_ERR_OK);
+    assert_int_not_equal(later, dragged);
+    assert_int_not_equal(stage_node(&world), dragged);
+    fail_all(world.store);
+    // Slots that nothing lies in are in no hash.
+    assert_int_equal(bd_store_head(world.store, world.id, &head, &revision, NULL), BD_ERR_OK);
+    assert_memory_equal(head->content_sha256, hash, sizeof hash);
+    bd_store_destroy(&world.store);
+}
+
+static void an_id_on_its_way_is_waited_for(void **state)
+{
+    (void)state;
+    struct world world = open_world();
+    struct bd_fault fault;
+    int32_t kept = stage_node(&world), dragged;
+    assert_int_equal(lay_node(&world, BD_NONE, &dragged, &fault), BD_ERR_BUSY);
+    assert_string_equal(fault.field, "ops");
+    assert_int_equal(entry_of(&world)->transient, 0);
+    lay(&world, 0, 7); // what adds nothing does not wait
+    publish_all(world.store);
+    assert_int_equal(lay_node(&world, BD_NONE, &dragged, &fault), BD_ERR_OK);
+    assert_int_not_equal(dragged, kept);
+    assert_true(shown_intensity(&world, 0) == 7);
+    bd_store_destroy(&world.store);
+}
+
+// A replay does not ask which ids are free.
+static void states_of_two_objects_are_not_mixed(void **state)
+{
+    (void)state;
+    struct world world = open_world();
+    int32_t dragged, same;
+    const struct bd_scene *head;
+    uint64_t revision;
+    assert_int_equal(bd_store_head(world.store, world.id, &head, &revision, NULL), BD_ERR_OK);
+    struct bd_delta replayed = added_node(head, 1, &same);
+    assert_int_equal(lay_node(&world, 0, &dragged, NULL), BD_ERR_OK);
+    assert_int_equal(same, dragged);
+    lay(&world, 0, 7);
+    assert_int_equal(stage_as(&world, BD_BATCH_EDIT, 0, NULL, replayed, NULL), BD_ERR_OK);
+    publish_all(world.store);
+    assert_int_equal(entry_of(&world)->transient, 0);
+    assert_int_equal(entry_of(&world)->scene->nodes[same].light, 1);
+    assert_true(shown_intensity(&world, 0) != 7);
+    bd_store_destroy(&world.store);
+}
+
+// --- history --------------------------------------------------------------------------------
+
 static void undo_and_redo_find_their_revisions(void **state)
 {
     (void)state;
@@ -426,6 +575,10 @@ int main(int argc, char **argv)
         cmocka_unit_test(a_commit_holds_what_was_laid_and_no_more),
         cmocka_unit_test(a_commit_makes_one_batch_of_them),
         cmocka_unit_test(a_commit_that_fails_loses_nothing),
+        cmocka_unit_test(an_id_is_given_once),
+        cmocka_unit_test(an_id_that_was_dropped_is_not_given_again),
+        cmocka_unit_test(an_id_on_its_way_is_waited_for),
+        cmocka_unit_test(states_of_two_objects_are_not_mixed),
         cmocka_unit_test(undo_and_redo_find_their_revisions),
         cmocka_unit_test(an_edit_id_is_used_once),
     };
