@@ -3,7 +3,7 @@
     options = by_hand.parse(by_hand.parser(__doc__), words)
     by_hand.write({"machine": by_hand.machine(), ...}, options.output)
 
-Importing it makes the harness importable.
+Importing it makes the harness importable, and what measures the machine.
 """
 import argparse
 import json
@@ -13,7 +13,7 @@ import platform
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "clients"))
+sys.path[:0] = [str(ROOT / "clients"), str(ROOT / "deploy")]
 
 # What the harness starts, and where a build has it.
 PROGRAMS = {"BOUNCE": "clients/cli/bounce", "BOUNCED": "server/bounced"}

@@ -12,6 +12,7 @@ import by_hand
 import edit_latency
 import frame_age
 import live
+import machine_speed
 import many_views
 
 
@@ -82,6 +83,18 @@ def test_the_goal_is_told_as_measured_and_as_the_machine_allows():
     lines = list(edit_latency.verdict({"machine": {"times_slower": 2}, "rows": [row]}))
     assert "p50 200 ms, goal 120 ms" in lines[0] and lines[0].endswith("240 ms here: met")
     assert "2.00 times slower" in lines[1] and lines[1].endswith("missed")
+
+
+@pytest.mark.parametrize("slower, budget", [(.5, 1), (2, 2), (9, 3)])
+def test_the_machine_is_told_by_work_that_is_not_ours(slower, budget, tmp_path):
+    """And by no frame: of this build there is nothing that could render one."""
+    program = tmp_path / "tests/tools/machine_speed"
+    program.parent.mkdir(parents=True)
+    program.write_text(f"#!/bin/sh\necho {slower * machine_speed.USUAL_MS}\n")
+    program.chmod(0o755)
+    found = live.machine(tmp_path)
+    assert found["times_slower"] == pytest.approx(slower)
+    assert found["budget_factor"] == pytest.approx(budget)
 
 
 def test_main_rows_get_more_samples():
