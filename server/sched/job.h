@@ -15,13 +15,16 @@ struct bd_job {
     atomic_bool yields;        // its room on the device: it stops, and begins anew later
     uint32_t yield_count;      // render thread
     uint32_t spoilt_count;     // devices that failed under it while another's frame was set aside
+    uint64_t turn_began_ns;    // when it got the device, or got it back. Render thread
     bool has_the_device_alone; // until its end: others find no room beside it. Render thread
+    bool is_given_up;          // ended already, while its frame was set aside. Render thread
     struct bd_job_request request;
     uint64_t deadline_ns;      // 0 = none
     atomic_uint progress_ppm;  // share of the work that is done, in millionths
     atomic_bool checking;      // the work is a spot check, not the frame
     bool render_again;         // the check's verdict, on its way back to the render thread
     struct bd_job_check *check; // NULL unless its error is to be estimated (sched/job_check.h)
+    struct bd_job_result rendered; // what its frame makes, until it is at its end. Render thread
     struct bd_job_result result;
     pthread_mutex_t lock; // of `ended`
     pthread_cond_t ended_changed;

@@ -58,13 +58,26 @@ static bool goes_before(struct bd_job_queue *queue, const struct bd_job *job,
     return *served_at(queue, job) < *served_at(queue, other);
 }
 
-static struct bd_job *take(struct bd_job_queue *queue, uint32_t at)
+static struct bd_job *take_out(struct bd_job_queue *queue, uint32_t at)
 {
     struct bd_job *job = queue->jobs[at];
     queue->count--;
     memmove(queue->jobs + at, queue->jobs + at + 1, (queue->count - at) * sizeof(struct bd_job *));
+    return job;
+}
+
+static struct bd_job *serve(struct bd_job_queue *queue, uint32_t at)
+{
+    struct bd_job *job = take_out(queue, at);
     *served_at(queue, job) = ++queue->clock;
     return job;
+}
+
+struct bd_job *bd_job_queue_take_cancelled(struct bd_job_queue *queue)
+{
+    for (uint32_t i = 0; i < queue->count; i++)
+        if (atomic_load(&queue->jobs[i]->cancelled)) return take_out(queue, i);
+    return NULL;
 }
 
 struct bd_job *bd_job_queue_pop(struct bd_job_queue *queue)
@@ -73,7 +86,7 @@ struct bd_job *bd_job_queue_pop(struct bd_job_queue *queue)
     uint32_t best = 0;
     for (uint32_t i = 1; i < queue->count; i++)
         if (goes_before(queue, queue->jobs[i], queue->jobs[best])) best = i;
-    return take(queue, best);
+    return serve(queue, best);
 }
 
 bool bd_job_queue_has_below(const struct bd_job_queue *queue, int priority)
@@ -93,7 +106,7 @@ bool bd_job_queue_has_above(const struct bd_job_queue *queue, int priority)
 struct bd_job *bd_job_queue_pop_lower(struct bd_job_queue *queue)
 {
     for (uint32_t i = 0; i < queue->count; i++)
-        if (bd_job_queue_has_above(queue, queue->jobs[i]->request.priority)) return take(queue, i);
+        if (bd_job_queue_has_above(queue, queue->jobs[i]->request.priority)) return serve(queue, i);
     return NULL;
 }
 

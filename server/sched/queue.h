@@ -36,6 +36,8 @@ struct bd_job *bd_job_queue_pop(struct bd_job_queue *queue);
 // The job that has waited longest among those below the highest priority in the queue; NULL if all
 // are of one.
 struct bd_job *bd_job_queue_pop_lower(struct bd_job_queue *queue);
+// A job that was cancelled while it waited; NULL if there is none.
+struct bd_job *bd_job_queue_take_cancelled(struct bd_job_queue *queue);
 // Whether a job of lower, or of higher priority than this waits.
 bool bd_job_queue_has_below(const struct bd_job_queue *queue, int priority);
 bool bd_job_queue_has_above(const struct bd_job_queue *queue, int priority);

@@ -8,6 +8,9 @@
 
 // So often may a job begin anew to make room for others: then it is its turn.
 #define YIELDS_MAX 32
+// So long has a job the device before others of its own priority get a turn: one view's first frame
+// of a large scene takes seconds, others' frames much less.
+#define TURN_NS UINT64_C(200000000)
 // How often a job is tried on devices that fail.
 #define ATTEMPTS_MAX 2
 
@@ -16,6 +19,7 @@
 static void begin_running(struct bd_sched *sched, struct bd_job *job)
 {
     job->has_the_device_alone = false;
+    job->turn_began_ns = bd_clock_ns();
     sched->running[sched->running_count++] = job;
 }
 
@@ -44,6 +48,13 @@ static struct bd_job *pop_next(struct bd_sched *sched)
     return lower ? lower : bd_job_queue_pop(&sched->queue);
 }
 
+// Others go before it if their priority is above this.
+static int priority_now(const struct bd_job *job)
+{
+    bool had_its_turn = bd_clock_ns() - job->turn_began_ns > TURN_NS;
+    return job->request.priority - had_its_turn;
+}
+
 // The job for which `job` is set aside between two of its slices; NULL: it goes on.
 static struct bd_job *pop_urgent(struct bd_sched *sched, const struct bd_job *job)
 {
@@ -51,7 +62,7 @@ static struct bd_job *pop_urgent(struct bd_sched *sched, const struct bd_job *jo
     note_time(sched, job);
     bool goes_on = sched->stopping || job->has_the_device_alone ||
                    sched->running_count == BD_FRAMES_MAX || bd_share_keeps_lower(&sched->share) ||
-                   !bd_job_queue_has_above(&sched->queue, job->request.priority);
+                   !bd_job_queue_has_above(&sched->queue, priority_now(job));
     struct bd_job *urgent = goes_on ? NULL : bd_job_queue_pop(&sched->queue);
     if (urgent) begin_running(sched, urgent);
     pthread_mutex_unlock(&sched->lock);
@@ -72,17 +83,17 @@ static enum bd_err render(struct bd_sched *sched, struct bd_job *job)
     struct turn turn = {sched, job};
     enum bd_err err = bd_job_should_stop(job);
     if (err) return err;
-    memset(&job->result.report, 0, sizeof job->result.report);
+    memset(&job->rendered.report, 0, sizeof job->rendered.report);
     return bd_frame_render(&sched->renderer, job->request.scene, &job->request.frame,
-                           between_slices, &turn, job->result.layers, &job->result.report,
-                           &job->result.fault);
+                           between_slices, &turn, job->rendered.layers, &job->rendered.report,
+                           &job->rendered.fault);
 }
 
-static void run_job(struct bd_sched *sched, struct bd_job *job)
+static enum bd_err run_job(struct bd_sched *sched, struct bd_job *job)
 {
     enum bd_err err = BD_ERR_OK;
     for (int attempt = 0; attempt < ATTEMPTS_MAX; attempt++) {
-        err = sched->gpu ? BD_ERR_OK : bd_sched_open_device(sched, 0, &job->result.fault);
+        err = sched->gpu ? BD_ERR_OK : bd_sched_open_device(sched, 0, &job->rendered.fault);
         sched->spoilt_by_other = false;
         if (!err) err = render(sched, job);
         if (!bd_sched_device_is_spoilt(sched)) break;
@@ -90,6 +101,13 @@ static void run_job(struct bd_sched *sched, struct bd_job *job)
         if (!err) break;
         if (sched->spoilt_by_other) attempt--; // whose own attempts are counted
     }
+    return err;
+}
+
+static void take_result(struct bd_job *job, enum bd_err err)
+{
+    job->result = job->rendered;
+    job->rendered = (struct bd_job_result){0};
     job->result.err = err;
     if (err) bd_job_describe_failure(job);
 }
@@ -101,8 +119,8 @@ static void account_memory(struct bd_sched *sched, const struct bd_job *job)
     struct bd_gpu_memory memory;
     bd_gpu_memory(sched->gpu, &memory);
     stats->gpu_memory_mib = (double)memory.used_bytes / (1 << 20);
-    if (job->result.report.memory_gpu_peak_mib > stats->gpu_memory_peak_mib)
-        stats->gpu_memory_peak_mib = job->result.report.memory_gpu_peak_mib;
+    if (job->rendered.report.memory_gpu_peak_mib > stats->gpu_memory_peak_mib)
+        stats->gpu_memory_peak_mib = job->rendered.report.memory_gpu_peak_mib;
 }
 
 // --- jobs, one after the other ---------------------------------------------------------------
@@ -144,17 +162,50 @@ static bool has_yielded(const struct bd_sched *sched, struct bd_job *job)
     return true;
 }
 
-static void finish_job(struct bd_sched *sched, struct bd_job *job)
+static void finish_job(struct bd_sched *sched, struct bd_job *job, enum bd_err err)
 {
     pthread_mutex_lock(&sched->lock);
     note_time(sched, job);
     end_running(sched, job);
     account_memory(sched, job);
-    bool waits_again = has_yielded(sched, job);
+    if (!job->is_given_up) take_result(job, err);
+    bool waits_again = !job->is_given_up && has_yielded(sched, job);
     if (waits_again) bd_job_queue_put_back(&sched->queue, job);
     pthread_mutex_unlock(&sched->lock);
     if (waits_again) return;
-    if (is_at_its_end(sched, job)) bd_sched_end_job(sched, job);
+    if (job->is_given_up)
+        bd_job_drop(job);
+    else if (is_at_its_end(sched, job))
+        bd_sched_end_job(sched, job);
+}
+
+// One that was cancelled, and waits or is set aside, where it could not notice; NULL if there is
+// none.
+static struct bd_job *take_cancelled(struct bd_sched *sched)
+{
+    pthread_mutex_lock(&sched->lock);
+    struct bd_job *job = bd_job_queue_take_cancelled(&sched->queue);
+    for (uint32_t i = 0; !job && i + 1 < sched->running_count; i++) {
+        struct bd_job *aside = sched->running[i];
+        if (aside->is_given_up || !atomic_load(&aside->cancelled)) continue;
+        aside->is_given_up = true;
+        atomic_fetch_add(&aside->reference_count, 1); // its frame's, which has the device later
+        job = aside;
+    }
+    pthread_mutex_unlock(&sched->lock);
+    return job;
+}
+
+// They end now, not after the frames that keep them from running: a view has its next frame
+// rendered when the one it cancelled has ended.
+static void end_cancelled(struct bd_sched *sched)
+{
+    struct bd_job *job;
+    while ((job = take_cancelled(sched)) != NULL) {
+        job->result.err = BD_ERR_CANCELLED;
+        bd_job_describe_failure(job);
+        bd_sched_end_job(sched, job);
+    }
 }
 
 // Waits again, as if it had not run.
@@ -163,7 +214,7 @@ static void put_back(struct bd_sched *sched, struct bd_job *job)
     pthread_mutex_lock(&sched->lock);
     note_time(sched, job);
     end_running(sched, job);
-    job->result.fault = (struct bd_fault){0};
+    job->rendered.fault = (struct bd_fault){0};
     bd_job_queue_put_back(&sched->queue, job);
     pthread_mutex_unlock(&sched->lock);
 }
@@ -187,17 +238,15 @@ static enum bd_err run_urgent(struct bd_sched *sched, struct bd_job *job, struct
     const bool is_spoilt = bd_sched_device_is_spoilt(sched);
     if (is_spoilt && !sched->spoilt_by_other) job->spoilt_count++;
     sched->spoilt_by_other |= is_spoilt;
-    if (err && is_spoilt && job->spoilt_count < ATTEMPTS_MAX) {
+    if (err && is_spoilt && !job->is_given_up && job->spoilt_count < ATTEMPTS_MAX) {
         put_back(sched, job);
         return bd_gpu_status(sched->gpu);
     }
-    if (err == BD_ERR_NO_MEMORY && !is_spoilt) {
+    if (err == BD_ERR_NO_MEMORY && !is_spoilt && !job->is_given_up) {
         put_back(sched, job);
         return make_room(aside);
     }
-    job->result.err = err;
-    if (err) bd_job_describe_failure(job);
-    finish_job(sched, job);
+    finish_job(sched, job, err);
     return bd_gpu_status(sched->gpu);
 }
 
@@ -208,16 +257,19 @@ static enum bd_err between_slices(void *user)
     struct bd_sched *sched = turn->sched;
     struct bd_suspended_frame suspended;
     bool is_aside = false;
+    end_cancelled(sched);
     enum bd_err err = bd_job_should_stop(turn->job);
     struct bd_job *urgent;
     while (!err && (urgent = pop_urgent(sched, turn->job)) != NULL) {
         if (!is_aside) bd_renderer_suspend(&sched->renderer, &suspended);
         is_aside = true;
         err = run_urgent(sched, urgent, turn->job);
+        if (!err) err = bd_job_should_stop(turn->job);
     }
     if (!is_aside) return err;
     bd_renderer_resume(&sched->renderer, &suspended);
-    return err ? err : bd_job_should_stop(turn->job);
+    turn->job->turn_began_ns = bd_clock_ns();
+    return err;
 }
 
 void *bd_sched_render_thread(void *user)
@@ -233,9 +285,9 @@ void *bd_sched_render_thread(void *user)
     pthread_mutex_unlock(&sched->lock);
     struct bd_job *job;
     while (!err && (job = wait_for_job(sched)) != NULL) {
-        run_job(sched, job);
+        enum bd_err ended = run_job(sched, job);
         bd_sched_mend_device(sched);
-        finish_job(sched, job);
+        finish_job(sched, job, ended);
     }
     bd_sched_close_device(sched);
     return NULL;

@@ -4,7 +4,7 @@
 // a queue and threads of their own (sched/reference_runner.h). The others wait in one bounded
 // queue, higher priority first, then owner after owner (sched/queue.h). Cancel and deadlines are
 // checked between slices of about 6 ms; there a frame is also set aside for jobs of higher
-// priority, and goes on afterwards. Lower ones are owed a ninth of the time (sched/share.h). When
+// priority, or of its own once it had the device for a while, and goes on afterwards. Lower ones are owed a ninth of the time (sched/share.h). When
 // the device is lost, or an error sticks to it, the context is rebuilt and the job tried once more.
 //
 // Thread: every function may be called from any thread, unless it says otherwise.
@@ -58,7 +58,9 @@ BD_MUST_CHECK
 enum bd_err bd_sched_submit(struct bd_sched *sched, const struct bd_job_request *request,
                             struct bd_job **out, struct bd_fault *fault);
 
-// Asks a job to stop; it still ends by `done`, with BD_ERR_CANCELLED. Harmless when it has ended.
+// Asks a job to stop; it still ends by `done`, with BD_ERR_CANCELLED, within a slice of whatever is
+// rendered: also one that waits or is set aside. A reference or a check that waits ends when it is
+// its turn. Harmless when it has ended.
 void bd_job_cancel(struct bd_job *job);
 // Share of the stage's work that is done, 0 to 1; stays 0 for what ends in a moment.
 double bd_job_progress(const struct bd_job *job);

@@ -22,6 +22,7 @@
 #define BATCH_SIDE 256
 #define VIEW_SIDE  32
 #define BATCH      0
+#define BETTER     -5 // a better picture of what is shown
 #define VIEW       20
 
 static struct bd_sched *create_sched(uint32_t gpu_memory_mib)
@@ -204,6 +205,77 @@ static void views_without_a_pause_starve_no_batch(void **state)
     bd_scene_release(&scene);
 }
 
+// The first frame of a large scene takes long; another view does not wait for its end.
+static void a_long_frame_gives_its_equals_a_turn(void **state)
+{
+    (void)state;
+    struct bd_sched *sched = create_sched(0);
+    struct bd_scene *scene = create_scene(0), *other = create_scene(.3);
+    const struct bd_job_request large = request_of(scene, BATCH_SIDE, "vpls=6144", VIEW);
+    const struct bd_job_request view = request_of(other, VIEW_SIDE, "vpls=96", VIEW);
+    run(sched, &view);
+    struct bd_job *job = submit_noted(sched, large);
+    sleep_ms(40);
+    const double view_ms = run(sched, &view), next_ms = run(sched, &view);
+    assert_false(atomic_load(&has_ended));
+    const uint64_t then_ns = bd_clock_ns();
+    const double large_ms = end_of(job, then_ns);
+    print_message("    a view's frames took %.0f and %.0f ms beside the first of another, which "
+                  "went on for %.0f ms\n",
+                  view_ms, next_ms, large_ms);
+    bd_sched_destroy(&sched);
+    bd_scene_release(&scene);
+    bd_scene_release(&other);
+}
+
+// Cancels it and waits; returns the milliseconds that took.
+static double end_cancelled(struct bd_job *job)
+{
+    uint64_t start_ns = bd_clock_ns();
+    bd_job_cancel(job);
+    bd_job_wait(job);
+    assert_int_equal(bd_job_result(job)->err, BD_ERR_CANCELLED);
+    assert_int_equal(bd_job_result(job)->report.stopped, BD_STOPPED_CANCELLED);
+    assert_null(bd_job_result(job)->layers[0]);
+    bd_job_release(&job);
+    return bd_ms_since(start_ns);
+}
+
+// One set aside for the batch's frame, one that waits behind it: a view that gives its better
+// picture up does not wait for somebody else's frame.
+static void what_is_cancelled_waits_for_nobody(void **state)
+{
+    (void)state;
+    struct bd_sched *sched = create_sched(0);
+    struct bd_scene *scene = create_scene(0), *other = create_scene(.3);
+    const struct bd_job_request batch = request_of(scene, BATCH_SIDE, "vpls=1536", BATCH);
+    const struct bd_job_request better = request_of(other, BATCH_SIDE, "vpls=1536", BETTER);
+    const struct bd_job_request view = request_of(other, VIEW_SIDE, "vpls=96", VIEW);
+    run(sched, &view);
+    const double batch_ms = run(sched, &batch);
+    struct bd_job *aside = submit(sched, &better);
+    sleep_ms(40);
+    struct bd_job *job = submit_noted(sched, batch), *waiting = submit(sched, &better);
+    sleep_ms(40);
+    const double aside_ms = end_cancelled(aside), waiting_ms = end_cancelled(waiting);
+    const double view_ms = run(sched, &view);
+    assert_false(atomic_load(&has_ended));
+    print_message("    a batch's frame of %.0f ms; a frame aside ended in %.0f ms, one that waited "
+                  "in %.0f, the view's took %.0f\n",
+                  batch_ms, aside_ms, waiting_ms, view_ms);
+    end_of(job, 0);
+    struct bd_job_request last = view;
+    last.priority = BETTER - 1; // begins when nothing else is left
+    run(sched, &last);
+    struct bd_sched_stats stats;
+    bd_sched_stats(sched, &stats);
+    assert_int_equal(stats.jobs_cancelled, 2);
+    assert_int_equal(stats.jobs_running, 0);
+    bd_sched_destroy(&sched);
+    bd_scene_release(&scene);
+    bd_scene_release(&other);
+}
+
 // Two frames that do not fit together: the one aside makes room, and begins anew.
 static void a_frame_aside_makes_room(void **state)
 {
@@ -277,6 +349,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_view_comes_between_the_slices_of_a_batch),
         cmocka_unit_test(views_without_a_pause_starve_no_batch),
+        cmocka_unit_test(a_long_frame_gives_its_equals_a_turn),
+        cmocka_unit_test(what_is_cancelled_waits_for_nobody),
         cmocka_unit_test(a_frame_aside_makes_room),
         cmocka_unit_test(a_device_lost_between_them_fails_neither),
     };
