@@ -16,6 +16,8 @@
 #define BAND_SLICES_MAX          40.0
 // A long draw is cut into parts of no fewer triangles than this.
 #define PART_TRIANGLES_MIN 1024.0
+// Between parts a slice that has lasted its time ends, whatever was expected of its triangles.
+#define PARTS_PER_SLICE 4.0
 
 static bool needs_alpha(const struct bd_material *m)
 {
@@ -236,6 +238,13 @@ static double all_triangle_units(const struct bd_scene_draws *draws)
     return units;
 }
 
+static const char *kind_of(const struct bd_scene_draws *draws, double per_unit)
+{
+    const bool by_pixels = per_unit > 2;
+    if (draws->surface) return by_pixels ? "draws surface" : "draws surface triangles";
+    return by_pixels ? "draws ids" : "draws id triangles";
+}
+
 // Of `rows` rows. Their pixels are spread evenly over the triangles, for want of better knowledge.
 static enum bd_err record_band(struct bd_gpu *gpu, const struct bd_scene_draws *draws,
                                const struct bd_view *view, const struct bd_buf *instances,
@@ -243,16 +252,18 @@ static enum bd_err record_band(struct bd_gpu *gpu, const struct bd_scene_draws *
 {
     double pixel_units = units_per_pixel(draws) * draws->viewpoint->width_px * rows;
     double per_unit = 1 + pixel_units / fmax(all_triangle_units(draws), 1);
+    // Triangles and pixels have paces of their own.
+    bd_slicer_work(slicer, kind_of(draws, per_unit));
     double units = 0, units_per_slice = bd_slicer_units(slicer);
-    double triangles_max =
-        fmax(units_per_slice / (UNITS_PER_TRIANGLE * per_unit), PART_TRIANGLES_MIN);
+    double triangles_max = fmax(units_per_slice / PARTS_PER_SLICE / (UNITS_PER_TRIANGLE * per_unit),
+                                PART_TRIANGLES_MIN);
     for (uint32_t d = 0; d < draws->scene->draw_count; d++) {
         const struct bd_scene_draw *draw = &draws->scene->draws[d];
         struct part part = {0};
         while (next_part(draw, triangles_max, &part)) {
             enum bd_err err = record_part(gpu, draws, draw, &part, view, instances, fault);
             units += part_units(&part) * per_unit;
-            if (!err && units >= units_per_slice) {
+            if (!err && (units >= units_per_slice || bd_slicer_is_over(slicer))) {
                 err = bd_slicer_checkpoint(slicer, units);
                 units = 0;
             }

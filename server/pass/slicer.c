@@ -1,5 +1,6 @@
 #include "pass/slicer.h"
 
+#include <math.h>
 #include <string.h>
 
 #include "base/assert.h"
@@ -83,12 +84,13 @@ bool bd_slicer_next_tile(struct bd_slicer *slicer, double units_per_pixel, uint3
 static void learn(struct bd_slicer *slicer, double units, double ms)
 {
     bool is_large = units >= LEARNING_SHARE_MIN * bd_slicer_units(slicer);
-    if (units <= 0 || ms < LEARNING_MS_MIN || !is_large) return;
+    if (units <= 0 || !is_large) return;
     double *known = &slicer->kinds[slicer->kind].units_per_ms;
-    double measured = units / ms;
-    // At most four times faster or slower a slice: one page fault must not set the pace.
-    double low = *known * 0.25, high = *known * 4;
-    *known = measured < low ? low : measured > high ? high : measured;
+    double measured = units / fmax(ms, LEARNING_MS_MIN);
+    if (ms < LEARNING_MS_MIN && measured < *known) return; // it may be faster, but not slower
+    // At most four times slower or twice as fast a slice: one page fault must not set the pace, and
+    // triangles that are culled say little of those behind them.
+    *known = fmin(fmax(measured, *known * 0.25), *known * 2);
 }
 
 static double slice_ms(const struct bd_slicer *slicer)
@@ -97,10 +99,15 @@ static double slice_ms(const struct bd_slicer *slicer)
     return bd_ms_since(slicer->slice_start_ns) - compile_ms;
 }
 
+bool bd_slicer_is_over(const struct bd_slicer *slicer)
+{
+    return slice_ms(slicer) >= SLICE_MS;
+}
+
 enum bd_err bd_slicer_pause(void *user)
 {
     struct bd_slicer *slicer = user;
-    return slice_ms(slicer) < SLICE_MS ? BD_ERR_OK : bd_slicer_checkpoint(slicer, 0);
+    return bd_slicer_is_over(slicer) ? bd_slicer_checkpoint(slicer, 0) : BD_ERR_OK;
 }
 
 enum bd_err bd_slicer_checkpoint(struct bd_slicer *slicer, double units)

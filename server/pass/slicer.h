@@ -63,6 +63,9 @@ struct bd_tile {
 bool bd_slicer_next_tile(struct bd_slicer *slicer, double units_per_pixel, uint32_t width_px,
                          uint32_t height_px, struct bd_tile *tile);
 
+// Whether the slice has lasted its time already, as far as the host can tell.
+bool bd_slicer_is_over(const struct bd_slicer *slicer);
+
 // For loops of the host's: a checkpoint, if the slice has lasted its time already. `user` is the
 // slicer.
 BD_MUST_CHECK
