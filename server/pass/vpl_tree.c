@@ -11,6 +11,7 @@
 // Of the slicer, one for each evaluation of a VPL.
 #define UNITS_PER_NODE  100.0
 #define NODES_PER_GROUP 64u
+#define GROUPS_MAX      65535u // of one dispatch
 
 static bool is_power_of_two(uint32_t n)
 {
@@ -102,6 +103,7 @@ static enum bd_err build_level(const struct bd_pass_context *context,
     for (uint32_t first = 0; first < nodes;) {
         uint32_t groups = bd_slicer_rows(context->slicer, units,
                                          (nodes - first + NODES_PER_GROUP - 1) / NODES_PER_GROUP);
+        if (groups > GROUPS_MAX) groups = GROUPS_MAX;
         uint32_t most = groups * NODES_PER_GROUP, left = nodes - first;
         uint32_t count = left < most ? left : most;
         dispatch(context, inputs, program, tree, level, first, count);

@@ -32,6 +32,8 @@ struct param_row {
 #define NO_TECHNIQUE "none"
 #define ALL_LIGHTS   7
 #define SPP_MAX      (1u << 24)
+// One dispatch tests a list: 65,535 groups of BD_SUBSPLAT_GROUP blocks.
+#define SUBSPLATS_MAX (65535u * 64)
 
 #define FIELD(name) offsetof(struct bd_params, name)
 
@@ -70,8 +72,8 @@ static const struct param_row table[BD_PARAM_COUNT] = {
                                      0, 1e12, 0.25, {0}},
     [BD_PARAM_MATERIAL_THRESHOLD] = {"material_threshold", PARAM_REAL, FIELD(material_threshold),
                                      0, 1, 0.1, {0}},
-    [BD_PARAM_SUBSPLAT_LIMIT] = {"subsplat_limit", PARAM_COUNT, FIELD(subsplat_limit), 64, 1u << 22,
-                                 1u << 18, {0}},
+    [BD_PARAM_SUBSPLAT_LIMIT] = {"subsplat_limit", PARAM_COUNT, FIELD(subsplat_limit), 64,
+                                 SUBSPLATS_MAX, 1u << 18, {0}},
     [BD_PARAM_CLUSTER_LEVELS] = {"cluster_levels", PARAM_COUNT, FIELD(cluster_levels), 0, 12, 3,
                                  {0}},
     [BD_PARAM_CLUSTER_DEPTH_THRESHOLD] = {"cluster_depth_threshold", PARAM_REAL,
