@@ -380,6 +380,7 @@ enum bd_err bd_frame_render(struct bd_renderer *renderer, struct bd_scene *scene
         // Other scenes' and views' outputs stood in the way: once more with the room to itself.
         destroy_images(layers);
         *report = planned;
+        frame.subsplats_limited = false;
         err = run_frame(&frame, layers);
     }
     bd_memo_end_frame(renderer->memo);

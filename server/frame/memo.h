@@ -1,8 +1,8 @@
 // Memo: outputs of passes by the hash of everything that they were made from.
 //
 // Same key, same output: the pass need not run. Outputs are destroyed least recently used first,
-// when the memo is over its budget or the device is short of memory; never while a frame that has
-// not ended uses them.
+// when the memo is over its budget or has some thousands of them, or the device is short of memory;
+// never while a frame that has not ended uses them.
 //
 // A frame may begin while another is set aside, and ends before that one goes on. What the one
 // forgets the other may still use: it is found no more, and destroyed when its last user ends.

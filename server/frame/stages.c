@@ -94,8 +94,7 @@ enum bd_err bd_stage_upload(struct bd_frame *frame)
         enum bd_err err =
             bd_gpu_scene_create(&renderer->uploader, frame->snapshot, &frame->scene, frame->fault);
         if (err) return err;
-        // Its meshes and textures are shared and counted by the device; what it owns is triangles.
-        bd_memo_store(renderer->memo, key, frame->scene, bd_buf_size_bytes(frame->scene->triangles),
+        bd_memo_store(renderer->memo, key, frame->scene, bd_gpu_scene_own_bytes(frame->scene),
                       destroy_scene);
     }
     // The light unit follows the lights, which the uploaded scene does not depend on.

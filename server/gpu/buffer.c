@@ -10,19 +10,24 @@ static size_t padded_bytes(size_t size_bytes)
     return (size_bytes + 15) & ~(size_t)15;
 }
 
-static void upload_initial(struct bd_buf *buf, size_t padded, const void *initial)
+enum content { CONTENT_UNSET, CONTENT_ZERO, CONTENT_GIVEN };
+
+static void set_content(struct bd_buf *buf, size_t padded, enum content content,
+                        const void *initial)
 {
-    if (!initial || padded != buf->size_bytes)
+    if (content == CONTENT_ZERO || (content == CONTENT_GIVEN && padded != buf->size_bytes))
         glClearNamedBufferData(buf->id, GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, NULL);
-    if (initial) glNamedBufferSubData(buf->id, 0, (GLsizeiptr)buf->size_bytes, initial);
+    if (content == CONTENT_GIVEN)
+        glNamedBufferSubData(buf->id, 0, (GLsizeiptr)buf->size_bytes, initial);
 }
 
-static bool make_buffer(struct bd_gpu *gpu, struct bd_buf *buf, size_t padded, const void *initial)
+static bool make_buffer(struct bd_gpu *gpu, struct bd_buf *buf, size_t padded, enum content content,
+                        const void *initial)
 {
     glCreateBuffers(1, &buf->id);
     glNamedBufferStorage(buf->id, (GLsizeiptr)padded, NULL, GL_DYNAMIC_STORAGE_BIT);
     if (bd_gpu_take_error() == GL_NO_ERROR) {
-        upload_initial(buf, padded, initial);
+        set_content(buf, padded, content, initial);
         if (gpu->arrays_are_textures) {
             glCreateTextures(GL_TEXTURE_BUFFER, 1, &buf->texel_view);
             glTextureBuffer(buf->texel_view, GL_RGBA32F, buf->id);
@@ -34,8 +39,9 @@ static bool make_buffer(struct bd_gpu *gpu, struct bd_buf *buf, size_t padded, c
     return false;
 }
 
-enum bd_err bd_buf_create(struct bd_gpu *gpu, const char *name, size_t size_bytes,
-                          const void *initial, struct bd_buf **out, struct bd_fault *fault)
+static enum bd_err create(struct bd_gpu *gpu, const char *name, size_t size_bytes,
+                          enum content content, const void *initial, struct bd_buf **out,
+                          struct bd_fault *fault)
 {
     BD_ASSERT_CMP(size_bytes, >, 0);
     *out = NULL;
@@ -44,7 +50,7 @@ enum bd_err bd_buf_create(struct bd_gpu *gpu, const char *name, size_t size_byte
     if (err) return err;
     struct bd_buf *buf = calloc(1, sizeof *buf);
     if (buf) *buf = (struct bd_buf){.name = name, .size_bytes = size_bytes};
-    if (!buf || !make_buffer(gpu, buf, padded, initial)) {
+    if (!buf || !make_buffer(gpu, buf, padded, content, initial)) {
         free(buf);
         bd_gpu_release(gpu, padded);
         return bd_fault_set(fault, bd_gpu_why_not_made(gpu), name,
@@ -53,6 +59,19 @@ enum bd_err bd_buf_create(struct bd_gpu *gpu, const char *name, size_t size_byte
     glObjectLabel(GL_BUFFER, buf->id, -1, name);
     *out = buf;
     return BD_ERR_OK;
+}
+
+enum bd_err bd_buf_create(struct bd_gpu *gpu, const char *name, size_t size_bytes,
+                          const void *initial, struct bd_buf **out, struct bd_fault *fault)
+{
+    return create(gpu, name, size_bytes, initial ? CONTENT_GIVEN : CONTENT_ZERO, initial, out,
+                  fault);
+}
+
+enum bd_err bd_buf_create_unset(struct bd_gpu *gpu, const char *name, size_t size_bytes,
+                                struct bd_buf **out, struct bd_fault *fault)
+{
+    return create(gpu, name, size_bytes, CONTENT_UNSET, NULL, out, fault);
 }
 
 void bd_buf_destroy(struct bd_gpu *gpu, struct bd_buf **buf)

@@ -117,6 +117,11 @@ void bd_tex_clear(struct bd_gpu *gpu, struct bd_tex *tex, const float value[4]);
 BD_MUST_CHECK
 enum bd_err bd_buf_create(struct bd_gpu *gpu, const char *name, size_t size_bytes,
                           const void *initial, struct bd_buf **out, struct bd_fault *fault);
+// Without clearing it, which takes its time for a hundred megabytes: every byte that is read must
+// have been written first.
+BD_MUST_CHECK
+enum bd_err bd_buf_create_unset(struct bd_gpu *gpu, const char *name, size_t size_bytes,
+                                struct bd_buf **out, struct bd_fault *fault);
 void bd_buf_destroy(struct bd_gpu *gpu, struct bd_buf **buf); // takes NULL
 size_t bd_buf_size_bytes(const struct bd_buf *buf);
 void bd_buf_upload(struct bd_gpu *gpu, struct bd_buf *buf, size_t offset, const void *bytes,

@@ -79,11 +79,11 @@ static enum bd_err upload_mesh(struct bd_uploader *uploader, const struct bd_mes
 {
     size_t vertex_bytes, index_bytes;
     lay_out(mesh, to->primitives, &vertex_bytes, &index_bytes);
-    enum bd_err err = bd_buf_create(uploader->gpu, "mesh vertices", vertex_bytes ? vertex_bytes : 4,
-                                    NULL, &to->vertices, fault);
+    enum bd_err err = bd_buf_create_unset(uploader->gpu, "mesh vertices",
+                                          vertex_bytes ? vertex_bytes : 4, &to->vertices, fault);
     if (!err)
-        err = bd_buf_create(uploader->gpu, "mesh indices", index_bytes ? index_bytes : 4, NULL,
-                            &to->indices, fault);
+        err = bd_buf_create_unset(uploader->gpu, "mesh indices", index_bytes ? index_bytes : 4,
+                                  &to->indices, fault);
     for (uint32_t p = 0; !err && p < mesh->primitive_count; p++)
         err = upload_primitive(uploader, &mesh->primitives[p], to, &to->primitives[p]);
     return err;

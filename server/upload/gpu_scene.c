@@ -196,8 +196,10 @@ static enum bd_err build_triangles(struct bd_uploader *uploader, struct bd_gpu_s
         return bd_fault_set(fault, BD_ERR_LIMIT, "scene",
                             "%llu triangles, instanced; this device can address %llu",
                             (unsigned long long)count, (unsigned long long)most);
-    enum bd_err err = bd_buf_create(gpu, "triangles", (count ? count : 1) * triangle_bytes, NULL,
-                                    &scene->triangles, fault);
+    if (count == 0)
+        return bd_buf_create(gpu, "triangles", triangle_bytes, NULL, &scene->triangles, fault);
+    enum bd_err err =
+        bd_buf_create_unset(gpu, "triangles", count * triangle_bytes, &scene->triangles, fault);
     return err ? err : upload_triangles(uploader, scene);
 }
 
@@ -333,6 +335,26 @@ void bd_gpu_scene_destroy(struct bd_uploader *uploader, struct bd_gpu_scene **sc
     free(s->pictures);
     bd_scene_release(&s->scene);
     free(s);
+}
+
+static uint64_t snapshot_bytes(const struct bd_scene *scene)
+{
+    return (uint64_t)scene->node_count * sizeof *scene->nodes +
+           (uint64_t)scene->material_count * sizeof *scene->materials +
+           (uint64_t)scene->texture_count * sizeof *scene->textures +
+           (uint64_t)scene->light_count * sizeof *scene->lights +
+           (uint64_t)scene->camera_count * sizeof *scene->cameras +
+           (uint64_t)scene->instance_count * sizeof *scene->instances +
+           (uint64_t)scene->mesh_count * sizeof *scene->meshes +
+           (uint64_t)scene->picture_count * sizeof *scene->pictures;
+}
+
+uint64_t bd_gpu_scene_own_bytes(const struct bd_gpu_scene *scene)
+{
+    const uint64_t of_instance = sizeof *scene->instance_order + sizeof(uint32_t);
+    return bd_buf_size_bytes(scene->triangles) + scene->draw_count * sizeof *scene->draws +
+           scene->instance_count * of_instance + scene->mesh_count * sizeof *scene->meshes +
+           scene->picture_count * sizeof *scene->pictures + snapshot_bytes(scene->scene);
 }
 
 #define INSTANCES_PER_PIECE 4096u

@@ -98,6 +98,9 @@ BD_MUST_CHECK
 enum bd_err bd_gpu_scene_create(struct bd_uploader *uploader, struct bd_scene *scene,
                                 struct bd_gpu_scene **out, struct bd_fault *fault);
 void bd_gpu_scene_destroy(struct bd_uploader *uploader, struct bd_gpu_scene **scene);
+// What it alone keeps, on the device and on the host: triangles, draws and the snapshot's objects.
+// Meshes and textures, which scenes share, are counted by the device.
+uint64_t bd_gpu_scene_own_bytes(const struct bd_gpu_scene *scene);
 
 // The texture behind a reference; NULL if it has none (then the factor stands alone).
 const struct bd_tex *bd_gpu_scene_texture(const struct bd_gpu_scene *scene,
