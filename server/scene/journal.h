@@ -44,7 +44,7 @@
 // The write-ahead log is copied into the file by the first commit that finds it this long.
 #define BD_JOURNAL_LOG_PAGES   512
 #define BD_JOURNAL_PAGE_BYTES  4096
-#define BD_JOURNAL_CACHE_BYTES (8u << 20)
+#define BD_JOURNAL_CACHE_BYTES (2u << 20)
 
 struct bd_journal;
 
