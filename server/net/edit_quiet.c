@@ -1,6 +1,7 @@
 // What lies transient becomes durable by itself, once nobody has added to it for a second.
 
 #include "base/clock.h"
+#include "base/log.h"
 #include "net/commit.h"
 #include "net/edit_step.h"
 #include "net/edit_work.h"
@@ -12,26 +13,49 @@ static void on_quiet(uv_timer_t *timer)
     bd_edit_commit_quiet(timer->data, false);
 }
 
-void bd_edit_watch_quiet(struct bd_net *net)
+static void look_in(struct bd_net *net, uint64_t wait_ns)
 {
     net->quiet_timer.data = net;
-    uv_timer_start(&net->quiet_timer, on_quiet, QUIET_NS / 1000000, 0);
+    uv_timer_start(&net->quiet_timer, on_quiet, wait_ns / 1000000 + 1, 0);
+}
+
+// One timer for all scenes: a drag that put it off would do so for everybody.
+void bd_edit_watch_quiet(struct bd_net *net)
+{
+    if (!uv_is_active((uv_handle_t *)&net->quiet_timer)) look_in(net, QUIET_NS);
+}
+
+// What goes by itself is not worth a word: an edit on its way to the disk, a scene that leaves.
+static void warn(const char *scene_id, const struct bd_fault *fault)
+{
+    if (fault->err == BD_ERR_BUSY || fault->err == BD_ERR_NOT_FOUND) return;
+    bd_log(BD_LOG_WARN, "net", "%s: transient changes stay so for now: %s", scene_id,
+           fault->message);
+}
+
+// How long until the scene is to be looked at again; UINT64_MAX: there is no need.
+static uint64_t commit_one(struct bd_net *net, const struct bd_store_entry *entry, bool all)
+{
+    struct bd_batch *batch = NULL;
+    struct bd_fault fault = {0};
+    const uint64_t quiet_ns = bd_clock_ns() - entry->transient_ns;
+    if (entry->transient == 0) return UINT64_MAX;
+    if (!all && quiet_ns < QUIET_NS) return QUIET_NS - quiet_ns;
+    if (bd_store_stage_commit(net->options.store, entry->id, NULL, &batch, &fault)) {
+        warn(entry->id, &fault);
+        return QUIET_NS;
+    }
+    if (batch) bd_commit_soon(net);
+    return UINT64_MAX;
 }
 
 void bd_edit_commit_quiet(struct bd_net *net, bool all)
 {
-    struct bd_store *store = net->options.store;
-    bool ask_again = false;
+    const struct bd_store *store = net->options.store;
+    uint64_t soonest_ns = UINT64_MAX;
     for (uint32_t i = 0; i < bd_store_count(store); i++) {
-        const struct bd_store_entry *entry = bd_store_at(store, i);
-        struct bd_batch *batch = NULL;
-        struct bd_fault fault;
-        if (entry->transient == 0) continue;
-        bool is_quiet = bd_clock_ns() - entry->transient_ns >= QUIET_NS * 9 / 10;
-        enum bd_err err = BD_ERR_OK;
-        if (all || is_quiet) err = bd_store_stage_commit(store, entry->id, NULL, &batch, &fault);
-        if (batch) bd_commit_soon(net);
-        ask_again |= !is_quiet || err == BD_ERR_BUSY;
+        uint64_t wait_ns = commit_one(net, bd_store_at(store, i), all);
+        if (wait_ns < soonest_ns) soonest_ns = wait_ns;
     }
-    if (ask_again && !all) bd_edit_watch_quiet(net);
+    if (soonest_ns != UINT64_MAX && !all) look_in(net, soonest_ns);
 }

@@ -287,6 +287,18 @@ def test_quiet_commits(scene):
     assert scene.get().revision == 2 and scene.intensity() == 4
 
 
+def test_a_scene_is_quiet_while_another_is_dragged(scene):
+    other = Scene(scene.daemon)
+    scene.dim(4, durability="transient")
+    until = time.time() + 4
+    while scene.get().revision == 1 and time.time() < until:
+        other.dim(5, durability="transient")
+        time.sleep(.05)
+    assert scene.get().revision == 2 and scene.intensity() == 4
+    assert (other.get().revision, other.intensity()) == (1, 5)
+    other.client.close()
+
+
 def test_undo_in_a_drag_takes_the_drag_back(scene):
     before = scene.get().hash
     scene.dim(4, durability="transient")
