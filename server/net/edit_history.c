@@ -46,19 +46,34 @@ static void read_delta_back(struct bd_journal_turn *turn)
     bd_edits_go_on(net);
 }
 
+// Published: it begins anew, once all who wait are asked. Refused: nothing is taken back from
+// beneath what still lies there.
+static void on_settled(struct bd_commit_waiter *waiter, const struct bd_batch *batch,
+                       enum bd_err err, const struct bd_fault *fault)
+{
+    struct bd_edit_work *work = (struct bd_edit_work *)waiter;
+    (void)batch;
+    work->place.has_begun = false;
+    if (!err) return;
+    work->command->err = err;
+    work->command->fault = *fault;
+    bool stopped = bd_edit_stop_here(work);
+    BD_ASSERT(stopped);
+}
+
 // What lies transient is the last thing that was done: it is committed before anything is taken
-// back. False: wait for that, or for what else is on its way.
-static bool is_settled(struct bd_edit_work *work)
+// back. True: it is on its way, and `work` hears of it.
+static bool settle(struct bd_edit_work *work)
 {
     struct bd_command *command = work->command;
-    struct bd_store *store = command->net->options.store;
     struct bd_batch *batch = NULL;
-    if (bd_store_is_busy(store, work->place.scene_id)) return false;
-    command->err =
-        bd_store_stage_commit(store, work->place.scene_id, NULL, &batch, &command->fault);
-    if (command->err) return true; // ends it
-    if (batch) bd_commit_soon(command->net);
-    return !bd_store_is_busy(store, work->place.scene_id);
+    command->err = bd_store_stage_commit(command->net->options.store, work->place.scene_id, NULL,
+                                         &batch, &command->fault);
+    if (command->err || !batch) return false;
+    work->waiter.done = on_settled;
+    batch->user = &work->waiter;
+    bd_commit_soon(command->net);
+    return true;
 }
 
 static bool begin_past(struct bd_edit_work *work, uint64_t base_revision)
@@ -66,7 +81,8 @@ static bool begin_past(struct bd_edit_work *work, uint64_t base_revision)
     struct bd_command *command = work->command;
     const struct bd_store *store = command->net->options.store;
     const struct bd_scene *head = NULL;
-    if (!is_settled(work)) return false;
+    if (bd_store_is_busy(store, work->place.scene_id)) return false;
+    if (settle(work)) return true;
     if (!command->err && work->kind != BD_BATCH_REVERT)
         command->err = bd_store_undo_target(
             store, work->place.scene_id, work->kind == BD_BATCH_REDO, &work->of, &command->fault);
@@ -146,6 +162,8 @@ bool bd_edit_begin_commit(struct bd_edit_work *work)
     enum bd_err err = bd_store_stage_commit(store, work->place.scene_id, work->client_edit_id,
                                             &batch, &command->fault);
     if (err == BD_ERR_BUSY) return false;
+    // What lay there may be on its way already, by itself: it is answered for, too.
+    if (!err && !batch && bd_store_is_busy(store, work->place.scene_id)) return false;
     command->err = err;
     if (bd_edit_stop_here(work)) return true;
     if (batch) {

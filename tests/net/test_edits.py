@@ -8,7 +8,7 @@ import time
 
 import bounced_pb2
 import pytest
-from conftest import SCENES, Daemon, Framed, blob_name
+from conftest import SCENES, Daemon, Framed, blob_name, pack
 
 pb = bounced_pb2
 
@@ -299,6 +299,17 @@ def test_a_scene_is_quiet_while_another_is_dragged(scene):
     other.client.close()
 
 
+def test_a_commit_answers_for_what_is_on_its_way(scene):
+    """Both arrive in one turn of the loop: nothing lies transient, and the edit is not on the disk."""
+    bodies = [{"edit_batch": pb.EditBatch(scene=scene.id, ops=[
+        pb.EditOp(set_light=pb.LightEdit(light=0, intensity=6))])},
+        {"edit_commit": pb.EditCommit(scene=scene.id)}]
+    envelopes = [pb.Envelope(request_id=100 + i, **body) for i, body in enumerate(bodies)]
+    scene.client.sock.sendall(b"".join(pack(envelope) for envelope in envelopes))
+    answers = [scene.client.receive()[0] for _ in envelopes]
+    assert [(a.request_id, a.edit_reply.revision) for a in answers] == [(100, 2), (101, 2)]
+
+
 def test_undo_in_a_drag_takes_the_drag_back(scene):
     before = scene.get().hash
     scene.dim(4, durability="transient")
@@ -469,6 +480,21 @@ def test_what_lies_transient_outlives_a_full_disk(full):
     while full.get().revision == 1 and time.time() < until:
         time.sleep(.1)
     assert full.get().revision == 2 and full.intensity() == 5
+
+
+@pytest.mark.parametrize("body", [
+    {"edit_undo": {}}, {"edit_undo": {"redo": True}}, {"edit_revert": {"revision": 1}}])
+def test_nothing_is_taken_back_from_beneath_a_drag_that_a_full_disk_refuses(full, body):
+    full.dim(2)
+    full.dim(4, durability="transient")
+    full.limit(True)
+    (name, fields), = body.items()
+    answer = full.client.ask(pb.Envelope(**{name: {"scene": full.id, **fields}}))[0]
+    assert fault_of(answer)[0] in ("io", "limit"), answer.error
+    assert (full.get().revision, full.intensity()) == (2, 4)
+    full.limit(False)
+    assert full.undo().edit_reply.revision == 4  # of the drag, which is revision 3
+    assert full.intensity() == 2
 
 
 def test_a_daemon_with_a_full_disk_still_ends(full):
