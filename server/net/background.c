@@ -20,7 +20,7 @@ struct bd_background_thread {
     struct bd_background_thread *next; // in `done`, then in `ending`
 };
 
-static void begin_waiting(struct bd_net *net);
+static void begin_waiting(struct bd_net *net, enum bd_background_lane lane);
 
 static void *thread_main(void *user)
 {
@@ -57,9 +57,10 @@ static void join_ending(struct bd_background_state *state, bool waits)
 static void come_back(struct bd_background *work)
 {
     struct bd_net *net = work->net;
-    net->background.count--;
+    const enum bd_background_lane lane = work->lane;
+    net->background.lanes[lane].count--;
     work->back(work);
-    begin_waiting(net);
+    begin_waiting(net, lane);
 }
 
 static void on_done(uv_poll_t *poll, int status, int events)
@@ -86,7 +87,7 @@ static void begin(struct bd_background *work)
     struct bd_background_thread *thread = malloc(sizeof *thread);
     BD_ASSERT(thread);
     *thread = (struct bd_background_thread){.net = work->net, .work = work};
-    work->net->background.count++;
+    work->net->background.lanes[work->lane].count++;
     if (work->begun) work->begun(work);
     work->has_failed = pthread_create(&thread->thread, NULL, thread_main, thread) != 0;
     if (!work->has_failed) return;
@@ -94,12 +95,13 @@ static void begin(struct bd_background *work)
     come_back(work);
 }
 
-static void begin_waiting(struct bd_net *net)
+static void begin_waiting(struct bd_net *net, enum bd_background_lane lane)
 {
-    struct bd_background_state *state = &net->background;
-    while (state->waiting && state->count < net->options.limits.imports_at_once) {
-        struct bd_background *work = state->waiting;
-        state->waiting = work->next;
+    struct bd_background **waiting = &net->background.lanes[lane].waiting;
+    const uint32_t *count = &net->background.lanes[lane].count;
+    while (*waiting && *count < net->options.limits.imports_at_once) {
+        struct bd_background *work = *waiting;
+        *waiting = work->next;
         work->is_waiting = false;
         begin(work);
     }
@@ -107,19 +109,19 @@ static void begin_waiting(struct bd_net *net)
 
 void bd_background_start(struct bd_net *net, struct bd_background *work)
 {
-    struct bd_background **last = &net->background.waiting;
+    struct bd_background **last = &net->background.lanes[work->lane].waiting;
     while (*last) last = &(*last)->next;
     *last = work;
     work->net = net;
     work->next = NULL;
     work->is_waiting = true;
-    begin_waiting(net);
+    begin_waiting(net, work->lane);
 }
 
 bool bd_background_drop(struct bd_background *work)
 {
     if (!work->is_waiting) return false;
-    struct bd_background **at = &work->net->background.waiting;
+    struct bd_background **at = &work->net->background.lanes[work->lane].waiting;
     while (*at != work) at = &(*at)->next;
     *at = work->next;
     work->is_waiting = false;
@@ -140,7 +142,8 @@ void bd_background_begin(struct bd_net *net)
 
 void bd_background_close(struct bd_net *net)
 {
-    BD_ASSERT_CMP(net->background.count, ==, 0);
+    for (int lane = 0; lane < BD_BACKGROUND_LANES; lane++)
+        BD_ASSERT_CMP(net->background.lanes[lane].count, ==, 0);
     uv_close((uv_handle_t *)&net->background.done_poll, NULL);
 }
 

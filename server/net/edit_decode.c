@@ -338,20 +338,59 @@ enum bd_err bd_edit_decode(size_t index, const Bounced__EditOp *op, struct bd_ed
     return at.err;
 }
 
-bool bd_edit_is_heavy(const Bounced__EditOp *op)
+// --- weight -----------------------------------------------------------------------------------
+
+static bool names_blob(const Bounced__PrimitiveEdit *primitive)
+{
+    const Bounced__Data *const streams[] = {
+        primitive->positions, primitive->normals, primitive->tangents, primitive->uv0,
+        primitive->uv1,       primitive->colors,  primitive->indices};
+    for (size_t i = 0; i < sizeof streams / sizeof streams[0]; i++)
+        if (streams[i] && streams[i]->blob) return true;
+    return false;
+}
+
+static enum bd_edit_weight mesh_weight(const Bounced__MeshEdit *mesh)
+{
+    if (mesh->n_primitives == 0) return BD_EDIT_LIGHT;
+    for (size_t p = 0; p < mesh->n_primitives; p++)
+        if (names_blob(mesh->primitives[p])) return BD_EDIT_CONTENT;
+    return BD_EDIT_STREAM;
+}
+
+static enum bd_edit_weight vertices_weight(const Bounced__MeshVertices *vertices)
+{
+    const bool has_blob = (vertices->positions && vertices->positions->blob) ||
+                          (vertices->normals && vertices->normals->blob);
+    return has_blob ? BD_EDIT_CONTENT : BD_EDIT_STREAM;
+}
+
+enum bd_edit_weight bd_edit_weight(const Bounced__EditOp *op)
 {
     switch (op->op_case) {
     case BOUNCED__EDIT_OP__OP_ADD_MESH:
     case BOUNCED__EDIT_OP__OP_SET_MESH:
-        return op->add_mesh->n_primitives > 0;
+        return mesh_weight(op->add_mesh);
+    case BOUNCED__EDIT_OP__OP_SET_MESH_VERTICES:
+        return vertices_weight(op->set_mesh_vertices);
     case BOUNCED__EDIT_OP__OP_ADD_TEXTURE:
     case BOUNCED__EDIT_OP__OP_SET_TEXTURE:
-        return op->add_texture->blob != NULL;
-    case BOUNCED__EDIT_OP__OP_SET_MESH_VERTICES:
+        return op->add_texture->blob ? BD_EDIT_CONTENT : BD_EDIT_LIGHT;
     case BOUNCED__EDIT_OP__OP_SET_ENVIRONMENT:
+        return op->set_environment->map ? BD_EDIT_CONTENT : BD_EDIT_STREAM;
     case BOUNCED__EDIT_OP__OP_IMPORT:
-        return true;
+        return BD_EDIT_FILES;
     default:
-        return false;
+        return BD_EDIT_LIGHT;
     }
+}
+
+enum bd_edit_weight bd_edit_batch_weight(const Bounced__EditBatch *batch)
+{
+    enum bd_edit_weight most = BD_EDIT_LIGHT;
+    for (size_t i = 0; i < batch->n_ops; i++) {
+        const enum bd_edit_weight weight = bd_edit_weight(batch->ops[i]);
+        if (weight > most) most = weight;
+    }
+    return most;
 }

@@ -25,7 +25,15 @@ BD_MUST_CHECK
 enum bd_err bd_edit_decode(size_t index, const Bounced__EditOp *op, struct bd_edit_op *out,
                            struct bd_fault *fault);
 
-// Whether something of it has to be read or made off the event loop.
-bool bd_edit_is_heavy(const Bounced__EditOp *op);
+// What has to be read or made off the event loop, and how long that may take.
+enum bd_edit_weight {
+    BD_EDIT_LIGHT,   // nothing
+    BD_EDIT_STREAM,  // numbers that came with the request
+    BD_EDIT_CONTENT, // pictures, maps, streams: blobs of any size
+    BD_EDIT_FILES,   // an import
+};
+enum bd_edit_weight bd_edit_weight(const Bounced__EditOp *op);
+// Of its heaviest operation.
+enum bd_edit_weight bd_edit_batch_weight(const Bounced__EditBatch *batch);
 
 #endif

@@ -1,7 +1,7 @@
 // The heavy part of a batch: vertex data, pictures, maps and files, decoded, checked and sealed
 // before the batch itself is looked at.
 //
-// Thread: libuv's pool.
+// Thread: libuv's pool, or one of background.h's for what is a blob.
 
 #ifndef BD_NET_EDIT_HEAVY_H
 #define BD_NET_EDIT_HEAVY_H

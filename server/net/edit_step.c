@@ -7,6 +7,7 @@
 #include "base/assert.h"
 #include "net/command_rights.h"
 #include "net/commit.h"
+#include "net/edit_decode.h"
 #include "net/edit_dry_run.h"
 #include "net/edit_end.h"
 #include "net/edit_history.h"
@@ -90,13 +91,13 @@ static void stage_batch(struct bd_edit_work *work)
         stage_durable(work, request);
 }
 
-static void read_import(struct bd_background *work)
+static void read_in_background(struct bd_background *work)
 {
     struct bd_command *command = work->user;
     command->err = bd_edit_work_read_heavy(command->edit);
 }
 
-static void read_import_back(struct bd_background *work)
+static void read_in_background_back(struct bd_background *work)
 {
     struct bd_command *command = work->user;
     struct bd_net *net = command->net;
@@ -105,20 +106,20 @@ static void read_import_back(struct bd_background *work)
     bd_edits_go_on(net);
 }
 
-static void begin_import(struct bd_command *command)
+static void begin_in_background(struct bd_command *command, enum bd_background_lane lane)
 {
-    command->background =
-        (struct bd_background){.user = command, .run = read_import, .back = read_import_back};
+    command->background = (struct bd_background){
+        .user = command, .lane = lane, .run = read_in_background, .back = read_in_background_back};
     bd_background_start(command->net, &command->background);
 }
 
-static void read_heavy_on_pool(uv_work_t *pool)
+static void read_stream_on_pool(uv_work_t *pool)
 {
     struct bd_command *command = pool->data;
     command->err = bd_edit_work_read_heavy(command->edit);
 }
 
-static void read_heavy_back(uv_work_t *pool, int status)
+static void read_stream_back(uv_work_t *pool, int status)
 {
     struct bd_command *command = pool->data;
     struct bd_net *net = command->net;
@@ -127,30 +128,30 @@ static void read_heavy_back(uv_work_t *pool, int status)
     bd_edits_go_on(net);
 }
 
-static bool has_import(const Bounced__EditBatch *batch)
+// A stream of vertices is short, as a message is, and is to be seen soon; a blob may be anything.
+static void read_heavy(struct bd_command *command, enum bd_edit_weight weight)
 {
-    for (size_t i = 0; i < batch->n_ops; i++)
-        if (batch->ops[i]->op_case == BOUNCED__EDIT_OP__OP_IMPORT) return true;
-    return false;
+    if (weight == BD_EDIT_STREAM)
+        bd_command_pool(command, read_stream_on_pool, read_stream_back);
+    else
+        begin_in_background(command,
+                            weight == BD_EDIT_FILES ? BD_BACKGROUND_FILES : BD_BACKGROUND_CONTENT);
 }
 
 static bool begin_batch(struct bd_edit_work *work)
 {
     struct bd_command *command = work->command;
+    const enum bd_edit_weight weight = bd_edit_batch_weight(command->envelope->edit_batch);
     const struct bd_scene *base = NULL;
-    bool is_heavy = false;
-    command->err = bd_edit_work_decode(work, &is_heavy);
+    command->err = bd_edit_work_decode(work);
     if (!command->err) command->err = find_base(work, &base);
     if (bd_edit_stop_here(work)) return true;
-    if (!is_heavy) {
+    if (weight == BD_EDIT_LIGHT) {
         stage_batch(work);
         return true;
     }
     work->base = bd_scene_retain((struct bd_scene *)base);
-    if (has_import(command->envelope->edit_batch))
-        begin_import(command);
-    else
-        bd_command_pool(command, read_heavy_on_pool, read_heavy_back);
+    read_heavy(command, weight);
     return true;
 }
 

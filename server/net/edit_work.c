@@ -129,19 +129,17 @@ void bd_edit_work_leave(struct bd_edit_work *work)
 
 // --- a batch --------------------------------------------------------------------------------
 
-enum bd_err bd_edit_work_decode(struct bd_edit_work *work, bool *is_heavy)
+enum bd_err bd_edit_work_decode(struct bd_edit_work *work)
 {
     const Bounced__EditBatch *batch = work->command->envelope->edit_batch;
     BD_ASSERT(!work->ops);
     work->ops = calloc(batch->n_ops, sizeof *work->ops);
     work->ids = calloc(batch->n_ops, sizeof *work->ids);
     BD_ASSERT(work->ops && work->ids);
-    *is_heavy = false;
     for (size_t i = 0; i < batch->n_ops; i++) {
         enum bd_err err = bd_edit_decode(i, batch->ops[i], &work->ops[i], &work->command->fault);
         if (err) return err;
         work->op_count = i + 1;
-        *is_heavy = *is_heavy || bd_edit_is_heavy(batch->ops[i]);
     }
     return BD_ERR_OK;
 }

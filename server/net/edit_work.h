@@ -1,6 +1,6 @@
 // One request that changes a scene, while it is carried out: what the files edit_*.c share.
 //
-// Thread: the event loop's, but for the two that say pool.
+// Thread: the event loop's, but for the two that say beside it.
 
 #ifndef BD_NET_EDIT_WORK_H
 #define BD_NET_EDIT_WORK_H
@@ -49,12 +49,12 @@ void bd_edit_work_leave(struct bd_edit_work *work);
 
 // The operations, without what is heavy. Once only.
 BD_MUST_CHECK
-enum bd_err bd_edit_work_decode(struct bd_edit_work *work, bool *is_heavy);
-// Pool.
+enum bd_err bd_edit_work_decode(struct bd_edit_work *work);
+// Beside the loop, by the batch's weight.
 BD_MUST_CHECK
 enum bd_err bd_edit_work_read_heavy(struct bd_edit_work *work);
-// Pool, with the journal's turn: what takes the scene from `base` to where undo, redo or revert
-// lead.
+// Beside the loop, with the journal's turn: what takes the scene from `base` to where undo, redo or
+// revert lead.
 BD_MUST_CHECK
 enum bd_err bd_edit_work_read_past(struct bd_edit_work *work, struct bd_journal *journal);
 

@@ -1,6 +1,6 @@
 // The schema's Environment as the scene's: numbers checked, a map's blob decoded.
 //
-// Thread: libuv's pool, since a map takes its time.
+// Thread: any but the event loop's, since a map takes its time.
 
 #ifndef BD_NET_ENVIRONMENT_H
 #define BD_NET_ENVIRONMENT_H

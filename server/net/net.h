@@ -1,8 +1,8 @@
 // The network: listeners, connections, and one layer of commands behind both faces.
 //
 // Owns the libuv loop's work. A socket's callback decodes, checks limits, starts a command and
-// returns; imports, disk and encoding run on libuv's pool, frames on the scheduler's thread, and
-// all of them come back to the loop with their result.
+// returns; disk and encoding run on libuv's pool, imports and exports on threads of low priority,
+// frames on the scheduler's thread, and all of them come back to the loop with their result.
 //
 // Thread: the one that calls bd_net_run, for everything here.
 

@@ -5,6 +5,7 @@ import struct
 import subprocess
 import threading
 import time
+import zlib
 
 import bounced_pb2 as pb
 import pytest
@@ -30,6 +31,17 @@ def glb(megabytes, seed=0):
     return (struct.pack("<III", 0x46546C67, 2, 28 + len(document) + len(data)) +
             struct.pack("<II", len(document), 0x4E4F534A) + document +
             struct.pack("<II", len(data), 0x004E4942) + data)
+
+
+def png(side_px):
+    """One colour, so that the file is small however large the picture."""
+    rows = zlib.compress((b"\0" + b"\x7f" * 3 * side_px) * side_px, 1)
+
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", side_px, side_px, 8, 2, 0, 0, 0)) +
+            chunk(b"IDAT", rows) + chunk(b"IEND", b""))
 
 
 class Stat:
@@ -131,6 +143,48 @@ def test_a_waiting_import_is_cancelled_at_once(start):
     answers = [client.receive()[0] for _ in range(3)]
     assert answers[0].request_id == second and answers[0].error.code == "cancelled"
     assert answers[2].request_id == first and answers[2].HasField("scene")
+
+
+def answers_to(client, *envelopes):
+    """Request ids in the order in which they were answered, and the answers."""
+    ids = [client.send(each) for each in envelopes]
+    answers = {}
+    while len(answers) < len(ids):
+        answer = client.receive()[0]
+        if answer.WhichOneof("body") != "progress":
+            answers[answer.request_id] = answer
+    return [ids.index(each) for each in answers], list(answers.values())
+
+
+def edit(scene, *ops):
+    return envelope(edit_batch=pb.EditBatch(scene=scene, ops=[pb.EditOp(**op) for op in ops]))
+
+
+DIM = {"set_light": {"light": 0, "intensity": 5}}
+
+
+def test_pictures_of_edits_leave_the_pool_to_the_journal(start):
+    daemon = start(env={"UV_THREADPOOL_SIZE": "1"})
+    client = daemon.framed()
+    slow, quick = (daemon.add_scene("two_lights.glb") for _ in range(2))
+    texture = {"add_texture": {"blob": client.put_blob(png(2048))}}
+    # Its last operation is refused, which takes no turn at the journal.
+    order, answers = answers_to(client, edit(slow, *[texture] * 4, {"set_light": {"light": 99}}),
+                                edit(quick, DIM))
+    assert order == [1, 0], answers
+    assert answers[0].edit_reply.revision == 2 and answers[1].error.code == "not_found"
+    client.close()
+
+
+def test_pictures_of_edits_do_not_wait_for_imports(start):
+    daemon = start("--limit", "imports_at_once=1")
+    client = daemon.framed()
+    scene = daemon.add_scene()
+    blob, picture = client.put_blob(glb(16)), client.put_blob(png(2))
+    order, answers = answers_to(client, envelope(scene_add=pb.SceneAdd(blob=blob)),
+                                edit(scene, {"add_texture": {"blob": picture}}))
+    assert order == [1, 0] and answers[0].edit_reply.revision == 2, answers
+    client.close()
 
 
 @pytest.mark.parametrize("limit", ["picture_side_px=1", "picture_texels=1", "import_bytes=16M"])
