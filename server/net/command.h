@@ -1,8 +1,9 @@
 // Decoded requests, whichever face they came by, and how they are carried out.
 //
 // A command takes one request and ends with one answer. In between it may import on a thread of its
-// own, render on the scheduler's thread and encode on libuv's pool; each step comes back to the loop
-// before the next begins, so that a cancel, a disconnect or a drain is seen between all of them.
+// own, render on the scheduler's thread and encode on libuv's pool; each step comes back to the
+// loop before the next begins, so that a cancel, a disconnect or a drain is seen between all of
+// them.
 //
 // Hello, blob uploads and cancel are no commands: they belong to a connection, and so to its face.
 //

@@ -140,18 +140,33 @@ enum bd_err bd_command_check_new_scene(const struct bd_command *command, const c
     return check_bytes(grant, held.bytes, bd_scene_bytes(command->scene), fault);
 }
 
+// Whether the scene counts for a quota of the asker.
+static bool is_held_by(const struct bd_command *command, const char *scene_id)
+{
+    const struct bd_store_entry *entry;
+    return command->grant->bytes_max != UINT64_MAX &&
+           !bd_store_get(command->net->options.store, scene_id, &entry, NULL) &&
+           strcmp(entry->owner, command->grant->name) == 0;
+}
+
+// What is above the quota already may be replaced, if it grows no further.
+uint64_t bd_command_content_quota(const struct bd_command *command, const char *scene_id,
+                                  const struct bd_scene *base)
+{
+    if (!is_held_by(command, scene_id)) return UINT64_MAX;
+    const uint64_t held = bd_scene_bytes(base);
+    return held > command->grant->bytes_max ? held : command->grant->bytes_max;
+}
+
 enum bd_err bd_command_check_growth(const struct bd_command *command, const char *scene_id,
                                     const struct bd_scene *base, const struct bd_delta *delta,
                                     struct bd_fault *fault)
 {
     const struct bd_grant *grant = command->grant;
     const struct bd_store *store = command->net->options.store;
-    const struct bd_store_entry *entry;
     struct bd_scene *after = NULL;
-    if (grant->bytes_max == UINT64_MAX) return BD_ERR_OK;
-    enum bd_err err = bd_store_get(store, scene_id, &entry, fault);
-    if (err || strcmp(entry->owner, grant->name) != 0) return err;
-    err = bd_delta_apply(base, delta, &after, fault);
+    if (!is_held_by(command, scene_id)) return BD_ERR_OK;
+    enum bd_err err = bd_delta_apply(base, delta, &after, fault);
     if (err) return err;
     const uint64_t bytes = bd_scene_bytes(after);
     bd_scene_release(&after);

@@ -23,6 +23,11 @@ BD_MUST_CHECK
 enum bd_err bd_command_check_new_scene(const struct bd_command *command, const char *name,
                                        struct bd_fault *fault);
 
+// Before the content of an edit of `base`, a state of a scene, is read: the bytes that it can take
+// and the scene still fit its owner's quota. UINT64_MAX where that is not the asker's.
+uint64_t bd_command_content_quota(const struct bd_command *command, const char *scene_id,
+                                  const struct bd_scene *base);
+
 // Before `delta` changes `base`, a state of a scene: what grows has to fit the quota of the scene's
 // owner, which is the asker's only where he is the owner.
 BD_MUST_CHECK

@@ -11,6 +11,7 @@
 #include "net/edit_decode.h"
 #include "net/environment.h"
 #include "net/import_files.h"
+#include "scene/content.h"
 #include "scene/import.h"
 
 // What one operation reads, and where a fault of it lies.
@@ -38,6 +39,13 @@ static void flag(const struct reading *reading, const char *name, uint32_t count
 
 // --- Data -----------------------------------------------------------------------------------
 
+static enum bd_err spend(const struct reading *reading, const char *part, uint64_t bytes)
+{
+    char path[256];
+    snprintf(path, sizeof path, "%s.%s", reading->path.text, part);
+    return bd_edit_budget_take(reading->inputs->budget, bytes, path, reading->fault);
+}
+
 // Numbers of four bytes, copied: sources are aligned as they like.
 struct array {
     void *words;
@@ -49,8 +57,8 @@ static enum bd_err copy_words(const struct reading *reading, const char *part, c
 {
     if (size % 4 != 0)
         return refuse(reading, BD_ERR_USAGE, part, "its bytes are no whole number of four");
-    if (size > reading->inputs->limits->scene_bytes)
-        return refuse(reading, BD_ERR_LIMIT, part, "is larger than the limit scene_bytes");
+    enum bd_err err = spend(reading, part, size);
+    if (err) return err;
     out->words = malloc(size + 1);
     if (!out->words) return refuse(reading, BD_ERR_NO_MEMORY, part, "no memory for it");
     memcpy(out->words, bytes, size);
@@ -145,14 +153,26 @@ static enum bd_err check_stream(const struct reading *reading, const char *part,
     return refuse(reading, BD_ERR_USAGE, part, "has not as many vertices as the positions");
 }
 
+// What bd_edit_build_mesh makes where nothing was sent.
+static uint64_t made_bytes(const struct primitive *primitive)
+{
+    const struct array *sent = primitive->arrays;
+    const bool has_tangents = sent[TANGENTS].words && sent[NORMALS].words;
+    uint64_t numbers = 0; // a vertex
+    if (!sent[NORMALS].words) numbers += 3;
+    if (sent[UV0].words && !has_tangents) numbers += 4;
+    if (!sent[INDICES].words) numbers += 1;
+    return 4 * numbers * (sent[POSITIONS].count / 3);
+}
+
 static enum bd_err read_primitive(const struct reading *reading, size_t p,
                                   const Bounced__PrimitiveEdit *in, struct primitive *out)
 {
     const Bounced__Data *const data[STREAM_COUNT] = {
         in->positions, in->normals, in->tangents, in->uv0, in->uv1, in->colors, in->indices};
     enum bd_err err = BD_ERR_OK;
+    char part[64];
     for (int s = 0; !err && s < STREAM_COUNT; s++) {
-        char part[64];
         snprintf(part, sizeof part, "primitives[%zu].%s", p, streams[s].name);
         err = read_data(reading, part, data[s], &out->arrays[s]);
         if (!err) err = check_stream(reading, part, s, out);
@@ -162,7 +182,8 @@ static enum bd_err read_primitive(const struct reading *reading, size_t p,
             !make_whole(&out->arrays[s]))
             err = refuse(reading, BD_ERR_USAGE, part, "are whole numbers from 0 to 16777215");
     }
-    return err;
+    snprintf(part, sizeof part, "primitives[%zu]", p);
+    return err ? err : spend(reading, part, made_bytes(out));
 }
 
 static enum bd_err build_mesh(const struct reading *reading, const Bounced__MeshEdit *in,
@@ -193,6 +214,8 @@ static enum bd_err read_mesh(const struct reading *reading, const Bounced__MeshE
                              struct bd_edit_op *op)
 {
     if (in->n_primitives == 0) return BD_ERR_OK; // set_mesh: a name alone
+    struct bd_edit_budget *budget = reading->inputs->budget;
+    const struct bd_edit_budget before = *budget;
     struct primitive *primitives = calloc(in->n_primitives, sizeof *primitives);
     BD_ASSERT(primitives);
     enum bd_err err = BD_ERR_OK;
@@ -200,7 +223,8 @@ static enum bd_err read_mesh(const struct reading *reading, const Bounced__MeshE
         err = read_primitive(reading, p, in->primitives[p], &primitives[p]);
     if (!err) err = build_mesh(reading, in, primitives, &op->mesh.mesh);
     free_primitives(primitives, in->n_primitives);
-    return err;
+    *budget = before; // the copies go, the mesh stays
+    return err ? err : spend(reading, "primitives", bd_mesh_bytes(op->mesh.mesh));
 }
 
 // What operations before this one made of the mesh, or what it is now.
@@ -222,9 +246,15 @@ static enum bd_err read_vertices(const struct reading *reading, const Bounced__M
 {
     const struct bd_mesh *mesh = mesh_before(reading->inputs, ops, index);
     if (!mesh) return refuse(reading, BD_ERR_NOT_FOUND, "mesh", "there is no such mesh yet");
+    struct bd_edit_budget *budget = reading->inputs->budget;
+    const struct bd_edit_budget before = *budget;
     struct array positions = {0}, normals = {0};
     enum bd_err err = read_data(reading, "positions", in->positions, &positions);
     if (!err) err = read_data(reading, "normals", in->normals, &normals);
+    *budget = before; // the copies go
+    // However little of it moves, the mesh is made anew.
+    if (!err)
+        err = bd_edit_budget_hold(budget, bd_mesh_bytes(mesh), reading->path.text, reading->fault);
     if (!err && positions.count == 0)
         err = refuse(reading, BD_ERR_USAGE, "positions", "new places are needed");
     if (!err && positions.count % 3 != 0)
@@ -256,7 +286,7 @@ static enum bd_err read_picture(const struct reading *reading, const char *blob,
     picture->reference_count = 1;
     const struct bd_decode_limits limits = {.side_px =
                                                 (uint32_t)reading->inputs->limits->picture_side_px,
-                                            .texels = reading->inputs->limits->picture_texels};
+                                            .texels = reading->inputs->budget->texels};
     err = bd_picture_decode(map.bytes, map.size_bytes, &limits, path, &picture->width_px,
                             &picture->height_px, &picture->rgba, reading->fault);
     bd_blob_unmap(&map);
@@ -267,7 +297,14 @@ static enum bd_err read_picture(const struct reading *reading, const char *blob,
     bd_picture_seal(picture);
     op->texture.picture = picture;
     op->texture.given |= BD_GIVEN_PICTURE;
-    return BD_ERR_OK;
+    return bd_edit_budget_take_picture(reading->inputs->budget, picture, reading->fault);
+}
+
+static enum bd_err spend_map(const struct reading *reading, const struct bd_sky_map *map)
+{
+    if (!map) return BD_ERR_OK;
+    const uint64_t texels = (uint64_t)map->width_px * map->height_px;
+    return spend(reading, "map", 3 * sizeof(float) * texels);
 }
 
 // A fault of the environment, with the operation's path before it.
@@ -286,6 +323,7 @@ static enum bd_err read_environment(const struct reading *reading, const Bounced
         if (read.environment.map) op->environment.map = bd_sky_map_retain(read.environment.map);
         flag(reading, "environment_negative",
              read.negative_count < UINT32_MAX ? (uint32_t)read.negative_count : UINT32_MAX);
+        err = spend_map(reading, read.environment.map);
     }
     bd_net_environment_finish(&read);
     return err;
@@ -301,13 +339,15 @@ static enum bd_err read_import(const struct reading *reading, const Bounced__Imp
     struct bd_scene *scene = NULL;
     enum bd_err err = bd_import_files_map(&files, inputs->blobs, in->name, in->blob, in->files,
                                           in->n_files, reading->fault);
-    const struct bd_import_limits limits = bd_import_limits_of(inputs->limits);
+    struct bd_import_limits limits = bd_import_limits_of(inputs->limits);
+    limits.scene_bytes = inputs->budget->bytes;
+    limits.picture_texels = inputs->budget->texels;
     if (!err)
         err = bd_import(inputs->import_program, files.files, files.file_count, &limits, &scene,
                         reading->fault);
     bd_import_files_finish(&files);
     op->import.scene = scene;
-    return err;
+    return err ? err : bd_edit_budget_take_scene(inputs->budget, scene, reading->fault);
 }
 
 enum bd_err bd_edit_heavy_read(const struct bd_edit_heavy_inputs *inputs, size_t index,

@@ -7,6 +7,7 @@
 #define BD_NET_EDIT_HEAVY_H
 
 #include "base/err.h"
+#include "net/edit_budget.h"
 #include "protocol/bounced.pb-c.h"
 #include "protocol/limits.h"
 #include "scene/blobs.h"
@@ -15,9 +16,10 @@
 struct bd_edit_heavy_inputs {
     struct bd_blobs *blobs;
     const struct bd_limits *limits;
-    const char *import_program;  // for bd_import
-    const struct bd_scene *base; // what the batch is for: meshes to be deformed are taken from it
-    const uint8_t *payload;      // of the message
+    struct bd_edit_budget *budget; // of the batch; each operation takes from it
+    const char *import_program;    // for bd_import
+    const struct bd_scene *base;   // what the batch is for: meshes to be deformed are taken from it
+    const uint8_t *payload;        // of the message
     size_t payload_bytes;
 };
 

@@ -151,6 +151,7 @@ static bool begin_batch(struct bd_edit_work *work)
         return true;
     }
     work->base = bd_scene_retain((struct bd_scene *)base);
+    work->quota_bytes = bd_command_content_quota(command, work->place.scene_id, base);
     read_heavy(command, weight);
     return true;
 }

@@ -149,8 +149,10 @@ enum bd_err bd_edit_work_read_heavy(struct bd_edit_work *work)
     struct bd_command *command = work->command;
     const Bounced__EditBatch *batch = command->envelope->edit_batch;
     const struct bd_net_options *options = &command->net->options;
+    struct bd_edit_budget budget = bd_edit_budget(&options->limits, work->quota_bytes);
     const struct bd_edit_heavy_inputs inputs = {.blobs = options->blobs,
                                                 .limits = &options->limits,
+                                                .budget = &budget,
                                                 .import_program = options->import_program,
                                                 .base = work->base,
                                                 .payload = command->payload,

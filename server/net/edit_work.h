@@ -26,6 +26,7 @@ struct bd_edit_work {
     struct bd_edit_op *ops;
     int32_t *ids;
     struct bd_edit_flags flags;
+    uint64_t quota_bytes; // that its content may take (edit_budget.h)
 
     // Of undo, redo and revert, and of what is played from a journal
     enum bd_batch_kind kind;

@@ -43,14 +43,20 @@ static uint64_t primitive_bytes(const struct bd_primitive *primitive)
     return 4 * ((uint64_t)floats * primitive->vertex_count + primitive->index_count);
 }
 
+uint64_t bd_mesh_bytes(const struct bd_mesh *mesh)
+{
+    uint64_t bytes = 0;
+    for (uint32_t p = 0; p < mesh->primitive_count; p++)
+        bytes += primitive_bytes(&mesh->primitives[p]);
+    return bytes;
+}
+
 uint64_t bd_scene_bytes(const struct bd_scene *scene)
 {
     uint64_t bytes = sizeof *scene;
     bytes += scene->node_count * (uint64_t)sizeof *scene->nodes;
     bytes += scene->material_count * (uint64_t)sizeof *scene->materials;
-    for (uint32_t m = 0; m < scene->mesh_count; m++)
-        for (uint32_t p = 0; p < scene->meshes[m]->primitive_count; p++)
-            bytes += primitive_bytes(&scene->meshes[m]->primitives[p]);
+    for (uint32_t m = 0; m < scene->mesh_count; m++) bytes += bd_mesh_bytes(scene->meshes[m]);
     for (uint32_t i = 0; i < scene->picture_count; i++)
         bytes += 4 * (uint64_t)scene->pictures[i]->width_px * scene->pictures[i]->height_px;
     const struct bd_sky_map *map = scene->environment.map;

@@ -47,6 +47,9 @@ enum bd_err bd_content_read(const void *bytes, size_t size, struct bd_content *o
 typedef void (*bd_content_visit)(void *user, const struct bd_content *content);
 void bd_content_of_scene(const struct bd_scene *scene, bd_content_visit each, void *user);
 
+// The bytes of a mesh's streams.
+uint64_t bd_mesh_bytes(const struct bd_mesh *mesh);
+
 // About the bytes that a snapshot takes: streams, texels and small objects, as quotas count them.
 uint64_t bd_scene_bytes(const struct bd_scene *scene);
 

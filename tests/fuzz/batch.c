@@ -50,8 +50,10 @@ static enum bd_err read_heavy(const Bounced__EditBatch *batch, const struct batc
                               const struct bd_scene *base, struct bd_edit_op *ops,
                               struct bd_fault *fault)
 {
+    struct bd_edit_budget budget = bd_edit_budget(&bd_limits_default, UINT64_MAX);
     const struct bd_edit_heavy_inputs heavy = {.blobs = inputs->blobs,
                                                .limits = &bd_limits_default,
+                                               .budget = &budget,
                                                .base = base,
                                                .payload = inputs->payload,
                                                .payload_bytes = inputs->payload_bytes};

@@ -3,13 +3,16 @@ import json
 import os
 import re
 import socket
+import struct
 import subprocess
 import time
 
 import bounced_pb2
 import pytest
 from conftest import BOUNCED, SCENES, Daemon, blob_name, frame, read_all
+from test_environment import exr
 from test_framed import add_scene, envelope, render
+from test_imports import png
 from test_resume import break_off
 from test_resume import framed as resumable
 from ws_client import WebSocket
@@ -61,6 +64,56 @@ def test_scene_size(start, limit, field):
     blob = daemon.put_blob(GLB)
     status, error = daemon.json("POST", "/v1/scenes", {"blob": blob})
     assert status == 413 and error["code"] == "limit" and field in error["message"], error
+
+
+def strip(count):
+    return b"".join(struct.pack("<3f", i, i % 7, i % 11) for i in range(count))
+
+
+def mesh(blob, primitives=1):
+    return {"add_mesh": {"primitives": [{"positions": {"blob": blob}}] * primitives}}
+
+
+def blob_of(data):
+    return lambda daemon: daemon.put_blob(data)
+
+
+@pytest.mark.parametrize("limit, blob, op, fits, field", [
+    ("picture_texels=10000", blob_of(png(64)), lambda b: {"add_texture": {"blob": b}}, 2,
+     "add_texture.blob"),
+    ("scene_bytes=64K", blob_of(strip(1320)), mesh, 1, "add_mesh.primitives[0]"),
+    ("scene_bytes=64K", blob_of(strip(1320)), lambda b: mesh(b, 2), 0,
+     "add_mesh.primitives[1]"),
+    ("scene_bytes=64K", lambda daemon: exr(daemon, size="64x32"),
+     lambda b: {"set_environment": {"map": b}}, 2, "set_environment.map"),
+    ("picture_texels=200", blob_of((SCENES / "checker.glb").read_bytes()),
+     lambda b: {"import": {"blob": b}}, 1, None),
+])
+def test_a_batch_is_no_larger_than_a_scene(start, limit, blob, op, fits, field):
+    """However short its message; `fits`: so many operations do."""
+    daemon = start("--limit", limit)
+    path = f"/v1/scenes/{daemon.add_scene('two_lights.glb')}/edits"
+    one = op(blob(daemon))
+    if fits:
+        status, reply = daemon.json("POST", path, {"ops": [one] * fits})
+        assert status == 200, reply
+    status, error = daemon.json("POST", path, {"ops": [one] * (fits + 1)})
+    assert (status, error["code"]) == (413, "limit"), error
+    assert field is None or error["details"]["field"] == f"ops[{fits}].{field}", error
+
+
+def test_a_mesh_of_which_little_moves_counts_as_a_whole(start):
+    daemon = start("--limit", "scene_bytes=256K")
+    scene = daemon.add_scene("two_lights.glb")
+    path, blob = f"/v1/scenes/{scene}/edits", daemon.put_blob(strip(3000))
+    triangle = {"positions": {"values": [0, 0, 0, 1, 0, 0, 0, 1, 0]}}
+    large = {"add_mesh": {"primitives": [{"positions": {"blob": blob}}, triangle]}}
+    status, reply = daemon.json("POST", path, {"ops": [large]})
+    assert status == 200, reply
+    move = {"set_mesh_vertices": {"mesh": reply["ids"][0], "primitive": 1, **triangle}}
+    assert daemon.json("POST", path, {"ops": [move] * 3})[0] == 200
+    status, error = daemon.json("POST", path, {"ops": [move] * 4})
+    assert (status, error["details"]["field"]) == (413, "ops[3].set_mesh_vertices"), error
 
 
 def test_scene_files_and_scenes(start):
