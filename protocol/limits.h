@@ -61,6 +61,8 @@ extern "C" {
     /* Views open on one connection, and of one client. */                                         \
     X(views_per_connection, 16, 1, 4096)                                                           \
     X(views_per_client, 64, 1, 65536)                                                              \
+    /* What one client's edits under way have brought in their messages. */                        \
+    X(edit_bytes_per_client, 256 * BD_MIB, 4096, 64 * BD_GIB)                                      \
     /* Frames of one view that may be under way to its client. */                                  \
     X(view_credits, 16, 1, 1024)                                                                   \
     /* What a view's still picture is improved by takes no longer, a frame, than about this. */    \

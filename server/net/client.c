@@ -106,6 +106,25 @@ void bd_client_end_job(struct bd_client *client)
     client->jobs--;
 }
 
+enum bd_err bd_client_begin_edit(struct bd_clients *clients, struct bd_client *client,
+                                 uint64_t bytes, struct bd_fault *fault)
+{
+    const uint64_t most = clients->limits->edit_bytes_per_client;
+    if (bytes > 0 && client->edit_bytes > 0 && client->edit_bytes + bytes > most)
+        return bd_fault_set(fault, BD_ERR_BUSY, "edit_bytes_per_client",
+                            "edits of this client with %llu bytes are under way (limit "
+                            "edit_bytes_per_client)",
+                            (unsigned long long)client->edit_bytes);
+    client->edit_bytes += bytes;
+    return BD_ERR_OK;
+}
+
+void bd_client_end_edit(struct bd_client *client, uint64_t bytes)
+{
+    BD_ASSERT_CMP(client->edit_bytes, >=, bytes);
+    client->edit_bytes -= bytes;
+}
+
 void bd_clients_sweep(struct bd_clients *clients)
 {
     for (struct bd_client **at = &clients->first; *at;) {

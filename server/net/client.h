@@ -1,5 +1,5 @@
 // Who asks: one record for each address (or user, on a Unix socket), however many connections it
-// has. Holds its share of what is limited: requests a second and jobs under way.
+// has. Holds its share of what is limited: requests a second, jobs under way, bytes of edits.
 //
 // Thread: the event loop's.
 
@@ -15,12 +15,13 @@
 struct bd_clients;
 
 struct bd_client {
-    char key[64];        // "192.0.2.7", "uid:1000", "private"
-    uint32_t references; // connections and commands
+    char key[64];         // "192.0.2.7", "uid:1000"
+    uint32_t references;  // of connections, sessions, commands and views
     uint32_t connections; // open
-    uint32_t jobs;       // under way: imports and renders
-    uint32_t views;      // open
-    double tokens;       // of the bucket
+    uint32_t jobs;        // under way: imports, exports and renders
+    uint32_t views;       // open
+    uint64_t edit_bytes;  // that edits under way have brought
+    double tokens;        // of the bucket
     uint64_t refilled_ns;
     struct bd_client *next;
 };
@@ -45,6 +46,13 @@ BD_MUST_CHECK
 enum bd_err bd_client_begin_job(struct bd_clients *clients, struct bd_client *client,
                                 struct bd_fault *fault);
 void bd_client_end_job(struct bd_client *client);
+
+// Counts what an edit brings, for as long as it is kept. BD_ERR_BUSY, naming edit_bytes_per_client,
+// unless it is the only one: that is for message_bytes to say. Paired with bd_client_end_edit.
+BD_MUST_CHECK
+enum bd_err bd_client_begin_edit(struct bd_clients *clients, struct bd_client *client,
+                                 uint64_t bytes, struct bd_fault *fault);
+void bd_client_end_edit(struct bd_client *client, uint64_t bytes);
 
 // Forgets records that nobody refers to and whose bucket is full. Call now and then.
 void bd_clients_sweep(struct bd_clients *clients);

@@ -33,6 +33,7 @@ static void leave_list(struct bd_command *command)
 static void free_command(struct bd_command *command)
 {
     if (command->counts_as_job) bd_client_end_job(command->client);
+    if (command->payload) bd_client_end_edit(command->client, command->payload_bytes);
     leave_list(command);
     bounced__envelope__free_unpacked(command->envelope, NULL);
     if (command->blob_reply) bounced__blob_reply__free_unpacked(command->blob_reply, NULL);
@@ -97,10 +98,8 @@ void bd_command_background(struct bd_command *command, const char *stage,
     command->stage = stage;
     command->run = run;
     command->then = then;
-    command->background = (struct bd_background){.user = command,
-                                                 .begun = background_begun,
-                                                 .run = background_run,
-                                                 .back = background_back};
+    command->background = (struct bd_background){
+        .user = command, .begun = background_begun, .run = background_run, .back = background_back};
     bd_background_start(command->net, &command->background);
 }
 
@@ -330,6 +329,22 @@ static void dispatch(struct bd_command *command)
     }
 }
 
+// Other requests' payloads mean nothing.
+static enum bd_err keep_payload(struct bd_command *command, const struct bd_command_start *start)
+{
+    if (start->envelope->body_case != BOUNCED__ENVELOPE__BODY_EDIT_BATCH &&
+        start->envelope->body_case != BOUNCED__ENVELOPE__BODY_SCENE_REPLAY)
+        return BD_ERR_OK;
+    enum bd_err err = bd_client_begin_edit(start->net->clients, command->client,
+                                           start->payload_bytes, &command->fault);
+    if (err) return err;
+    command->payload_bytes = start->payload_bytes;
+    command->payload = malloc(start->payload_bytes + 1);
+    BD_ASSERT(command->payload);
+    if (start->payload_bytes) memcpy(command->payload, start->payload, start->payload_bytes);
+    return BD_ERR_OK;
+}
+
 static enum bd_err admit(struct bd_command *command, const struct bd_command_start *start)
 {
     struct bd_net *net = command->net;
@@ -343,7 +358,7 @@ static enum bd_err admit(struct bd_command *command, const struct bd_command_sta
         err = bd_client_begin_job(net->clients, command->client, &command->fault);
         command->counts_as_job = !err;
     }
-    return err;
+    return err ? err : keep_payload(command, start);
 }
 
 // Remembers whether the command ended while it was being started: its memory is gone then.
@@ -366,18 +381,6 @@ static void watched_progress(void *user, const char *stage, double share)
     if (watch->events->progress) watch->events->progress(watch->user, stage, share);
 }
 
-// Other requests' payloads mean nothing.
-static void keep_payload(struct bd_command *command, const struct bd_command_start *start)
-{
-    if (start->envelope->body_case != BOUNCED__ENVELOPE__BODY_EDIT_BATCH &&
-        start->envelope->body_case != BOUNCED__ENVELOPE__BODY_SCENE_REPLAY)
-        return;
-    command->payload_bytes = start->payload_bytes;
-    command->payload = malloc(start->payload_bytes + 1);
-    BD_ASSERT(command->payload);
-    if (start->payload_bytes) memcpy(command->payload, start->payload, start->payload_bytes);
-}
-
 struct bd_command *bd_command_start(const struct bd_command_start *start)
 {
     static const struct bd_command_events watched = {watched_answer, watched_progress};
@@ -393,7 +396,6 @@ struct bd_command *bd_command_start(const struct bd_command_start *start)
                                    .next = start->net->commands,
                                    .start_ns = bd_clock_ns()};
     if (start->body) command->body = *start->body;
-    keep_payload(command, start);
     bd_client_retain(command->client);
     if (command->next) command->next->previous = command;
     start->net->commands = command;

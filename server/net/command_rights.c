@@ -3,6 +3,8 @@
 #include <inttypes.h>
 #include <string.h>
 
+#include "net/edit_decode.h"
+
 // The role that a request takes; looking is for everybody.
 static enum bd_role role_for(const Bounced__Envelope *envelope)
 {
@@ -92,6 +94,8 @@ static enum bd_err check_name(const struct bd_command *command, const char *name
 
 bool bd_command_is_job(const Bounced__Envelope *envelope)
 {
+    if (envelope->body_case == BOUNCED__ENVELOPE__BODY_EDIT_BATCH)
+        return bd_edit_batch_weight(envelope->edit_batch) == BD_EDIT_FILES;
     return envelope->body_case == BOUNCED__ENVELOPE__BODY_SCENE_ADD ||
            envelope->body_case == BOUNCED__ENVELOPE__BODY_SCENE_EXPORT ||
            envelope->body_case == BOUNCED__ENVELOPE__BODY_RENDER;

@@ -9,7 +9,7 @@ import time
 
 import bounced_pb2
 import pytest
-from conftest import BOUNCED, SCENES, Daemon, blob_name, frame, read_all
+from conftest import BOUNCED, SCENES, Daemon, blob_name, frame, pack, read_all
 from test_environment import exr
 from test_framed import add_scene, envelope, render
 from test_imports import png
@@ -149,6 +149,52 @@ def test_jobs(start):
     # Another client (an address, not a user) has its own two, but the queue has room for one.
     status, error = daemon.json("GET", f"/v1/scenes/{scene}/frame.png?size=8x8")
     assert status == 429 and error["details"]["field"] == "jobs_waiting", error
+
+
+def edits_in_one_piece(client, *batches):
+    """The answers to edits that arrive together, each a batch and its payload."""
+    data, ids = b"", range(100, 100 + len(batches))
+    for request_id, (batch, payload) in zip(ids, batches):
+        data += pack(bounced_pb2.Envelope(request_id=request_id, edit_batch=batch), payload)
+    client.sock.sendall(data)
+    answers = dict((a.request_id, a) for a in (client.receive()[0] for _ in batches))
+    return [answers[request_id] for request_id in ids]
+
+
+def importing(scene, blob):
+    return bounced_pb2.EditBatch(scene=scene, ops=[
+        bounced_pb2.EditOp(**{"import": bounced_pb2.ImportEdit(blob=blob)})])
+
+
+def dimming(scene):
+    return bounced_pb2.EditBatch(scene=scene, ops=[
+        bounced_pb2.EditOp(set_light=bounced_pb2.LightEdit(light=0, intensity=5))])
+
+
+def test_a_file_in_an_edit_is_a_job(start):
+    daemon = start("--limit", "jobs_per_client=1")
+    client, scene = daemon.framed(), daemon.add_scene("two_lights.glb")
+    batch = importing(scene, client.put_blob((SCENES / "checker.glb").read_bytes()))
+    answers = edits_in_one_piece(client, (batch, b""), (dimming(scene), b""), (batch, b""))
+    assert [a.edit_reply.revision for a in answers[:2]] == [2, 3]
+    assert (answers[2].error.code, answers[2].error.details.field) == ("busy", "jobs_per_client")
+    assert client.ask(bounced_pb2.Envelope(edit_batch=batch))[0].edit_reply.revision == 4
+    client.close()
+
+
+def test_edit_bytes_per_client(start):
+    daemon = start("--limit", "edit_bytes_per_client=4K")
+    client, scene = daemon.framed(), daemon.add_scene("two_lights.glb")
+    batch = importing(scene, client.put_blob((SCENES / "checker.glb").read_bytes()))
+    answers = edits_in_one_piece(client, (batch, b"x" * 3000), (dimming(scene), b"x" * 3000),
+                                 (dimming(scene), b""))
+    assert [answers[i].edit_reply.revision for i in (0, 2)] == [2, 3]
+    error = answers[1].error
+    assert (error.code, error.details.field) == ("busy", "edit_bytes_per_client")
+    # None of them is under way any more, and one alone may have any size.
+    answer, _ = client.ask(bounced_pb2.Envelope(edit_batch=dimming(scene)), b"x" * 9000)
+    assert answer.edit_reply.revision == 4
+    client.close()
 
 
 def test_requests_per_second(start):
