@@ -213,6 +213,13 @@ static bool begin_new(struct bd_edit_work *work)
     }
 }
 
+static bool makes_revision(const struct bd_edit_work *work)
+{
+    const Bounced__Envelope *envelope = work->command->envelope;
+    const bool is_batch = envelope->body_case == BOUNCED__ENVELOPE__BODY_EDIT_BATCH;
+    return !work->is_transient && !(is_batch && envelope->edit_batch->dry_run);
+}
+
 // An id that was used before is looked up in the journal; one that is on its way is waited for.
 static bool begin(struct bd_edit_place *place)
 {
@@ -220,7 +227,7 @@ static bool begin(struct bd_edit_place *place)
     struct bd_command *command = work->command;
     uint64_t revision = 0;
     if (bd_edit_stop_here(work)) return true;
-    if (work->client_edit_id[0] && !work->is_transient) {
+    if (makes_revision(work) && work->client_edit_id[0]) {
         enum bd_err err = bd_store_find_edit(command->net->options.store, place->scene_id,
                                              work->client_edit_id, &revision, &command->fault);
         if (err == BD_ERR_BUSY) return false;

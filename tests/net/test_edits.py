@@ -144,6 +144,15 @@ def test_an_edit_id_said_again_gets_the_first_answer(scene):
     assert scene.get().revision == 3
 
 
+def test_an_edit_id_means_nothing_where_no_edit_is_made(scene):
+    scene.dim(2, client_edit_id="e1")
+    reply = scene.dim(3, client_edit_id="e1", dry_run=True).edit_reply
+    assert not reply.repeated_id and not reply.revision
+    assert fault_of(scene.dim(-3, client_edit_id="e1", dry_run=True))[0] == "usage"
+    reply = scene.dim(4, client_edit_id="e1", durability="transient").edit_reply
+    assert not reply.repeated_id and reply.transient == 1
+
+
 def test_edits_of_one_connection_keep_their_order(scene):
     envelopes = []
     for i in range(50):
