@@ -103,14 +103,6 @@ static void set_scene(ProtobufCMessage *message, const char *id)
 
 // --- queries --------------------------------------------------------------------------------
 
-static bool read_number(const char *text, uint64_t *out)
-{
-    char *end;
-    if (*text < '0' || *text > '9') return false;
-    *out = strtoull(text, &end, 10);
-    return *end == 0;
-}
-
 // Calls `take` for each pair of the query; the first that it does not take is refused by name.
 static enum bd_err read_pairs(const char *query, bool (*take)(void *user, char *key, char *value),
                               void *user, struct bd_fault *fault)
@@ -134,7 +126,7 @@ static bool take_log_pair(void *user, char *key, char *value)
 {
     Bounced__SceneLog *log = user;
     uint64_t number;
-    if (!read_number(value, &number)) return false;
+    if (!bd_http_query_number(value, UINT64_MAX, &number)) return false;
     if (strcmp(key, "after") == 0) {
         BD_SET(log, after, number);
         return true;
@@ -165,7 +157,8 @@ static bool take_export_pair(void *user, char *key, char *value)
         request->name = bd_answer_text(value);
         return true;
     }
-    if (strcmp(key, "revision") != 0 || !read_number(value, &number)) return false;
+    if (strcmp(key, "revision") != 0 || !bd_http_query_number(value, UINT64_MAX, &number))
+        return false;
     BD_SET(request, revision, number);
     return true;
 }

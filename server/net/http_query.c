@@ -36,7 +36,7 @@ bool bd_http_query_decode(char *text)
     return true;
 }
 
-static bool read_u64(const char *text, uint64_t most, uint64_t *out)
+bool bd_http_query_number(const char *text, uint64_t most, uint64_t *out)
 {
     char *end;
     if (*text < '0' || *text > '9') return false;
@@ -48,7 +48,7 @@ static bool read_u64(const char *text, uint64_t most, uint64_t *out)
 static bool read_u32(const char *text, uint32_t *out)
 {
     uint64_t wide;
-    if (!read_u64(text, UINT32_MAX, &wide)) return false;
+    if (!bd_http_query_number(text, UINT32_MAX, &wide)) return false;
     *out = (uint32_t)wide;
     return true;
 }
@@ -168,7 +168,7 @@ static bool set_aa(char *value, Bounced__FrameRequest *request)
 
 static bool set_seed(char *value, Bounced__FrameRequest *request)
 {
-    request->has_seed = read_u64(value, UINT64_MAX, &request->seed);
+    request->has_seed = bd_http_query_number(value, UINT64_MAX, &request->seed);
     return request->has_seed;
 }
 

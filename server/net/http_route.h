@@ -59,6 +59,9 @@ enum bd_err bd_http_route_check(const struct bd_http_target *target, int method,
 BD_MUST_CHECK
 bool bd_http_query_decode(char *text);
 
+// A whole number, of digits alone, from 0 to `most`. False: it is none.
+bool bd_http_query_number(const char *text, uint64_t most, uint64_t *out);
+
 // The query of a frame or a one-shot render into a new message without a scene, to be freed by
 // free_unpacked with NULL. `extension` "" : from `encoding=`. Unknown names and bad numbers are
 // refused by name.

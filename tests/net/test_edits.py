@@ -613,4 +613,6 @@ def test_curl_can_do_all_of_it(start):
     status, objects = daemon.json("GET", at + "?objects=1")
     assert {o["kind"] for o in objects["objects"]} >= {"node", "light", "mesh", "material"}
     assert daemon.json("POST", at + "/edits", {"ops": [{"warp": {}}]})[0] == 400
-    assert daemon.json("GET", at + "/log?limt=2")[0] == 400
+    for query in ("limt=2", "after=-1", "after=99999999999999999999", "limit=4294967296"):
+        assert daemon.json("GET", at + "/log?" + query)[0] == 400, query
+    assert daemon.json("GET", at + "/export?revision=99999999999999999999")[0] == 400
