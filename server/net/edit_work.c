@@ -8,6 +8,7 @@
 
 #include "base/assert.h"
 #include "net/edit_decode.h"
+#include "net/release.h"
 #include "net/revision_name.h"
 
 #define CONTAINER(pointer, type, member) ((type *)((char *)(pointer)-offsetof(type, member)))
@@ -106,14 +107,25 @@ enum bd_err bd_edit_work_create(struct bd_command *command, struct bd_edit_work 
     return err;
 }
 
+static void release_op(struct bd_net *net, struct bd_edit_op *op)
+{
+    if (op->kind == BD_EDIT_IMPORT) {
+        struct bd_scene *scene = (struct bd_scene *)op->import.scene;
+        op->import.scene = NULL;
+        bd_net_release_scene(net, &scene);
+    }
+    bd_edit_heavy_release(op);
+}
+
 void bd_edit_work_destroy(struct bd_edit_work **work)
 {
     struct bd_edit_work *gone = *work;
     if (!gone) return;
-    for (size_t i = 0; i < gone->op_count; i++) bd_edit_heavy_release(&gone->ops[i]);
+    struct bd_net *net = gone->command->net;
+    for (size_t i = 0; i < gone->op_count; i++) release_op(net, &gone->ops[i]);
     free(gone->ops);
     free(gone->ids);
-    bd_scene_release(&gone->base);
+    bd_net_release_scene(net, &gone->base);
     bd_delta_finish(&gone->delta);
     bd_answer_finish(&gone->answer);
     free(gone);

@@ -7,6 +7,7 @@
 #include "base/log.h"
 #include "net/journal_turn.h"
 #include "net/net_internal.h"
+#include "net/release.h"
 #include "scene/store_journal.h"
 
 enum phase { PHASE_SNAPSHOT, PHASE_COMPACT, PHASE_COLLECT };
@@ -45,7 +46,7 @@ static void on_pool(struct bd_journal_turn *turn)
 static void finish(struct bd_upkeep *upkeep)
 {
     upkeep->turn.net->upkeep = NULL;
-    bd_scene_release(&upkeep->scene);
+    bd_net_release_scene(upkeep->turn.net, &upkeep->scene);
     free(upkeep);
 }
 
