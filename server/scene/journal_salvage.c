@@ -10,6 +10,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "base/assert.h"
@@ -230,6 +231,11 @@ static int build_anew(const char *path, struct bd_journal *journal, struct bd_fa
     int result = copy_tables(path, journal);
     if (!result) result = purge_tables(journal);
     if (!result) result = mend_scenes(journal);
+    // All of it may still be in the log, and closing would not say whether it comes out of there.
+    int log_pages, copied;
+    if (!result)
+        result = sqlite3_wal_checkpoint_v2(journal->db, NULL, SQLITE_CHECKPOINT_TRUNCATE,
+                                           &log_pages, &copied);
     return result;
 }
 
@@ -243,14 +249,23 @@ static void sync_directory(const char *path)
     close(directory);
 }
 
-// The old file gets a second name before the new one takes its first: whenever the power goes, one
-// of the two stands there. A log that is left would be taken for the new file's: there must be
-// none.
-static bool change_places(const char *path, const char *anew, char *kept, size_t kept_bytes)
+static bool has_log(const char *path)
 {
     char log[BD_JOURNAL_FILE_BYTES + 32];
+    struct stat info;
     snprintf(log, sizeof log, "%s-wal", path);
-    if (access(log, F_OK) == 0) return false;
+    return stat(log, &info) == 0 ? info.st_size > 0 : errno != ENOENT;
+}
+
+// The old file gets a second name before the new one takes its first: whenever the power goes, one
+// of the two stands there. A log that the old one leaves would be taken for the new file's, and one
+// that the new one has would stay behind: there must be none.
+static bool change_places(const char *path, const char *anew, char *kept, size_t kept_bytes)
+{
+    if (has_log(path) || has_log(anew)) {
+        errno = EEXIST;
+        return false;
+    }
     for (int i = 0; i < 1000; i++) {
         snprintf(kept, kept_bytes, i ? "%s.damaged.%d" : "%s.damaged", path, i);
         if (link(path, kept) == 0) break;

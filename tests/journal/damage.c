@@ -9,6 +9,7 @@
 
 #include "base/log.h"
 #include "scene/journal_internal.h"
+#include "tests/journal/failing_vfs.h"
 #include "tests/journal/files.h"
 #include "tests/journal/story.h"
 #include "tests/unit/cmocka_all.h"
@@ -286,9 +287,54 @@ static void a_damaged_snapshot_costs_nothing(void **state)
     bd_journal_close(&journal);
 }
 
+// True if a call failed. The file that is damaged is mended by this start or by the next one.
+static bool mend_with_trouble(enum disk_fault fault, uint64_t at, uint64_t count)
+{
+    struct bd_journal *journal;
+    struct bd_fault why = {0};
+    char what[256];
+    failing_at(fault, at, count);
+    enum bd_err err = bd_journal_open(directory, &journal, &why);
+    bd_journal_close(&journal);
+    bool has_failed = failing_failed_count() > 0;
+    failing_at(DISK_FAULT_NONE, 0, 0);
+    if (err && (!has_failed || strcmp(why.field, "data") != 0))
+        fail_msg("call %zu: %s: %s", (size_t)at, why.field, why.message);
+    journal = open_journal();
+    expect_revision(journal, 9);
+    for (int i = 0; i < STORY_CONTENTS; i++)
+        assert_int_equal(kit_read(journal, &story.content[i], &why), BD_ERR_OK);
+    if (!story_is_true(&story, journal, what, sizeof what))
+        fail_msg("call %zu: %s", (size_t)at, what);
+    bd_journal_close(&journal);
+    return has_failed;
+}
+
+// Nothing takes the damaged file's place that is not whole itself, wherever the disk fails.
+static void a_file_is_built_anew_whole_or_not_at_all(void **state)
+{
+    (void)state;
+    static const struct {
+        enum disk_fault fault;
+        uint64_t count;
+    } troubles[] = {{DISK_FAULT_IO, 1}, {DISK_FAULT_IO, 0}, {DISK_FAULT_FULL, 0}};
+    put_files(&whole, whole.size, NULL, 0);
+    spoil(story.a[10].forward, 24);
+    struct file_bytes spoiled = file_read(directory, BD_JOURNAL_FILE);
+    for (size_t i = 0; i < sizeof troubles / sizeof *troubles; i++) {
+        uint64_t at = 0;
+        do put_files(&spoiled, spoiled.size, NULL, 0);
+        while (mend_with_trouble(troubles[i].fault, ++at, troubles[i].count));
+        print_message("mended with trouble at each of %zu calls\n", (size_t)at);
+        assert_true(at > 50);
+    }
+    free(spoiled.data);
+}
+
 int main(int argc, char **argv)
 {
     if (argc > 1) bit_count = strtoul(argv[1], NULL, 10);
+    failing_register();
 #define TEST(function) cmocka_unit_test_setup_teardown(function, set_up, tear_down)
     const struct CMUnitTest tests[] = {
         TEST(files_that_are_cut_short),
@@ -299,6 +345,7 @@ int main(int argc, char **argv)
         TEST(a_damaged_edit_ends_a_scene_before_it),
         TEST(a_damaged_past_costs_only_the_past),
         TEST(a_damaged_snapshot_costs_nothing),
+        TEST(a_file_is_built_anew_whole_or_not_at_all),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
