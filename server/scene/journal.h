@@ -122,7 +122,11 @@ enum bd_err bd_journal_put_some(struct bd_journal *journal, struct bd_journal_pu
                                 struct bd_fault *fault);
 void bd_journal_put_end(struct bd_journal *journal, struct bd_journal_put *put);
 
-bool bd_journal_has_content(struct bd_journal *journal, const uint8_t sha256[BD_SHA256_BYTES]);
+// `out`: it is there, and whole as far as is known.
+BD_MUST_CHECK
+enum bd_err bd_journal_has_content(struct bd_journal *journal,
+                                   const uint8_t sha256[BD_SHA256_BYTES], bool *out,
+                                   struct bd_fault *fault);
 
 // `*bytes` is the caller's, for free(). BD_ERR_NOT_FOUND: it is not there, or no longer what its
 // name says; then it counts as missing from here on, and bd_journal_load steers clear of it.

@@ -143,7 +143,9 @@ int bd_journal_forget(struct bd_journal *journal, enum bd_journal_sql which, int
 // The row of content that is whole; 0 if there is none.
 int bd_journal_find_content(struct bd_journal *journal, const uint8_t sha256[BD_SHA256_BYTES],
                             uint64_t *row);
-bool bd_journal_has_contents(struct bd_journal *journal, const struct bd_journal_digests *list);
+// `out`: all of it is whole, as far as is known.
+int bd_journal_has_contents(struct bd_journal *journal, const struct bd_journal_digests *list,
+                            bool *out);
 
 // --- journal_write.c: rows from structs, inside a transaction
 

@@ -17,11 +17,23 @@ static enum bd_err walk_fault(const struct walk *walk, int result)
     return bd_journal_fault(walk->journal, result, "a scene cannot be read", walk->fault);
 }
 
+// Whether a record and the content that it names are whole. A disk that does not answer just now
+// says nothing about that, and nothing may be cut off for it: an error.
+static enum bd_err check_whole(const struct walk *walk, bool is_row_whole,
+                               const struct bd_journal_digests *content, bool *is_whole)
+{
+    int result = SQLITE_OK;
+    *is_whole = is_row_whole;
+    if (is_row_whole) result = bd_journal_has_contents(walk->journal, content, is_whole);
+    return result && !bd_journal_is_damage(result) ? walk_fault(walk, result) : BD_ERR_OK;
+}
+
 static enum bd_err visit_snapshot(struct walk *walk, sqlite3_stmt *row, bool *is_whole)
 {
     struct bd_journal_snapshot snapshot;
-    *is_whole = bd_row_snapshot(row, walk->row, &snapshot) &&
-                bd_journal_has_contents(walk->journal, &snapshot.content);
+    bool is_row_whole = bd_row_snapshot(row, walk->row, &snapshot);
+    enum bd_err err = check_whole(walk, is_row_whole, &snapshot.content, is_whole);
+    if (err) return err;
     walk->at = snapshot.revision;
     if (*is_whole) return walk->visitor->snapshot(walk->visitor->user, &snapshot, walk->fault);
     bd_log(BD_LOG_WARN, "journal", "scene %.64s: the snapshot of revision %llu is damaged",
@@ -64,8 +76,9 @@ static enum bd_err visit_edits(struct walk *walk, uint64_t target)
     int step;
     while (!err && (step = sqlite3_step(after)) == SQLITE_ROW) {
         struct bd_journal_edit edit;
-        if (!bd_row_edit(after, walk->row, &edit) || edit.revision != walk->at + 1) break;
-        if (!bd_journal_has_contents(walk->journal, &edit.forward_content)) break;
+        bool is_whole = bd_row_edit(after, walk->row, &edit) && edit.revision == walk->at + 1;
+        err = check_whole(walk, is_whole, &edit.forward_content, &is_whole);
+        if (err || !is_whole) break;
         err = walk->visitor->edit(walk->visitor->user, &edit, walk->fault);
         walk->at = edit.revision;
     }

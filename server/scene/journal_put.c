@@ -21,17 +21,26 @@ int bd_journal_find_content(struct bd_journal *journal, const uint8_t sha256[BD_
     return bd_journal_done(find, step);
 }
 
-bool bd_journal_has_content(struct bd_journal *journal, const uint8_t sha256[BD_SHA256_BYTES])
+enum bd_err bd_journal_has_content(struct bd_journal *journal,
+                                   const uint8_t sha256[BD_SHA256_BYTES], bool *out,
+                                   struct bd_fault *fault)
 {
     uint64_t row;
-    return bd_journal_find_content(journal, sha256, &row) == SQLITE_OK && row;
+    int result = bd_journal_find_content(journal, sha256, &row);
+    *out = !result && row;
+    return result ? bd_journal_fault(journal, result, "content cannot be looked for", fault)
+                  : BD_ERR_OK;
 }
 
-bool bd_journal_has_contents(struct bd_journal *journal, const struct bd_journal_digests *list)
+int bd_journal_has_contents(struct bd_journal *journal, const struct bd_journal_digests *list,
+                            bool *out)
 {
-    for (uint32_t i = 0; i < list->count; i++)
-        if (!bd_journal_has_content(journal, list->sha256 + i * BD_SHA256_BYTES)) return false;
-    return true;
+    uint64_t row = 1;
+    int result = SQLITE_OK;
+    for (uint32_t i = 0; i < list->count && row && !result; i++)
+        result = bd_journal_find_content(journal, list->sha256 + (size_t)i * BD_SHA256_BYTES, &row);
+    *out = !result && row;
+    return result;
 }
 
 // The row of content whose parts are written now, or were begun before.

@@ -203,8 +203,9 @@ static enum bd_err put_missing_content(struct writing *writing, struct bd_fault 
     enum bd_err err = BD_ERR_OK;
     for (uint32_t i = 0; !err && i < table->size; i++) {
         const uint8_t *sha256 = bd_content_sha256(&table->items[i]);
-        if (sha256 && !bd_journal_has_content(writing->journal, sha256))
-            err = put_content(writing->journal, &table->items[i], fault);
+        bool is_there = true;
+        if (sha256) err = bd_journal_has_content(writing->journal, sha256, &is_there, fault);
+        if (!err && !is_there) err = put_content(writing->journal, &table->items[i], fault);
     }
     return err;
 }

@@ -390,7 +390,7 @@ static void content_comes_back(void **state)
     for (int i = 0; i < COUNT; i++) {
         kit_make_content(&content[i], sizes[i], (uint64_t)i);
         list[i] = content[i].content;
-        assert_false(bd_journal_has_content(place->journal, list[i].sha256));
+        assert_false(kit_has(place->journal, &content[i]));
         assert_int_equal(kit_read(place->journal, &content[i], &place->fault), BD_ERR_NOT_FOUND);
     }
     assert_int_equal(kit_put(place->journal, list, COUNT, &place->fault), BD_ERR_OK);
@@ -399,7 +399,7 @@ static void content_comes_back(void **state)
     assert_true(stats_of(place).file_bytes < bytes + 65536); // twice is once
     open_again(place);
     for (int i = 0; i < COUNT; i++) {
-        assert_true(bd_journal_has_content(place->journal, list[i].sha256));
+        assert_true(kit_has(place->journal, &content[i]));
         assert_int_equal(kit_read(place->journal, &content[i], &place->fault), BD_ERR_OK);
         free(content[i].bytes);
     }
@@ -419,7 +419,7 @@ static void content_goes_in_by_slices(void **state)
     }
     bd_journal_put_end(place->journal, &put);
     open_again(place); // as after a crash in between
-    assert_false(bd_journal_has_content(place->journal, content.content.sha256));
+    assert_false(kit_has(place->journal, &content));
     assert_int_equal(kit_put(place->journal, &content.content, 1, &place->fault), BD_ERR_OK);
     assert_int_equal(kit_read(place->journal, &content, &place->fault), BD_ERR_OK);
     free(content.bytes);
@@ -528,11 +528,6 @@ static void grow_with_content(struct place *place, struct kit_edit edits[4],
     bd_journal_put_end(place->journal, &put);
 }
 
-static bool has(struct place *place, const struct kit_content *content)
-{
-    return bd_journal_has_content(place->journal, content->content.sha256);
-}
-
 static void content_that_nothing_needs_is_collected(void **state)
 {
     struct place *place = *state;
@@ -541,7 +536,7 @@ static void content_that_nothing_needs_is_collected(void **state)
     grow_with_content(place, edits, content);
     open_again(place);
     collect(place);
-    for (int i = 0; i < 3; i++) assert_true(has(place, &content[i]));
+    for (int i = 0; i < 3; i++) assert_true(kit_has(place->journal, &content[i]));
 
     struct kit_snapshot snapshot;
     kit_make_snapshot(&snapshot, 3, edits[3].state);
@@ -552,9 +547,9 @@ static void content_that_nothing_needs_is_collected(void **state)
     compact(place, "a", 0);
     uint64_t before = stats_of(place).file_bytes;
     assert_true(collect(place) > 4); // 9 MiB go by slices of 4
-    assert_false(has(place, &content[0]));
-    assert_false(has(place, &content[1]));
-    assert_true(has(place, &content[2]));
+    assert_false(kit_has(place->journal, &content[0]));
+    assert_false(kit_has(place->journal, &content[1]));
+    assert_true(kit_has(place->journal, &content[2]));
     open_again(place);
     assert_true(stats_of(place).file_bytes < before - 4 * BD_JOURNAL_PART_BYTES);
     assert_int_equal(kit_read(place->journal, &content[2], &place->fault), BD_ERR_OK);

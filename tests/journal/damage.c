@@ -220,7 +220,7 @@ static void damaged_content_ends_a_scene_before_it(void **state)
     expect_revision(journal, STORY_REVISIONS); // nobody has read it yet
     assert_int_equal(kit_read(journal, &story.content[1], &fault), BD_ERR_NOT_FOUND);
     assert_non_null(strstr(fault.message, "is damaged"));
-    assert_false(bd_journal_has_content(journal, story.content[1].content.sha256));
+    assert_false(kit_has(journal, &story.content[1]));
     expect_revision(journal, 6);
     // Put again, it is whole again.
     assert_int_equal(kit_put(journal, &story.content[1].content, 1, &fault), BD_ERR_OK);

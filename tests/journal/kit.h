@@ -41,6 +41,7 @@ struct kit_content {
 void kit_make_content(struct kit_content *out, size_t size, uint64_t seed);
 enum bd_err kit_put(struct bd_journal *journal, const struct bd_journal_content *content,
                     uint32_t count, struct bd_fault *fault);
+bool kit_has(struct bd_journal *journal, const struct kit_content *content);
 // BD_ERR_DIFFERS if what is read is not what was made.
 enum bd_err kit_read(struct bd_journal *journal, const struct kit_content *content,
                      struct bd_fault *fault);
