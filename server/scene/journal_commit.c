@@ -229,7 +229,8 @@ enum bd_err bd_journal_commit(struct bd_journal *journal, const struct bd_journa
     enum bd_err err = BD_ERR_OK;
     for (at = 0; at < count && !err; at++) err = apply(journal, &records[at], fault);
     result = bd_journal_end(journal, err ? SQLITE_ABORT : SQLITE_OK);
-    if (err && faulty) *faulty = at - 1;
+    // A disk that is full or fails is none of theirs.
+    if (err && err != BD_ERR_NO_MEMORY && err != BD_ERR_IO && faulty) *faulty = at - 1;
     if (err) return err;
     return result ? bd_journal_fault(journal, result, not_kept, fault) : BD_ERR_OK;
 }

@@ -91,6 +91,30 @@ static void content_is_there_or_nobody_knows(void **state)
     assert_true(kit_has(journal, &story.content[1]));
 }
 
+// One client's mistake is told from a disk that fails everybody.
+static void a_failing_disk_is_no_records_fault(void **state)
+{
+    (void)state;
+    const struct bd_journal_record records[] = {
+        {.kind = BD_JOURNAL_NAME, .scene = "a", .name = "one", .revision = 3},
+        {.kind = BD_JOURNAL_UNNAME, .scene = "a", .name = "one"},
+    };
+    for (uint64_t at = 1;; at++) {
+        struct bd_fault fault = {0};
+        uint32_t faulty = 0;
+        fail_at(at);
+        enum bd_err err = bd_journal_commit(journal, records, 2, &faulty, &fault);
+        bool has_failed = disk_failed_count() > 0;
+        fail_at(0);
+        assert_int_equal(faulty, 2);
+        if (err) expect_io(err, &fault, at);
+        if (has_failed) continue;
+        assert_int_equal(err, BD_ERR_OK);
+        assert_true(at > 5);
+        return;
+    }
+}
+
 int main(void)
 {
 #define TEST(function) cmocka_unit_test_setup_teardown(function, set_up, tear_down)
@@ -98,6 +122,7 @@ int main(void)
         TEST(a_read_that_fails_does_not_end_a_scene),
         TEST(a_read_that_fails_does_not_end_the_past),
         TEST(content_is_there_or_nobody_knows),
+        TEST(a_failing_disk_is_no_records_fault),
     };
     bd_log_setup(BD_LOG_ERROR, false);
     disk_register();
