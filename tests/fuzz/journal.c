@@ -116,24 +116,37 @@ static void note(struct start *start, enum bd_err err, const struct bd_fault *fa
     start->has_failed = true;
 }
 
-// What can still be read of the past is what it was, and can be taken back.
-static void check_revision(struct start *start, const struct golden_scene *golden,
-                           uint64_t revision)
+// What can be taken back gives the state before.
+static void check_inverse(struct start *start, const struct golden_scene *golden, uint64_t revision,
+                          const struct bd_scene *then)
 {
-    struct bd_scene *then = NULL, *before = NULL;
+    struct bd_scene *before = NULL;
     struct bd_delta inverse = {0};
     struct bd_fault fault = {0};
-    enum bd_err err = bd_store_read_revision(start->journal, golden->id, revision, &then, &fault);
+    enum bd_err err =
+        bd_store_read_inverse(start->journal, golden->id, revision, &inverse, &fault);
     note(start, err, &fault);
-    if (!err && !start->is_forged) BD_ASSERT(is_state(golden, revision, then));
-    if (!err && revision > 1) {
-        err = bd_store_read_inverse(start->journal, golden->id, revision, &inverse, &fault);
-        note(start, err, &fault);
-        if (!err) err = bd_delta_apply(then, &inverse, &before, &fault);
-        if (before && !start->is_forged) BD_ASSERT(is_state(golden, revision - 1, before));
+    if (err) return;
+    err = bd_delta_apply(then, &inverse, &before, &fault);
+    if (!start->is_forged) {
+        BD_ASSERT_CMP(err, ==, BD_ERR_OK);
+        BD_ASSERT(is_state(golden, revision - 1, before));
     }
     bd_delta_finish(&inverse);
     bd_scene_release(&before);
+}
+
+// What can still be read of the past is what it was.
+static void check_revision(struct start *start, const struct golden_scene *golden,
+                           uint64_t revision)
+{
+    struct bd_scene *then = NULL;
+    struct bd_fault fault = {0};
+    enum bd_err err = bd_store_read_revision(start->journal, golden->id, revision, &then, &fault);
+    note(start, err, &fault);
+    if (err) return;
+    if (!start->is_forged) BD_ASSERT(is_state(golden, revision, then));
+    if (revision > 1) check_inverse(start, golden, revision, then);
     bd_scene_release(&then);
 }
 

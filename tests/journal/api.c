@@ -658,9 +658,10 @@ static void settings_are_as_promised(void **state)
         sqlite3_stmt *get;
         snprintf(sql, sizeof sql, "PRAGMA %s", settings[i].pragma);
         assert_int_equal(sqlite3_prepare_v2(place->journal->db, sql, -1, &get, NULL), SQLITE_OK);
-        // mmap_size answers nothing where mapping is compiled out.
-        if (sqlite3_step(get) == SQLITE_ROW)
-            assert_string_equal(bd_column_text(get, 0), settings[i].value);
+        bool answers = sqlite3_step(get) == SQLITE_ROW;
+        // Where mapping is compiled out there is nothing to ask for.
+        assert_true(answers || strcmp(settings[i].pragma, "mmap_size") == 0);
+        if (answers) assert_string_equal(bd_column_text(get, 0), settings[i].value);
         sqlite3_finalize(get);
     }
 }
