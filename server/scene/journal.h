@@ -134,6 +134,8 @@ BD_MUST_CHECK
 enum bd_err bd_journal_read_content(struct bd_journal *journal,
                                     const uint8_t sha256[BD_SHA256_BYTES], void **bytes,
                                     size_t *size, struct bd_fault *fault);
+// How many times that found damage since the journal was opened.
+uint64_t bd_journal_damage_count(const struct bd_journal *journal);
 
 // --- commit ----------------------------------------------------------------------------------
 
@@ -192,8 +194,8 @@ struct bd_journal_visitor {
 // Walks to `revision`; 0: to the newest that is whole, with a warning in the log if that is not the
 // newest. `reached` is where it ended. BD_ERR_NOT_FOUND: there is no way to that revision any more.
 //
-// At start-up: load; if the visitor finds content missing, load again, which then ends before it;
-// then bd_journal_cut at `reached` if that is below the scene's revision.
+// At start-up: load; if the visitor finds content damaged, load again, which then ends before it,
+// until it finds no more; then bd_journal_cut at `reached` if that is below the scene's revision.
 BD_MUST_CHECK
 enum bd_err bd_journal_load(struct bd_journal *journal, const char *scene, uint64_t revision,
                             const struct bd_journal_visitor *visitor, uint64_t *reached,

@@ -29,6 +29,7 @@ struct bd_journal {
     bool is_damaged;           // something was read that SQLite cannot have written
     struct bd_digests pinned;  // content that is on its way to a commit
     struct bd_digests damaged; // content that was read and is not what its name says
+    uint64_t damage_count;     // how often some was found
     struct bd_journal_copy {   // what bd_journal_get_edit lends
         char *bytes;
         size_t size;

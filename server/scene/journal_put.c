@@ -215,7 +215,9 @@ static enum bd_err say_damaged(struct bd_journal *journal, const uint8_t sha256[
                                struct bd_fault *fault)
 {
     struct bd_fault local;
-    if (!bd_digests_have(&journal->damaged, sha256)) bd_digests_add(&journal->damaged, sha256);
+    // It was not known: what is known to be damaged is not read.
+    bd_digests_add(&journal->damaged, sha256);
+    journal->damage_count++;
     enum bd_err err = missing(sha256, "is damaged in the journal", &local);
     bd_log(BD_LOG_WARN, "journal", "%s: %s", journal->name, local.message);
     if (fault) *fault = local;
@@ -255,4 +257,9 @@ enum bd_err bd_journal_read_content(struct bd_journal *journal,
     free(data);
     if (bd_journal_is_damage(result)) return say_damaged(journal, sha256, fault);
     return bd_journal_fault(journal, result, "a mesh or picture cannot be read", fault);
+}
+
+uint64_t bd_journal_damage_count(const struct bd_journal *journal)
+{
+    return journal->damage_count;
 }

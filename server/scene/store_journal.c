@@ -304,10 +304,15 @@ static enum bd_err walk_to(struct finding *finding, const char *id, uint64_t rev
 {
     struct walk walk = {.finding = finding};
     const struct bd_journal_visitor visitor = {visit_snapshot, visit_edit, &walk};
-    enum bd_err err = bd_journal_load(finding->journal, id, revision, &visitor, reached, fault);
-    // Content that was found missing on the way counts as missing from here on.
-    if (err == BD_ERR_NOT_FOUND && revision == 0)
+    enum bd_err err;
+    uint64_t known_damage;
+    // Content that was found damaged on the way counts as missing from here on, and the next walk
+    // ends before it.
+    do {
+        known_damage = bd_journal_damage_count(finding->journal);
         err = bd_journal_load(finding->journal, id, revision, &visitor, reached, fault);
+    } while (err == BD_ERR_NOT_FOUND && revision == 0 &&
+             bd_journal_damage_count(finding->journal) > known_damage);
     if (err)
         bd_scene_release(&walk.scene);
     else
