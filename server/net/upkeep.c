@@ -50,12 +50,17 @@ static void finish(struct bd_upkeep *upkeep)
     free(upkeep);
 }
 
+// A scene that was removed meanwhile has no history to look after.
+static bool is_removed(const struct bd_upkeep *upkeep)
+{
+    return upkeep->err == BD_ERR_NOT_FOUND && strcmp(upkeep->fault.field, "scene") == 0;
+}
+
 // One step after the other, each a turn of its own.
 static void back(struct bd_journal_turn *turn)
 {
     struct bd_upkeep *upkeep = (struct bd_upkeep *)turn;
-    // A scene that was removed meanwhile has no history to look after.
-    if (upkeep->err && upkeep->err != BD_ERR_NOT_FOUND)
+    if (upkeep->err && !is_removed(upkeep))
         bd_log(BD_LOG_WARN, "net", "upkeep of the journal put off: %s", upkeep->fault.message);
     bool is_over = upkeep->is_done && upkeep->phase == PHASE_COLLECT;
     if (upkeep->err || is_over || turn->net->draining) {

@@ -82,7 +82,7 @@ static void name_content(void *user, const struct bd_content *content)
     const uint8_t *sha256 = bd_content_sha256(content);
     if (!sha256 || bd_content_table_get(&naming->seen, sha256)) return;
     bd_content_table_put(&naming->seen, content);
-    if (naming->writing) bd_content_table_put(&naming->writing->content, content);
+    bd_content_table_put(&naming->writing->content, content);
     bool kept = append(naming->names, sha256, BD_SHA256_BYTES);
     BD_ASSERT(kept);
 }
@@ -428,10 +428,16 @@ enum bd_err bd_store_load(struct bd_store *store, struct bd_journal *journal,
 enum bd_err bd_store_snapshot(struct bd_journal *journal, const char *id, uint64_t revision,
                               const struct bd_scene *scene, struct bd_fault *fault)
 {
+    struct writing writing = {.journal = journal};
     struct form form = {0};
-    enum bd_err err = form_snapshot(NULL, scene, revision, &form)
-                          ? bd_journal_write_snapshot(journal, id, &form.snapshot, fault)
-                          : bd_fault_set(fault, BD_ERR_NO_MEMORY, "", "no memory for an index");
+    enum bd_err err =
+        form_snapshot(&writing, scene, revision, &form)
+            ? BD_ERR_OK
+            : bd_fault_set(fault, BD_ERR_NO_MEMORY, "", "no memory for an index");
+    // What was found damaged in the journal is whole in memory.
+    if (!err) err = put_missing_content(&writing, fault);
+    if (!err) err = bd_journal_write_snapshot(journal, id, &form.snapshot, fault);
     free_form(&form);
+    finish_writing(&writing);
     return err;
 }

@@ -40,6 +40,7 @@ enum bd_err bd_store_read_inverse(struct bd_journal *journal, const char *id, ui
                                   struct bd_delta *out, struct bd_fault *fault);
 
 // The index of a scene's revision, from which a later start begins (bd_journal_write_snapshot).
+// Content of it that the journal has lost to damage is put anew.
 BD_MUST_CHECK
 enum bd_err bd_store_snapshot(struct bd_journal *journal, const char *id, uint64_t revision,
                               const struct bd_scene *scene, struct bd_fault *fault);
