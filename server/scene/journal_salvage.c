@@ -1,8 +1,8 @@
 // A damaged file, built anew from what is whole in it.
 //
 // Rows are copied one by one, past pages that cannot be read, into a new file with indexes of its
-// own; then every record that is not what was written goes, and of each scene what lies beyond the
-// first gap. The old file stays beside for a person.
+// own; then every record that is not what was written goes, what removed scenes left, and of each
+// scene what lies beyond the first gap. The old file stays beside for a person.
 
 #include <errno.h>
 #include <fcntl.h>
@@ -163,6 +163,21 @@ static bool name_is_whole(sqlite3_stmt *row, int64_t scene)
            (uint64_t)sqlite3_column_int64(row, 2);
 }
 
+// The new file counts scenes and contents from the last ones that came over: what is left of others
+// would be the next one's. And content that lost a part has to be put anew.
+static int purge_remains(struct bd_journal *journal)
+{
+    return sqlite3_exec(
+        journal->db,
+        "DELETE FROM edits WHERE scene NOT IN (SELECT id FROM scenes);"
+        "DELETE FROM snapshots WHERE scene NOT IN (SELECT id FROM scenes);"
+        "DELETE FROM names WHERE scene NOT IN (SELECT id FROM scenes);"
+        "DELETE FROM parts WHERE content NOT IN (SELECT id FROM contents);"
+        "UPDATE contents SET is_whole=0 WHERE is_whole=1 AND size<>"
+        "(SELECT coalesce(sum(length(bytes)),0) FROM parts WHERE content=contents.id);",
+        NULL, NULL, NULL);
+}
+
 static int purge_tables(struct bd_journal *journal)
 {
     int result = bd_journal_begin(journal);
@@ -170,6 +185,7 @@ static int purge_tables(struct bd_journal *journal)
     result = purge(journal, "edits", EDIT_ALL, edit_is_whole);
     if (!result) result = purge(journal, "snapshots", SNAPSHOT_ALL, snapshot_is_whole);
     if (!result) result = purge(journal, "names", "name,revision,chk", name_is_whole);
+    if (!result) result = purge_remains(journal);
     return bd_journal_end(journal, result);
 }
 

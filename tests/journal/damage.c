@@ -287,6 +287,64 @@ static void a_damaged_snapshot_costs_nothing(void **state)
     bd_journal_close(&journal);
 }
 
+static void add_scene(struct bd_journal *journal, const char *id, struct kit_edit edits[3])
+{
+    struct bd_fault fault = {0};
+    struct kit_snapshot snapshot;
+    kit_make_edit(&edits[1], 1, 0, 3);
+    kit_make_edit(&edits[2], 2, edits[1].state, 3);
+    kit_make_snapshot(&snapshot, 1, edits[1].state);
+    if (kit_add(journal, id, &edits[1], &snapshot, &fault) ||
+        kit_commit(journal, id, &edits[2], &fault))
+        fail_msg("%s", fault.message);
+}
+
+// Its records are still there, and the file that is built anew may give its number to another.
+static void what_a_removed_scene_left_is_nobodys(void **state)
+{
+    (void)state;
+    const struct bd_journal_record removal = {.kind = BD_JOURNAL_REMOVE_SCENE, .scene = "c"};
+    struct bd_fault fault = {0};
+    struct bd_journal_stats stats;
+    struct kit_edit edits[3];
+    put_files(&whole, whole.size, NULL, 0);
+    struct bd_journal *journal = open_journal();
+    add_scene(journal, "c", edits);
+    assert_int_equal(bd_journal_commit(journal, &removal, 1, NULL, &fault), BD_ERR_OK);
+    bd_journal_close(&journal);
+    spoil(story.a[10].forward, 24);
+    journal = open_journal();
+    expect_revision(journal, 9);
+    assert_int_equal(bd_journal_get_stats(journal, &stats, &fault), BD_ERR_OK);
+    assert_int_equal(stats.edit_count, 9 + STORY_REVISIONS / 2);
+    add_scene(journal, "d", edits);
+    bd_journal_close(&journal);
+}
+
+// A part whose row cannot be read is not there: the content is known to be missing before anybody
+// reads it, and is whole once it is put again.
+static void content_without_all_of_its_parts_is_missing(void **state)
+{
+    (void)state;
+    struct bd_fault fault = {0};
+    put_files(&whole, whole.size, NULL, 0);
+    struct bd_journal *journal = open_journal();
+    assert_int_equal(sqlite3_exec(journal->db,
+                                  "DELETE FROM parts WHERE content="
+                                  "(SELECT id FROM contents WHERE size=3000)",
+                                  NULL, NULL, NULL),
+                     SQLITE_OK);
+    bd_journal_close(&journal);
+    spoil(story.a[10].forward, 24);
+    journal = open_journal();
+    assert_false(kit_has(journal, &story.content[1]));
+    assert_true(kit_has(journal, &story.content[0]) && kit_has(journal, &story.content[2]));
+    expect_revision(journal, 6);
+    assert_int_equal(kit_put(journal, &story.content[1].content, 1, &fault), BD_ERR_OK);
+    expect_revision(journal, 9);
+    bd_journal_close(&journal);
+}
+
 // True if a call failed. The file that is damaged is mended by this start or by the next one.
 static bool mend_with_trouble(enum disk_fault fault, uint64_t at, uint64_t count)
 {
@@ -345,6 +403,8 @@ int main(int argc, char **argv)
         TEST(a_damaged_edit_ends_a_scene_before_it),
         TEST(a_damaged_past_costs_only_the_past),
         TEST(a_damaged_snapshot_costs_nothing),
+        TEST(what_a_removed_scene_left_is_nobodys),
+        TEST(content_without_all_of_its_parts_is_missing),
         TEST(a_file_is_built_anew_whole_or_not_at_all),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
