@@ -243,25 +243,41 @@ enum bd_err bd_store_write(struct bd_journal *journal, const struct bd_batch *fi
 struct finding {
     struct bd_journal *journal;
     struct bd_content_table content;
+    struct bd_fault fault; // of a disk that did not answer
 };
+
+static const struct bd_content *read_content(struct finding *finding, const uint8_t sha256[32])
+{
+    struct bd_content read = {0};
+    struct bd_fault fault = {0};
+    void *bytes = NULL;
+    size_t size;
+    enum bd_err err = bd_journal_read_content(finding->journal, sha256, &bytes, &size, &fault);
+    if (err && err != BD_ERR_NOT_FOUND) finding->fault = fault;
+    if (!err) err = bd_content_read(bytes, size, &read, NULL);
+    free(bytes);
+    if (err) return NULL;
+    bd_content_table_put(&finding->content, &read);
+    bd_content_release(&read);
+    return bd_content_table_get(&finding->content, sha256);
+}
 
 static bool find_content(void *user, const uint8_t sha256[32], struct bd_content *out)
 {
     struct finding *finding = user;
     const struct bd_content *known = bd_content_table_get(&finding->content, sha256);
-    struct bd_content read = {0};
-    void *bytes = NULL;
-    size_t size;
-    if (!known && !bd_journal_read_content(finding->journal, sha256, &bytes, &size, NULL) &&
-        !bd_content_read(bytes, size, &read, NULL)) {
-        bd_content_table_put(&finding->content, &read);
-        bd_content_release(&read);
-        known = bd_content_table_get(&finding->content, sha256);
-    }
-    free(bytes);
+    if (!known) known = read_content(finding, sha256);
     if (!known || known->kind != out->kind) return false;
     *out = bd_content_retain(known);
     return true;
+}
+
+// What a disk does not give just now is not missing.
+static enum bd_err explain(const struct finding *finding, enum bd_err err, struct bd_fault *fault)
+{
+    if (err != BD_ERR_NOT_FOUND || !finding->fault.err) return err;
+    if (fault) *fault = finding->fault;
+    return finding->fault.err;
 }
 
 // A walk from a snapshot along the edits after it.
@@ -309,10 +325,12 @@ static enum bd_err walk_to(struct finding *finding, const char *id, uint64_t rev
     // Content that was found damaged on the way counts as missing from here on, and the next walk
     // ends before it.
     do {
+        finding->fault = (struct bd_fault){0};
         known_damage = bd_journal_damage_count(finding->journal);
         err = bd_journal_load(finding->journal, id, revision, &visitor, reached, fault);
     } while (err == BD_ERR_NOT_FOUND && revision == 0 &&
              bd_journal_damage_count(finding->journal) > known_damage);
+    err = explain(finding, err, fault);
     if (err)
         bd_scene_release(&walk.scene);
     else
@@ -341,6 +359,7 @@ enum bd_err bd_store_read_inverse(struct bd_journal *journal, const char *id, ui
     if (!err && !append(&inverse, edit.inverse.data, edit.inverse.size))
         err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "", "no memory for the edit");
     if (!err) err = bd_delta_read(inverse.bytes, inverse.size, find_content, &finding, out, fault);
+    err = explain(&finding, err, fault);
     free(inverse.bytes);
     bd_content_table_finish(&finding.content);
     return err;
