@@ -240,11 +240,42 @@ enum bd_err bd_store_write(struct bd_journal *journal, const struct bd_batch *fi
 
 // --- back -----------------------------------------------------------------------------------
 
+// Of the past of a scene so many bytes are kept in memory, since what went may come back.
+#define PAST_BYTES_MAX (32u << 20)
+
+// Content that is in memory, or in the journal.
 struct finding {
     struct bd_journal *journal;
-    struct bd_content_table content;
-    struct bd_fault fault; // of a disk that did not answer
+    struct bd_content_table held;   // by scenes that are loaded
+    struct bd_content_table walked; // by the one that is being walked to, and by its past
+    uint64_t walked_bytes;          // read since the past was forgotten
+    struct bd_fault fault;          // of a disk that did not answer
 };
+
+static void finish_walked(struct finding *finding)
+{
+    bd_content_table_finish(&finding->walked);
+    finding->walked_bytes = 0;
+}
+
+static void keep_content(void *user, const struct bd_content *content)
+{
+    bd_content_table_put(user, content);
+}
+
+// A history reads many times what its scene holds in the end.
+static void forget_past(struct finding *finding, const struct bd_scene *scene)
+{
+    if (finding->walked_bytes <= PAST_BYTES_MAX) return;
+    finish_walked(finding);
+    bd_content_of_scene(scene, keep_content, &finding->walked);
+}
+
+static const struct bd_content *find_known(const struct finding *finding, const uint8_t sha256[32])
+{
+    const struct bd_content *held = bd_content_table_get(&finding->held, sha256);
+    return held ? held : bd_content_table_get(&finding->walked, sha256);
+}
 
 static const struct bd_content *read_content(struct finding *finding, const uint8_t sha256[32])
 {
@@ -257,15 +288,16 @@ static const struct bd_content *read_content(struct finding *finding, const uint
     if (!err) err = bd_content_read(bytes, size, &read, NULL);
     free(bytes);
     if (err) return NULL;
-    bd_content_table_put(&finding->content, &read);
+    bd_content_table_put(&finding->walked, &read);
     bd_content_release(&read);
-    return bd_content_table_get(&finding->content, sha256);
+    finding->walked_bytes += size;
+    return bd_content_table_get(&finding->walked, sha256);
 }
 
 static bool find_content(void *user, const uint8_t sha256[32], struct bd_content *out)
 {
     struct finding *finding = user;
-    const struct bd_content *known = bd_content_table_get(&finding->content, sha256);
+    const struct bd_content *known = find_known(finding, sha256);
     if (!known) known = read_content(finding, sha256);
     if (!known || known->kind != out->kind) return false;
     *out = bd_content_retain(known);
@@ -309,6 +341,7 @@ static enum bd_err visit_edit(void *user, const struct bd_journal_edit *edit,
     if (err) return err;
     bd_scene_release(&walk->scene);
     walk->scene = next;
+    forget_past(walk->finding, next);
     if (memcmp(next->content_sha256, edit->snapshot_sha256, BD_SHA256_BYTES) == 0) return BD_ERR_OK;
     return bd_fault_set(fault, BD_ERR_BAD_INPUT, "data",
                         "revision %llu is not what it was when it was written",
@@ -344,7 +377,7 @@ enum bd_err bd_store_read_revision(struct bd_journal *journal, const char *id, u
     struct finding finding = {.journal = journal};
     uint64_t reached;
     enum bd_err err = walk_to(&finding, id, revision, out, &reached, fault);
-    bd_content_table_finish(&finding.content);
+    finish_walked(&finding);
     return err;
 }
 
@@ -361,7 +394,7 @@ enum bd_err bd_store_read_inverse(struct bd_journal *journal, const char *id, ui
     if (!err) err = bd_delta_read(inverse.bytes, inverse.size, find_content, &finding, out, fault);
     err = explain(&finding, err, fault);
     free(inverse.bytes);
-    bd_content_table_finish(&finding.content);
+    finish_walked(&finding);
     return err;
 }
 
@@ -415,6 +448,8 @@ static enum bd_err load_scene(struct bd_store *store, struct finding *finding,
                                    fault);
     entry->revision = reached;
     if (!err) err = bd_store_restore(store, entry, past.items, past.count, fault);
+    if (!err) bd_content_of_scene(entry->scene, keep_content, &finding->held);
+    finish_walked(finding);
     bd_scene_release(&entry->scene);
     free(past.items);
     return err;
@@ -437,7 +472,7 @@ enum bd_err bd_store_load(struct bd_store *store, struct bd_journal *journal,
             bd_log(BD_LOG_WARN, "scene", "%s (\"%s\") cannot be served: %s", listing.entries[i].id,
                    listing.entries[i].name, why.message);
     }
-    bd_content_table_finish(&finding.content);
+    bd_content_table_finish(&finding.held);
     free(listing.entries);
     return err;
 }
