@@ -140,7 +140,8 @@ uint64_t bd_journal_damage_count(const struct bd_journal *journal);
 // --- commit ----------------------------------------------------------------------------------
 
 enum bd_journal_record_kind {
-    BD_JOURNAL_ADD_SCENE,    // scene, name, owner, edit (its first revision), snapshot (of that revision)
+    BD_JOURNAL_ADD_SCENE,    // scene, name, owner, edit (its first revision), snapshot (of that
+                             // revision)
     BD_JOURNAL_REMOVE_SCENE, // scene
     BD_JOURNAL_EDIT,         // scene, edit
     BD_JOURNAL_NAME,         // scene, name, revision; a name that is taken moves

@@ -26,11 +26,11 @@ struct bd_journal {
     char name[BD_JOURNAL_FILE_BYTES]; // in messages: the path, or that of the file it is a copy of
     bool is_copy;
     struct bd_data_dir copy_dir; // of a copy
-    bool is_damaged;           // something was read that SQLite cannot have written
-    struct bd_digests pinned;  // content that is on its way to a commit
-    struct bd_digests damaged; // content that was read and is not what its name says
-    uint64_t damage_count;     // how often some was found
-    struct bd_journal_copy {   // what bd_journal_get_edit lends
+    bool is_damaged;             // something was read that SQLite cannot have written
+    struct bd_digests pinned;    // content that is on its way to a commit
+    struct bd_digests damaged;   // content that was read and is not what its name says
+    uint64_t damage_count;       // how often some was found
+    struct bd_journal_copy {     // what bd_journal_get_edit lends
         char *bytes;
         size_t size;
     } lent;

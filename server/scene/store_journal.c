@@ -484,10 +484,9 @@ enum bd_err bd_store_snapshot(struct bd_journal *journal, const char *id, uint64
 {
     struct writing writing = {.journal = journal};
     struct form form = {0};
-    enum bd_err err =
-        form_snapshot(&writing, scene, revision, &form)
-            ? BD_ERR_OK
-            : bd_fault_set(fault, BD_ERR_NO_MEMORY, "", "no memory for an index");
+    enum bd_err err = form_snapshot(&writing, scene, revision, &form)
+                          ? BD_ERR_OK
+                          : bd_fault_set(fault, BD_ERR_NO_MEMORY, "", "no memory for an index");
     // What was found damaged in the journal is whole in memory.
     if (!err) err = put_missing_content(&writing, fault);
     if (!err) err = bd_journal_write_snapshot(journal, id, &form.snapshot, fault);

@@ -123,8 +123,7 @@ static void check_inverse(struct start *start, const struct golden_scene *golden
     struct bd_scene *before = NULL;
     struct bd_delta inverse = {0};
     struct bd_fault fault = {0};
-    enum bd_err err =
-        bd_store_read_inverse(start->journal, golden->id, revision, &inverse, &fault);
+    enum bd_err err = bd_store_read_inverse(start->journal, golden->id, revision, &inverse, &fault);
     note(start, err, &fault);
     if (err) return;
     err = bd_delta_apply(then, &inverse, &before, &fault);

@@ -137,8 +137,7 @@ enum bd_err kit_put(struct bd_journal *journal, const struct bd_journal_content 
 bool kit_has(struct bd_journal *journal, const struct kit_content *content)
 {
     bool is_there = false;
-    enum bd_err err =
-        bd_journal_has_content(journal, content->content.sha256, &is_there, NULL);
+    enum bd_err err = bd_journal_has_content(journal, content->content.sha256, &is_there, NULL);
     BD_ASSERT_CMP(err, ==, BD_ERR_OK);
     return is_there;
 }
