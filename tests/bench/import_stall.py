@@ -6,7 +6,6 @@ A small view runs all the while. Stalls are the daemon's own (/metrics): how lat
 on the loop, what processor time the loop took meanwhile (a late timer without it waited for the machine),
 and how long the render thread works between two looks at what else there is to do.
 """
-import argparse
 import http.client
 import json
 import os
@@ -169,9 +168,20 @@ class View(threading.Thread):
         super().__init__(daemon=True)
         self.client = bounced.connect("unix:" + daemon.socket_path)
         self.scene = self.client.scenes.add(str(VIEW_SCENE))
-        self.bounced, self.times, self.is_over = bounced, [], False
+        self.bounced, self.times, self.is_over, self.fault = bounced, [], False, None
 
     def run(self):
+        try:
+            self._run()
+        except Exception as fault:  # told by check
+            self.fault = fault
+
+    def check(self):
+        """Whether it looks on; the reason if it does not."""
+        if not self.is_alive():
+            raise self.fault or RuntimeError("the view ended by itself")
+
+    def _run(self):
         with self.scene.view(size=VIEW_SIZE, encoding="jpeg", technique="rsm") as view:
             for number, _ in enumerate(view):
                 self.times.append(time.monotonic())
@@ -221,10 +231,19 @@ class Watched:
     """A daemon with a view on it, warm."""
 
     def __init__(self, bounced, options, folder):
-        self.daemon = Daemon(options.build / "server/bounced", folder, options.device)
-        self.view = View(bounced, self.daemon)
-        self.view.start()
-        while len(self.view.times) < WARM_FRAMES:  # shaders are compiled by then
+        self.daemon = Daemon(os.environ["BOUNCED"], folder, options.device)
+        try:
+            self.view = View(bounced, self.daemon)
+            self.view.start()
+            self._warm()
+        except BaseException:
+            self.daemon.stop()
+            raise
+
+    def _warm(self):
+        """Until shaders are compiled."""
+        while len(self.view.times) < WARM_FRAMES:
+            self.view.check()
             time.sleep(0.1)
 
     def __enter__(self):
@@ -235,7 +254,9 @@ class Watched:
         self.daemon.stop()
 
     def phase(self, name, work):
-        return phase(self.daemon, self.view, name, work, settle_s=1.0)
+        row = phase(self.daemon, self.view, name, work, settle_s=1.0)
+        self.view.check()
+        return row
 
 
 def measure(bounced, options, face, seed):
@@ -271,18 +292,14 @@ def markdown(rows):
 
 
 def main(words):
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("build", metavar="BUILD_DIR", type=pathlib.Path)
-    parser.add_argument("-o", "--output", metavar="RESULT.json", type=pathlib.Path, required=True)
+    parser = by_hand.parser(__doc__, has_scenes=False)
     parser.add_argument("--megabytes", type=by_hand.count, default=100)
     parser.add_argument("--meshes", type=by_hand.count, default=20)
     parser.add_argument("--device", default=os.environ.get("BD_DEVICE"))
-    options = parser.parse_args(words)
+    options = live.parse(parser, words)
     if side_for(options.megabytes, options.meshes) > SIDE_MAX:
         parser.error("more megabytes than so many meshes hold: --meshes")
-    sys.path.insert(0, str(options.build / "clients/python"))
-    import bounced
-
+    bounced = live.package(options.build)
     machine, rows, scene_bytes = live.machine(options.build), [], 0
     for seed, face in enumerate(FACES):
         scene_bytes, more = measure(bounced, options, face, seed)

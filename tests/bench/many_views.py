@@ -144,12 +144,24 @@ class Meter(threading.Thread):
         self._client, self._pid = bounced.connect(daemon.url), daemon.pid
         self.ending = threading.Event()
         self.rows = []  # seconds, KiB, stats
+        self.fault = None
 
     def run(self):
-        with contextlib.suppress(Exception):
-            while not self.ending.wait(1):
-                self.rows.append((time.monotonic(), resident_kib(self._pid), self._client.stats()))
-            self._client.close()
+        try:
+            self._run()
+        except Exception as fault:  # told by latest: without rows there is nothing to say of memory
+            self.fault = fault
+
+    def _run(self):
+        while not self.ending.wait(1):
+            self.rows.append((time.monotonic(), resident_kib(self._pid), self._client.stats()))
+        self._client.close()
+
+    def latest(self):
+        """The last row; the fault that there will be no other."""
+        if self.fault:
+            raise self.fault
+        return self.rows[-1]
 
 
 # --- what it comes to ---------------------------------------------------------------------------
@@ -225,8 +237,8 @@ class Show:
         self.meter.join()
         for client in self._clients:
             client.close()
-        if self.editor.fault:
-            raise self.editor.fault
+        if fault := self.editor.fault or self.meter.fault:
+            raise fault
 
 
 def wait_s(seconds, meter):
@@ -234,7 +246,7 @@ def wait_s(seconds, meter):
     until = time.monotonic() + seconds
     while (left := until - time.monotonic()) > 0:
         time.sleep(min(60, left))
-        at, kib, stats = meter.rows[-1]
+        _, kib, stats = meter.latest()
         by_hand.say(f"{time.strftime('%H:%M:%S')} {kib} KiB, {stats.get('unsent_bytes', 0)} bytes "
                     f"unsent, {stats['jobs_done']} frames, {stats['connections']} connections")
     return time.monotonic()
@@ -251,7 +263,7 @@ def run(options):
             marks = [time.monotonic(), wait_s(options.around, show.meter)]
             stalled = Stalled(daemon.url, show.scene_ids, options.size)
             marks.append(wait_s(60 * options.minutes, show.meter))
-            connections = show.meter.rows[-1][2]["connections"]
+            connections = show.meter.latest()[2]["connections"]
             stalled.close()
             marks.append(wait_s(options.around, show.meter))
         finally:

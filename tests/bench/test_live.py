@@ -1,4 +1,5 @@
 """Figures of live scenes, without a daemon: their arithmetic on frames made here, and the slow link."""
+import argparse
 import dataclasses
 import os
 import socket
@@ -11,6 +12,7 @@ import pytest
 import by_hand
 import edit_latency
 import frame_age
+import import_stall
 import live
 import machine_speed
 import many_views
@@ -166,7 +168,56 @@ def test_ages_and_rates_of_a_phase():
     assert found["frames_per_second_a_view"] == {"least": .5, "median": .75, "most": 1.0}
 
 
-@pytest.mark.parametrize("script", [edit_latency, frame_age, many_views])
+class Gone:
+    """A client whose daemon does not answer."""
+
+    def stats(self):
+        raise ConnectionError("gone")
+
+    def view(self, **_):
+        raise ConnectionError("gone")
+
+    @property
+    def scenes(self):
+        return self
+
+    def add(self, *_):
+        return self
+
+
+@dataclasses.dataclass
+class Place:
+    """A daemon as far as a client needs one to connect."""
+    url: str = ""
+    socket_path: str = ""
+    pid: int = os.getpid()
+    is_stopped: bool = False
+
+    def stop(self):
+        self.is_stopped = True
+
+    def connect(self, _):
+        return Gone()
+
+
+def test_a_meter_that_stops_says_why():
+    meter = many_views.Meter(Place(), Place())
+    meter.start()
+    meter.join()
+    with pytest.raises(ConnectionError, match="gone"):
+        meter.latest()
+
+
+def test_a_view_that_ends_is_not_waited_for(monkeypatch):
+    place = Place()
+    monkeypatch.setattr(import_stall, "Daemon", lambda *_: place)
+    monkeypatch.setenv("BOUNCED", "bounced")
+    with pytest.raises(ConnectionError, match="gone"):
+        import_stall.Watched(place, argparse.Namespace(device=None), "")
+    assert place.is_stopped
+
+
+@pytest.mark.parametrize("script", [edit_latency, frame_age, import_stall, many_views])
 def test_a_build_without_the_client_is_named_at_once(script, tmp_path, monkeypatch, capsys):
     for variable, place in by_hand.PROGRAMS.items():
         monkeypatch.delenv(variable, raising=False)
