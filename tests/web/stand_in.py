@@ -1,4 +1,4 @@
-"""A daemon that speaks the whole protocol to a page, draws marks instead of light, and can be cut off.
+"""A daemon that answers all that the page asks, draws marks instead of light, and can be cut off.
 
 Its scenes are the nodes, lights and meshes' boxes of a .glb. Its pictures show each light as a disc of
 the light's colour where a pinhole camera sees it, on a ground as bright as all lights together: a test
@@ -130,12 +130,18 @@ class Client:
         try:
             if not method:
                 raise Refused("unsupported", f"no {kind} here")
+            if kind in self.server.refused_late:
+                time.sleep(self.server.refused_late.pop(kind))
+                raise Refused("usage", f"no {kind} this time")
             with self.server.lock:
                 payload = method(getattr(envelope, kind), reply) or b""
         except Refused as refused:
             reply.error.code, reply.error.message = refused.code, str(refused)
             reply.error.details.field = refused.field
-        if kind == "scene_list":
+        if kind == self.server.lost:
+            self.server.lost = None
+            self.server.cut(is_kept=True)
+        elif kind == "scene_list":
             threading.Timer(self.server.list_delay_s, self.send, (reply,)).start()
         elif kind != "view_credit":
             self.send(reply, payload)
@@ -175,6 +181,14 @@ class Client:
         reply.done.SetInParent()
         self.server.tell(remove.id, "removed")
 
+    def on_cancel(self, cancel, reply):
+        """Of what goes on after its answer: views and watches."""
+        self.watches = [watch for watch in self.watches if watch != cancel.request_id]
+        for view in list(self.views.values()):
+            if view.request_id == cancel.request_id:
+                self.views.pop(view.number).end()
+        reply.done.SetInParent()
+
     def on_scene_watch(self, _, reply):
         self.watches.append(reply.request_id)
         reply.done.SetInParent()
@@ -187,22 +201,27 @@ class Client:
             raise Refused("not_found", "there is no such scene", "scene")
         return self.server.scenes[scene_id]
 
-    def edited(self, scene, reply, kind="edited"):
-        reply.edit_reply.revision, reply.edit_reply.transient = scene.revision, scene.transient
-        self.server.tell(scene.id, kind)
+    def edited(self, request, reply, how, kind="edited"):
+        """Carried out once, and answered alike each time that it is asked for under one name."""
+        scene, name = self.scene(request.scene), request.client_edit_id
+        if not name or name not in scene.answered:
+            how(scene)
+            scene.answered[name] = scene.revision, scene.transient
+            self.server.tell(scene.id, kind)
+        reply.edit_reply.revision, reply.edit_reply.transient = scene.answered[name]
 
     def on_edit_batch(self, batch, reply):
-        scene = self.scene(batch.scene)
-        scene.edit(batch)
-        self.edited(scene, reply, "transient" if batch.durability == "transient" else "edited")
+        kind = "transient" if batch.durability == "transient" else "edited"
+        self.edited(batch, reply, lambda scene: scene.edit(batch), kind)
 
     def on_edit_commit(self, commit, reply):
-        self.scene(commit.scene).commit()
-        self.edited(self.scene(commit.scene), reply)
+        self.edited(commit, reply, lambda scene: scene.commit())
 
     def on_edit_undo(self, undo, reply):
-        self.scene(undo.scene).undo(undo.redo)
-        self.edited(self.scene(undo.scene), reply)
+        self.edited(undo, reply, lambda scene: scene.undo(undo.redo))
+
+    def on_edit_revert(self, revert, reply):
+        self.edited(revert, reply, lambda scene: scene.revert(revert.revision))
 
     def on_render(self, render, reply):
         report = report_of(self.scene(render.scene), render.frame, self.server.measured)
@@ -215,7 +234,7 @@ class Client:
     def on_view_open(self, opened, reply):
         self.scene(opened.scene)
         check_view(opened.frame)
-        number = len(self.views) + 1
+        number = max(self.views, default=0) + 1
         reply.view_reply.view = number
         self.views[number] = View(self, reply.request_id, number, opened)
 
@@ -257,13 +276,24 @@ class Handler(BaseHTTPRequestHandler):
             server.serve(websocket.accept(self))
             self.close_connection = True
         elif path == "/v1/scenes":
+            server.is_answering.wait()
             self.reply(401 if server.is_locked else 200, b'{"scenes":[]}')
+        elif path.endswith("/export"):
+            self.export(path.split("/")[-2])
         elif (file := DIST / (path.lstrip("/") or "index.html")).is_file():
             self.reply(200, file.read_bytes(), TYPES[file.suffix[1:]])
         else:
             self.reply(404, b"{}")
 
     do_HEAD = do_GET
+
+    def export(self, scene_id):
+        server = self.server.stand_in
+        if server.is_locked or scene_id not in server.scenes:
+            self.reply(401, b'{"code":"auth","message":"a token is needed"}')
+            return
+        scene = server.scenes[scene_id]
+        self.reply(200, scene.glb, "model/gltf-binary", [("Bounced-Flag", flag) for flag in scene.flags])
 
     def do_PUT(self):
         self.server.stand_in.blobs[self.path.split("sha256:")[1]] = self.body()
@@ -287,8 +317,10 @@ class Handler(BaseHTTPRequestHandler):
     def body(self):
         return self.rfile.read(int(self.headers.get("Content-Length", 0)))
 
-    def reply(self, status, body=b"", kind="application/json"):
+    def reply(self, status, body=b"", kind="application/json", heads=()):
         self.send_response(status)
+        for name, value in heads:
+            self.send_header(name, value)
         self.send_header("Content-Type", kind)
         self.send_header("Content-Length", str(len(body)))
         self.end_headers()
@@ -309,6 +341,10 @@ class StandIn:
         self.is_locked = False
         self.kept = {}  # clients of connections that broke, by session
         self.list_delay_s = 0
+        self.lost = None  # kind of request whose next answer is lost: all connections break before it, and are kept
+        self.is_answering = threading.Event()  # GET /v1/scenes, which else says nothing
+        self.is_answering.set()
+        self.refused_late = {}  # seconds by kind: its next request is refused after as long
         self.measured = 0
         self.tokens = []  # that were tried
         self.http = Threads(("127.0.0.1", port), Handler)
@@ -355,6 +391,7 @@ class StandIn:
 
     def close(self):
         self.cut()
+        self.is_answering.set()
         self.http.shutdown()
         self.http.server_close()
 

@@ -43,6 +43,7 @@ class Scene:
     def __init__(self, scene_id, name, glb):
         size = struct.unpack("<I", glb[12:16])[0]
         gltf = json.loads(glb[20:20 + size])
+        self.glb, self.flags = glb, []  # what an export is, edits or not, and what it says
         self.id, self.name, self.revision, self.transient = scene_id, name, 1, 0
         self.lights = [self.light_of(one) for one in
                        gltf.get("extensions", {}).get("KHR_lights_punctual", {}).get("lights", [])]
@@ -58,6 +59,8 @@ class Scene:
                 self.nodes[child].parent = i
         self.log = [pb.LogEntry(revision=1, kind="import", time_ms=int(time.time() * 1000))]
         self.past, self.future, self.durable = [], [], None
+        self.states = {1: self.state()}  # by revision
+        self.answered = {}  # revision and transient of edits, by the names that their client gave them
 
     @staticmethod
     def light_of(light):
@@ -165,6 +168,7 @@ class Scene:
 
     def note(self, kind, message=""):
         self.revision += 1
+        self.states[self.revision] = self.state()
         self.log.append(pb.LogEntry(revision=self.revision, kind=kind, message=message, changes=["light 0"],
                                     time_ms=int(time.time() * 1000)))
 
@@ -175,6 +179,13 @@ class Scene:
         target.append(self.state())
         self.nodes, self.lights = source.pop()
         self.note("redo" if is_redo else "undo")
+
+    def revert(self, revision):
+        if revision not in self.states:
+            raise Refused("not_found", "there is no such revision", "revision")
+        before = self.state()
+        self.nodes, self.lights = copy.deepcopy(self.states[revision])
+        self.advance(before, "revert")
 
 
 class Pinhole:
@@ -242,7 +253,7 @@ def half_of(request):
 
 def report_of(scene, request, step):
     report = pb.Report(scene="sha256:" + "0" * 64, revision=scene.revision, size=list(request.size),
-                       technique=request.technique, seed=0, aa=1, exposure_stops=1.25, stopped="complete")
+                       technique=request.technique, seed=0, aa=request.aa or 1, exposure_stops=1.25, stopped="complete")
     report.time_ms.total = 18.0 / (1 + step)
     report.time_ms.encode = 1.5
     for name, ms, state in (("gbuffer", 4, "ran"), ("shadow_map", 2, "reused"), ("rsm", 2, "reused"),

@@ -358,13 +358,19 @@ def test_clicking_the_picture_chooses_what_is_there(page, stand_in, scene):
     assert page.run("document.getElementById('objects-section').open")
 
 
-def test_history_is_listed_and_undo_of_nothing_is_told(page, scene):
+def test_history_is_listed_and_undo_of_nothing_is_told(page, stand_in, scene):
     page.click("#undo")
     page.until(TOAST + ".includes('nothing to undo')")
     choose(page, "Spot")
     page.set("#objects .field:has(input[type=range]) input.number", "5")
     wait(lambda: scene.revision == 2)
     page.until("document.querySelectorAll('.log li').length === 2")
+    page.run("document.getElementById('history').parentElement.open = true")
+    page.click("#history button")
+    wait(lambda: scene.revision == 3)
+    assert scene.lights[0].intensity != 5
+    page.until("document.querySelectorAll('.log li').length === 3")
+    assert stand_in.requests("edit_revert")[0].client_edit_id
 
 
 # --- connections that break ---
@@ -394,11 +400,31 @@ def test_a_session_that_is_kept_goes_on_with_its_view(page, stand_in):
     wait(lambda: view.credits == 2)
 
 
-def test_an_edit_under_way_is_asked_again_with_its_name(page, stand_in, scene):
+@pytest.mark.parametrize("kind", ["edit_batch", "edit_commit"])
+def test_an_edit_whose_answer_was_lost_is_asked_again_with_its_name(page, stand_in, scene, kind):
     choose(page, "Spot")
-    stand_in.cut()
-    page.set("#objects .field:has(input[type=range]) input.number", "7")
-    wait(lambda: len(stand_in.requests("hello")) == 2 and scene.lights[0].intensity == 7, 20)
+    stand_in.lost = kind
+    if kind == "edit_batch":
+        page.click("#objects .fields input[type=checkbox]")
+    else:
+        page.set("#objects .field:has(input[type=range]) input.number", "7")
+    wait(lambda: len(stand_in.requests(kind)) == 2, 20)
+    first, again = stand_in.requests(kind)
+    assert first.client_edit_id and first == again
+    page.until("document.getElementById('connection').textContent === 'Connected'")
+    page.set("#technique select", "direct")  # all that was asked before is answered
+    page.until("document.getElementById('stage').dataset.technique === 'direct'")
+    assert scene.revision == 2 and page.run(TOAST) == ""
+
+
+def test_a_view_whose_opening_was_lost_is_opened_once(new_page, stand_in, scene):
+    stand_in.lost = "view_open"
+    page = new_page(stand_in.url)
+    page.until(FINAL)
+    first = next(one for one in stand_in.asked if one.WhichOneof("body") == "view_open")
+    wait(lambda: stand_in.requests("cancel"))
+    assert stand_in.requests("cancel")[0].request_id == first.request_id
+    assert len(stand_in.requests("view_open")) == 2 and len(stand_in.clients[0].views) == 1
 
 
 def test_a_scene_is_opened_that_an_older_list_does_not_have(new_page, stand_in, scene):
@@ -443,14 +469,16 @@ def test_everything_has_a_name_and_can_be_reached_by_tab(page):
         .map(e => e.outerHTML)""")
     assert nameless == []
     page.run("document.body.focus()")
-    reached = []
-    for _ in range(30):
+    reached = {}
+    for _ in range(60):
         page.key("Tab")
-        reached.append(page.run("document.activeElement.id || document.activeElement.name || document.activeElement.tagName"))
+        # A layer's round button is hidden, and its words are outlined instead.
+        name, outline = page.run("""(() => { const e = document.activeElement;
+            const seen = e.name === 'layer' ? e.nextElementSibling : e;
+            return [e.id || e.name || e.tagName, getComputedStyle(seen).outlineStyle]; })()""")
+        reached[name] = outline
     for name in ("scenes", "open", "undo", "stage", "layer"):
-        assert name in reached, reached
-    page.run("document.getElementById('scenes').focus()")
-    assert page.run("getComputedStyle(document.getElementById('open')).outlineStyle") is not None
+        assert reached.get(name, "none") != "none", reached
 
 
 def test_nothing_is_wider_than_the_screen(page):
