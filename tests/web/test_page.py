@@ -342,6 +342,24 @@ def test_a_lights_intensity_changes_the_picture_and_faults_are_told(page, stand_
     assert scene.revision == 2
 
 
+def test_a_typed_coordinate_moves_along_its_axis_alone(page, stand_in, scene):
+    node = light_node(scene, "Spot")
+    place = [1.23456789, 3.0000123, -0.98765432]
+    scene.nodes[node].transform.translation[:] = place
+    stand_in.tell(scene.id, "edited")
+    choose(page, "Spot")
+    box = "#objects .triple input:nth-child({})"
+    page.until(f"document.querySelector('{box.format(1)}').value === '1.23'")
+    page.set(box.format(2), "2.5")
+    wait(lambda: scene.revision == 2)
+    assert list(scene.place(node)) == [place[0], 2.5, place[2]]
+    for text in ("", "  ", "high"):
+        page.set(box.format(3), text)
+        assert page.run(f"document.querySelector('{box.format(3)}').value") == "-0.988"
+    time.sleep(0.3)
+    assert scene.revision == 2 and list(scene.place(node)) == [place[0], 2.5, place[2]]
+
+
 def test_clicking_the_picture_chooses_what_is_there(page, stand_in, scene):
     page.run("document.getElementById('stage').focus()")
     page.key("Home")

@@ -44,6 +44,14 @@ export function hexOf(linear: readonly number[]): string {
   }).join("");
 }
 
+// The place after one of its coordinates was typed: the others keep all of their digits, of which the
+// boxes show three. null: what was typed is no number.
+export function placeTyped(place: Vec3, axis: number, text: string): Vec3 | null {
+  const typed = Number(text);
+  if (text.trim() === "" || !Number.isFinite(typed)) return null;
+  return place.map((value, i) => (i === axis ? typed : value)) as unknown as Vec3;
+}
+
 export class ObjectsPanel {
   private readonly select = el("select", {});
   private readonly fields = el("div", { class: "fields" });
@@ -99,22 +107,24 @@ export class ObjectsPanel {
   }
 
   private placeRow(): HTMLElement {
-    for (const axis of ["x", "y", "z"]) {
+    for (const [i, axis] of ["x", "y", "z"].entries()) {
       const input = el("input", { type: "text", inputmode: "decimal", class: `number axis-${axis}`, "aria-label": `${axis}, metres` });
-      input.addEventListener("change", () => this.setPlace());
+      input.addEventListener("change", () => this.setPlace(i, input));
       this.place.push(input);
     }
     return el("div", { class: "field", role: "group", "aria-label": "Position in metres" },
       el("span", { class: "label" }, "Position"), el("span", { class: "triple" }, ...this.place));
   }
 
-  private setPlace(): void {
-    const world = this.place.map((input) => Number(input.value));
-    if (!this.node || !world.every(Number.isFinite)) {
-      this.showPlace();
+  private setPlace(axis: number, input: HTMLInputElement): void {
+    if (!this.node) return;
+    const held = translationOf(this.node.worldFromNode);
+    const world = placeTyped(held, axis, input.value);
+    if (!world) {
+      input.value = figure(held[axis]!);
       return;
     }
-    this.hooks.move(this.node.id, world as unknown as Vec3);
+    this.hooks.move(this.node.id, world);
     this.hooks.end();
   }
 

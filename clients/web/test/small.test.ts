@@ -8,7 +8,7 @@ import { afterKey } from "../src/camera_input";
 import { frameRequest, motionScale, pictureSize } from "../src/frame_request";
 import { jsonOfGlb, mainOf, match, resolve, urisOf } from "../src/gltf_files";
 import { barsOf } from "../src/panel_cost";
-import { hexOf, linearOf } from "../src/panel_objects";
+import { hexOf, linearOf, placeTyped } from "../src/panel_objects";
 import { rungOf, valuesOf } from "../src/panel_technique";
 import { ERROR_MOST, colourOf, readHalf, relativeError } from "../src/difference";
 import { empty, evenAxis, grown, logAxis } from "../src/plot";
@@ -132,6 +132,12 @@ test("pictures have the stage's shape, within the limits", () => {
   assert.deepEqual(pictureSize({ width: 960, height: 730 }, 2, 1), [1920, 1460]);
   for (const side of pictureSize({ width: 9000, height: 30 }, 2, 1)) assert.ok(side >= 64 && side <= 4096);
   assert.deepEqual([0, 100, 200, 900].map(motionScale), [1, 1, 0.5, 0.25]);
+});
+
+test("a typed coordinate changes itself alone, and has to be a number", () => {
+  const place = [1.23456789, -2, 3] as const;
+  assert.deepEqual(placeTyped(place, 1, " 0.5 "), [1.23456789, 0.5, 3]);
+  for (const text of ["", " ", "x", "1e999", "1,5"]) assert.equal(placeTyped(place, 0, text), null, text);
 });
 
 test("a pass's bar says what it is; what a pass names already is not said twice", () => {
