@@ -435,6 +435,16 @@ def test_an_edit_whose_answer_was_lost_is_asked_again_with_its_name(page, stand_
     assert scene.revision == 2 and page.run(TOAST) == ""
 
 
+@pytest.mark.parametrize("kind", ["techniques", "scene_list", "scene_watch"])
+def test_a_set_up_that_broke_is_begun_again(new_page, stand_in, scene, kind):
+    stand_in.lost = kind
+    page = new_page(stand_in.url)
+    page.until(FINAL)
+    assert len(stand_in.requests("hello")) == 2 and stand_in.requests("hello")[1].resume
+    stand_in.add((SCENES / "cornell.glb").read_bytes(), "late.glb")  # which the watch tells of
+    page.until("[...document.getElementById('scenes').options].some(one => one.text === 'late.glb')")
+
+
 def test_a_view_whose_opening_was_lost_is_opened_once(new_page, stand_in, scene):
     stand_in.lost = "view_open"
     page = new_page(stand_in.url)
@@ -443,6 +453,24 @@ def test_a_view_whose_opening_was_lost_is_opened_once(new_page, stand_in, scene)
     wait(lambda: stand_in.requests("cancel"))
     assert stand_in.requests("cancel")[0].request_id == first.request_id
     assert len(stand_in.requests("view_open")) == 2 and len(stand_in.clients[0].views) == 1
+
+
+def test_what_is_chosen_while_a_view_is_refused_is_opened(new_page, stand_in, scene):
+    stand_in.refused_late["view_open"] = 1.5
+    page = new_page(stand_in.url)
+    wait(lambda: stand_in.requests("view_open"))
+    time.sleep(0.5)  # what else asks for a picture at the beginning has done so
+    page.set("#technique select", "direct")
+    page.until(TOAST + ".includes('no view_open this time')")
+    page.until("document.getElementById('stage').dataset.technique === 'direct'")
+    assert len(stand_in.requests("view_open")) == 2
+
+
+def test_a_server_that_says_nothing_is_not_waited_for(page, stand_in):
+    stand_in.is_answering.clear()
+    stand_in.cut()
+    page.until("document.getElementById('connection').textContent !== 'Connected'")
+    page.until("document.getElementById('connection').textContent === 'Connected'", 12)
 
 
 def test_a_scene_is_opened_that_an_older_list_does_not_have(new_page, stand_in, scene):

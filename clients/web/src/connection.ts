@@ -206,7 +206,10 @@ export class Connection {
     clearTimeout(this.watchdog);
     const bound = [...this.pending].filter(([, one]) => one.isBound);
     this.setState({ kind: "connecting" });
-    for (const [id] of bound) this.settle(id, (one) => one.reject(new Lost("connection lost")));
+    for (const [id] of bound) {
+      this.forget(id); // who asked asks anew, and would hear each event twice
+      this.settle(id, (one) => one.reject(new Lost("connection lost")));
+    }
     this.failures++;
     if (await this.isRefused()) {
       this.setState({ kind: "unauthorized" });

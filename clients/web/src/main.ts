@@ -55,6 +55,7 @@ class Page {
 
   private sceneId: string | null = null;
   private added: string | null = null; // by this page, and not yet in a list
+  private isSetUp = false; // this session has its watch: a break before its answer ends the set-up
   private model: Model | null = null;
   private edits: Edits | null = null;
   private orbit: Orbit | null = null;
@@ -138,7 +139,7 @@ class Page {
   // --- what the server has ---
 
   private async onOpen(isSame: boolean): Promise<void> {
-    if (isSame) {
+    if (isSame && this.isSetUp) {
       // The watch goes on; what it missed meanwhile it says.
       await this.listScenes();
       return;
@@ -146,6 +147,7 @@ class Page {
     const onEvent = ({ body }: { body: { case?: string | undefined; value?: unknown } }) => {
       if (body.case === "sceneEvent") this.onSceneEvent(body.value as SceneEvent);
     };
+    this.isSetUp = false;
     const once = { isBound: true };
     const ask = this.connection;
     try {
@@ -157,6 +159,7 @@ class Page {
     } catch (error) {
       this.fault(error);
     }
+      this.isSetUp = true;
   }
 
   private setTechniques(techniques: Technique[]): void {

@@ -146,9 +146,15 @@ export class View {
       this.sync();
     } catch (error) {
       // Of a connection that broke, onOpen decides.
-      if (this.request === id && !(error instanceof Lost)) this.isOpening = false;
+      if (this.request === id && !(error instanceof Lost)) this.refused(wanted);
       this.report(error);
     }
+  }
+
+  // What was wanted meanwhile may be what corrects it.
+  private refused(wanted: Wanted): void {
+    this.isOpening = false;
+    if (this.wanted !== wanted) this.sync();
   }
 
   private async update(wanted: Wanted): Promise<void> {
@@ -178,8 +184,7 @@ export class View {
   private onEvent({ body, payload }: Event): void {
     if (body.case === "viewEnd") {
       this.onFault(body.value.error?.message ?? "the view ended");
-      this.forget();
-      this.sent = this.wanted; // not opened again by itself: it would end again
+      this.forget(); // the next that is wanted opens another
       return;
     }
     if (body.case !== "viewFrame") return;
