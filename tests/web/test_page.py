@@ -7,8 +7,9 @@ import pytest
 
 from browser import difference
 from conftest import SCENES
+import stand_in as stand_in_module
 from stand_in import TOKEN
-from stand_in_scene import Pinhole
+from stand_in_scene import Pinhole, report_of
 
 FINAL = "document.getElementById('stage').dataset.final === 'true'"
 TOAST = "document.getElementById('toasts').textContent"
@@ -156,6 +157,24 @@ def test_dragging_turns_the_camera(page, stand_in):
     assert np.allclose(moved.target, pose.target)
     # At rest it is asked for in full.
     assert last_frame(stand_in).jpeg_quality == 92
+
+
+@pytest.mark.parametrize("slow_step", [0, 2])
+def test_movement_is_coarse_where_a_frame_is_slow_not_its_refinement(new_page, stand_in, scene, monkeypatch, slow_step):
+    def report(scene, request, step):
+        made = report_of(scene, request, step)
+        made.time_ms.total = 700 if step == slow_step else 18
+        return made
+    monkeypatch.setattr(stand_in_module, "report_of", report)
+    page = new_page(stand_in.url)
+    page.until(FINAL)
+    full = list(last_frame(stand_in).size)
+    x, y = page.centre("#stage")
+    page.drag((x, y), (x + 60, y))
+    still(page)
+    asked = [list(one.frame.size) for one in updates(stand_in) if one.HasField("frame") and one.frame.jpeg_quality < 92]
+    assert asked and asked[0] == (full if slow_step else [round(side / 4) for side in full])
+    assert list(last_frame(stand_in).size) == full
 
 
 def test_wheel_and_keys_move_the_camera(page, stand_in):

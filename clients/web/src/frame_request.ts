@@ -1,7 +1,8 @@
 // What the page asks of a view, and how large its pictures are to be.
 
-import { type Settings } from "./settings";
+import { type Report } from "../gen/bounced_pb";
 import { type Size } from "./project";
+import { type Settings } from "./settings";
 
 export interface FrameInit {
   readonly technique: string;
@@ -26,6 +27,15 @@ const QUALITY_MOVING = 75;
 export function motionScale(frameMs: number): number {
   if (!(frameMs > MOVING_MS)) return 1;
   return frameMs > 4 * MOVING_MS ? 0.25 : 0.5;
+}
+
+// What a frame of `size` takes in motion, by what one at hand took; null where that tells nothing of
+// it: of another size, or made better than asked for. What is done once, and what smooth edges cost,
+// a moving picture does not pay.
+export function motionMs(report: Report, step: number, size: readonly number[]): number | null {
+  const time = report.timeMs;
+  if (!time || step > 0 || report.size.some((side, i) => side !== size[i])) return null;
+  return (time.total - time.load - time.compile) / Math.max(1, report.aa);
 }
 
 // The picture's size in its own pixels, of the stage's shape.

@@ -5,7 +5,7 @@ import { listen } from "./camera_input";
 import { Connection, Lost, Refusal } from "./connection";
 import { byId, options, set } from "./dom";
 import { Edits, type Op } from "./edits";
-import { type FrameInit, frameRequest, motionScale, pictureSize } from "./frame_request";
+import { type FrameInit, frameRequest, motionMs, motionScale, pictureSize } from "./frame_request";
 import { Handles } from "./handles";
 import { filesOfDrop, filesOfInput } from "./drop";
 import { type Orbit, diagonalOf, frame, ofCamera } from "./orbit";
@@ -300,9 +300,7 @@ class Page {
   private sync(): void {
     if (this.sceneId === null || !this.orbit || !this.settings.technique) return;
     const isCoarse = this.isMoving && this.settings.coarseInMotion;
-    const detail = Number(this.settings.detail) || 1;
-    const scale = detail * (isCoarse ? motionScale(this.fullFrameMs) : 1);
-    const size = pictureSize(this.size, Math.min(devicePixelRatio, 2), scale);
+    const size = this.sizeAt(isCoarse ? motionScale(this.fullFrameMs) : 1);
     const moment = { size, isMoving: this.isMoving };
     const request = frameRequest(this.settings, moment);
     const key = JSON.stringify(request);
@@ -318,6 +316,11 @@ class Page {
   private onShown(shown: Shown): void {
     const { report } = shown;
     this.shownOrbit = shown.orbit;
+  private sizeAt(scale: number): number[] {
+    const detail = Number(this.settings.detail) || 1;
+    return pictureSize(this.size, Math.min(devicePixelRatio, 2), detail * scale);
+  }
+
     this.status.setShown(shown);
     this.redraw();
     this.stage.dataset["frames"] = String(shown.frame.number);
@@ -326,7 +329,7 @@ class Page {
     if (!report) return;
     this.stage.dataset["technique"] = report.technique;
     this.stage.dataset["revision"] = String(report.revision);
-    if (!this.isMoving) this.fullFrameMs = report.timeMs?.total ?? 0;
+    this.fullFrameMs = motionMs(report, shown.frame.step, this.sizeAt(1)) ?? this.fullFrameMs;
     this.cost.show(report);
     this.pictureOptions.setStopsUsed(report.exposureStops);
     const seconds = (shown.atMs - this.changedMs) / 1000;

@@ -5,7 +5,7 @@ import { create } from "@bufbuild/protobuf";
 import { ReportSchema } from "../gen/bounced_pb";
 import { WAIT_FIRST_MS, WAIT_MOST_MS, waitBeforeTry } from "../src/backoff";
 import { afterKey } from "../src/camera_input";
-import { frameRequest, motionScale, pictureSize } from "../src/frame_request";
+import { frameRequest, motionMs, motionScale, pictureSize } from "../src/frame_request";
 import { jsonOfGlb, mainOf, match, resolve, urisOf } from "../src/gltf_files";
 import { barsOf } from "../src/panel_cost";
 import { hexOf, linearOf, placeTyped } from "../src/panel_objects";
@@ -132,6 +132,17 @@ test("pictures have the stage's shape, within the limits", () => {
   assert.deepEqual(pictureSize({ width: 960, height: 730 }, 2, 1), [1920, 1460]);
   for (const side of pictureSize({ width: 9000, height: 30 }, 2, 1)) assert.ok(side >= 64 && side <= 4096);
   assert.deepEqual([0, 100, 200, 900].map(motionScale), [1, 1, 0.5, 0.25]);
+});
+
+test("what a frame says of those in motion: its own time, less what is done once, a sub-frame", () => {
+  const size = [320, 200];
+  const report = (more: object) =>
+    create(ReportSchema, { size, aa: 1, timeMs: { total: 90, load: 20, compile: 10 }, ...more });
+  assert.equal(motionMs(report({}), 0, size), 60);
+  assert.equal(motionMs(report({ aa: 4 }), 0, size), 15);
+  assert.equal(motionMs(report({}), 1, size), null);
+  assert.equal(motionMs(report({ size: [160, 100] }), 0, size), null);
+  assert.equal(motionMs(create(ReportSchema, { size }), 0, size), null);
 });
 
 test("a typed coordinate changes itself alone, and has to be a number", () => {
