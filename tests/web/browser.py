@@ -186,6 +186,10 @@ class Page:
         node = self.ask("DOM.querySelector", nodeId=root, selector=selector)["nodeId"]
         self.ask("DOM.setFileInputFiles", nodeId=node, files=[str(path) for path in paths])
 
+    def downloads_to(self, folder):
+        self.browser.ask("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(folder),
+                         browserContextId=self.context)
+
     def drop_files(self, selector, paths):
         """The browser loses a synthetic drag now and then, before the page hears of it: then again."""
         x, y = self.centre(selector)

@@ -122,6 +122,21 @@ def test_another_layer_and_another_view_are_other_pixels(page):
     assert page.run(TOAST) == ""
 
 
+def test_an_export_is_what_the_daemon_has(page, tmp_path):
+    page.set("#technique select", "direct")
+    drop(page, "cornell.glb")
+    page.downloads_to(tmp_path)
+    page.run("document.getElementById('export').closest('details').open = true")
+    page.click("#export")
+    end = time.monotonic() + 60
+    while not (tmp_path / "cornell.glb").is_file():
+        assert time.monotonic() < end, page.run(TOAST)
+        time.sleep(0.05)
+    scene = page.run("location.origin + '/v1/scenes/' + document.getElementById('scenes').value")
+    with urllib.request.urlopen(scene + "/export") as reply:
+        assert (tmp_path / "cornell.glb").read_bytes() == reply.read()
+
+
 def test_a_gltf_with_its_file(page):
     page.choose_files("#file", [SCENES / "bare.gltf", SCENES / "bare.bin"])
     page.until("document.getElementById('scenes').selectedOptions[0]?.text === 'bare.gltf'", 60)

@@ -410,6 +410,29 @@ def test_history_is_listed_and_undo_of_nothing_is_told(page, stand_in, scene):
     assert stand_in.requests("edit_revert")[0].client_edit_id
 
 
+# --- the scene as a file ---
+
+def test_a_scene_is_exported_by_key(page, scene, tmp_path):
+    page.downloads_to(tmp_path)
+    scene.flags = ["left_out_unused_vertices 3"]
+    page.run("document.getElementById('export').closest('details').open = true")
+    page.run("document.getElementById('export').focus()")
+    page.key(" ", code="Space")
+    wait((tmp_path / "two_lights.glb").is_file)
+    wait(lambda: (tmp_path / "two_lights.glb").read_bytes() == scene.glb)
+    page.until(TOAST + ".includes('left_out_unused_vertices 3')")
+    page.until("document.getElementById('busy').hidden")
+
+
+def test_an_export_that_is_refused_is_told(page, stand_in):
+    page.allowed = ("401",)
+    stand_in.is_locked = True
+    page.run("document.getElementById('export').closest('details').open = true")
+    page.click("#export")
+    page.until(TOAST + ".includes('a token is needed')")
+    page.until("document.getElementById('busy').hidden")
+
+
 # --- connections that break ---
 
 def test_it_comes_back_by_itself_and_goes_on(page, stand_in, scene):
@@ -533,6 +556,7 @@ def test_everything_has_a_name_and_can_be_reached_by_tab(page):
         .filter(e => !(e.labels?.length || e.textContent.trim() || e.getAttribute('aria-label') || e.ariaHidden === 'true'))
         .map(e => e.outerHTML)""")
     assert nameless == []
+    page.run("document.getElementById('export').closest('details').open = true")
     page.run("document.body.focus()")
     reached = {}
     for _ in range(60):
@@ -542,7 +566,7 @@ def test_everything_has_a_name_and_can_be_reached_by_tab(page):
             const seen = e.name === 'layer' ? e.nextElementSibling : e;
             return [e.id || e.name || e.tagName, getComputedStyle(seen).outlineStyle]; })()""")
         reached[name] = outline
-    for name in ("scenes", "open", "undo", "stage", "layer"):
+    for name in ("scenes", "open", "undo", "stage", "layer", "export", "remove"):
         assert reached.get(name, "none") != "none", reached
 
 

@@ -1,9 +1,10 @@
 // The page: puts the modules together. Each knows one topic; what depends on several is here.
 
 import { type Report, type Scene, type SceneEvent, type Technique } from "../gen/bounced_pb";
+import { busy } from "./busy";
 import { listen } from "./camera_input";
 import { Connection, Lost, Refusal } from "./connection";
-import { byId, options, set } from "./dom";
+import { byId, options } from "./dom";
 import { Edits, type Op } from "./edits";
 import { type FrameInit, frameRequest, motionMs, motionScale, pictureSize } from "./frame_request";
 import { Handles } from "./handles";
@@ -12,6 +13,7 @@ import { type Orbit, diagonalOf, frame, ofCamera } from "./orbit";
 import { CostPanel } from "./panel_cost";
 import { ErrorMap } from "./error_map";
 import { ErrorPanel } from "./panel_error";
+import { exportScene } from "./export";
 import { HistoryPanel } from "./panel_history";
 import { type LightInit, ObjectsPanel } from "./panel_objects";
 import { PicturePanel } from "./panel_picture";
@@ -53,9 +55,9 @@ class Page {
   private readonly scenes = byId<HTMLSelectElement>("scenes");
   private readonly cameras = byId<HTMLSelectElement>("cameras");
 
+  private isSetUp = false; // this session has its watch: a break before its answer ends the set-up
   private sceneId: string | null = null;
   private added: string | null = null; // by this page, and not yet in a list
-  private isSetUp = false; // this session has its watch: a break before its answer ends the set-up
   private model: Model | null = null;
   private edits: Edits | null = null;
   private orbit: Orbit | null = null;
@@ -67,6 +69,7 @@ class Page {
   private size: Size = { width: 1, height: 1 };
   private isMoving = false;
   private isDragging = false;
+  private isExporting = false;
   private fullFrameMs = 0;
   private changedMs = 0; // performance.now() of the last change of the view
   private series = empty;
@@ -144,10 +147,10 @@ class Page {
       await this.listScenes();
       return;
     }
+    this.isSetUp = false;
     const onEvent = ({ body }: { body: { case?: string | undefined; value?: unknown } }) => {
       if (body.case === "sceneEvent") this.onSceneEvent(body.value as SceneEvent);
     };
-    this.isSetUp = false;
     const once = { isBound: true };
     const ask = this.connection;
     try {
@@ -156,10 +159,10 @@ class Page {
       const list = await ask.request("sceneListReply", { case: "sceneList", value: {} }, once);
       this.setScenes(list.scenes);
       await ask.request("done", { case: "sceneWatch", value: {} }, { isBound: true, onEvent });
+      this.isSetUp = true;
     } catch (error) {
       this.fault(error);
     }
-      this.isSetUp = true;
   }
 
   private setTechniques(techniques: Technique[]): void {
@@ -313,14 +316,14 @@ class Page {
     this.errorMap.setLegend(this.settings.layer === "error", hint);
   }
 
-  private onShown(shown: Shown): void {
-    const { report } = shown;
-    this.shownOrbit = shown.orbit;
   private sizeAt(scale: number): number[] {
     const detail = Number(this.settings.detail) || 1;
     return pictureSize(this.size, Math.min(devicePixelRatio, 2), detail * scale);
   }
 
+  private onShown(shown: Shown): void {
+    const { report } = shown;
+    this.shownOrbit = shown.orbit;
     this.status.setShown(shown);
     this.redraw();
     this.stage.dataset["frames"] = String(shown.frame.number);
@@ -399,22 +402,29 @@ class Page {
 
   private async open(files: readonly Upload[]): Promise<void> {
     if (files.length === 0) return;
-    const busy = byId("busy");
-    const bar = byId<HTMLProgressElement>("busy-share");
-    busy.hidden = false;
+    const isHeld = (blob: string) => this.isHeld(blob);
     try {
-      const isHeld = (blob: string) => this.isHeld(blob);
-      const id = await addScene(files, isHeld, (text, share) => {
-        byId("busy-text").textContent = text;
-        set(bar, { value: share });
-      });
-      this.added = id;
+      await busy(async (on) => void (this.added = await addScene(files, isHeld, on)));
       void this.listScenes();
     } catch (error) {
       this.fault(error);
-    } finally {
-      busy.hidden = true;
     }
+  }
+
+  private async exportScene(): Promise<void> {
+    const model = this.model;
+    if (!model || this.isExporting) return;
+    this.isExporting = true;
+    try {
+      await busy(async (on) => {
+        on(`Exporting ${model.name}`, null);
+        const differs = await exportScene(model.id, model.name);
+        if (differs) toast(`The file differs from the scene: ${differs}`);
+      });
+    } catch (error) {
+      this.fault(error);
+    }
+    this.isExporting = false;
   }
 
   private async isHeld(blob: string): Promise<boolean> {
@@ -437,6 +447,7 @@ class Page {
     byId("undo").addEventListener("click", () => void this.edits?.undo());
     byId("redo").addEventListener("click", () => void this.edits?.redo());
     byId("login-form").addEventListener("submit", (event) => void this.onLogin(event));
+    byId("export").addEventListener("click", () => void this.exportScene());
     byId("remove").addEventListener("click", () => void this.removeScene());
     byId("help-open").addEventListener("click", () => byId<HTMLDialogElement>("help").showModal());
     addEventListener("keydown", (event) => this.onKey(event));

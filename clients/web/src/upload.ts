@@ -1,5 +1,6 @@
 // A file on this machine to a scene of the daemon: blobs by content, then the scene.
 
+import { type Progress } from "./busy";
 import { type Named, jsonOfGlb, mainOf, match, urisOf } from "./gltf_files";
 import { sha256Hex } from "./sha256";
 
@@ -7,14 +8,13 @@ export interface Upload extends Named {
   readonly file: File;
 }
 
-export type Progress = (text: string, share: number | null) => void;
-
 interface Fault {
   message?: string;
   details?: { field?: string };
 }
 
-async function faultOf(reply: Response): Promise<Error> {
+// Of an answer that is not ok, in the server's words where it has some.
+export async function faultOf(reply: Response): Promise<Error> {
   const fault = (await reply.json().catch(() => ({}))) as Fault;
   const field = fault.details?.field ? `${fault.details.field}: ` : "";
   return new Error(fault.message ? field + fault.message : `HTTP ${reply.status}`);

@@ -5,6 +5,7 @@ import { create } from "@bufbuild/protobuf";
 import { ReportSchema } from "../gen/bounced_pb";
 import { WAIT_FIRST_MS, WAIT_MOST_MS, waitBeforeTry } from "../src/backoff";
 import { afterKey } from "../src/camera_input";
+import { fileNameOf } from "../src/export";
 import { frameRequest, motionMs, motionScale, pictureSize } from "../src/frame_request";
 import { jsonOfGlb, mainOf, match, resolve, urisOf } from "../src/gltf_files";
 import { barsOf } from "../src/panel_cost";
@@ -149,6 +150,11 @@ test("a typed coordinate changes itself alone, and has to be a number", () => {
   const place = [1.23456789, -2, 3] as const;
   assert.deepEqual(placeTyped(place, 1, " 0.5 "), [1.23456789, 0.5, 3]);
   for (const text of ["", " ", "x", "1e999", "1,5"]) assert.equal(placeTyped(place, 0, text), null, text);
+});
+
+test("an export is named after its scene", () => {
+  assert.deepEqual(["box.glb", "a.b.GLTF", "box", " ", ".glb"].map(fileNameOf),
+    ["box.glb", "a.b.glb", "box.glb", "scene.glb", "scene.glb"]);
 });
 
 test("a pass's bar says what it is; what a pass names already is not said twice", () => {
