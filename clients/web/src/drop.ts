@@ -1,5 +1,6 @@
 // Files out of a drop or a file dialog, folders with all that is in them.
 
+import { byId } from "./dom";
 import { type Upload } from "./upload";
 
 const FILES_MOST = 4096;
@@ -37,4 +38,26 @@ export async function filesOfDrop(transfer: DataTransfer): Promise<Upload[]> {
 
 export function filesOfInput(input: HTMLInputElement): Upload[] {
   return [...(input.files ?? [])].map((file) => ({ path: file.webkitRelativePath || file.name, file }));
+}
+
+export function listenForFiles(onFiles: (files: Upload[]) => void, onFault: (error: unknown) => void): void {
+  const input = byId<HTMLInputElement>("file");
+  for (const id of ["open", "open-first"])
+    byId(id).addEventListener("click", () => input.click());
+  input.addEventListener("change", () => {
+    const files = filesOfInput(input);
+    input.value = "";
+    onFiles(files);
+  });
+  const over = (isOver: boolean) => document.body.classList.toggle("is-over", isOver);
+  addEventListener("dragover", (event) => {
+    event.preventDefault();
+    over(true);
+  });
+  addEventListener("dragleave", (event) => over(event.relatedTarget !== null));
+  addEventListener("drop", (event) => {
+    event.preventDefault();
+    over(false);
+    if (event.dataTransfer) filesOfDrop(event.dataTransfer).then(onFiles, onFault);
+  });
 }

@@ -1,14 +1,14 @@
 // The page: puts the modules together. Each knows one topic; what depends on several is here.
 
-import { type Report, type Scene, type SceneEvent, type Technique } from "../gen/bounced_pb";
+import { type Report, type Technique } from "../gen/bounced_pb";
 import { busy } from "./busy";
 import { listen } from "./camera_input";
-import { Connection, Lost, Refusal } from "./connection";
+import { Connection, Lost } from "./connection";
 import { byId, options } from "./dom";
 import { Edits, type Op } from "./edits";
 import { type FrameInit, frameRequest, motionMs, motionScale, pictureSize } from "./frame_request";
 import { Handles } from "./handles";
-import { filesOfDrop, filesOfInput } from "./drop";
+import { listenForFiles } from "./drop";
 import { type Orbit, diagonalOf, frame, ofCamera } from "./orbit";
 import { CostPanel } from "./panel_cost";
 import { ErrorMap } from "./error_map";
@@ -23,7 +23,8 @@ import { pick } from "./pick";
 import { Picture } from "./picture";
 import { empty, grown } from "./plot";
 import { type Point, type Size } from "./project";
-import { type Local, type Model, type Placed, aimedAt, firstOrbit, modelOf, movedTo, withLocal } from "./scene";
+import { type Local, type Model, type Placed, aimedAt, firstOrbit, movedTo, withLocal } from "./scene";
+import { Scenes } from "./scenes";
 import { isUnauthorized, tokenOfFragment, trade, withoutToken } from "./session";
 import { loadSettings, saveSettings } from "./settings";
 import { Status } from "./status";
@@ -34,7 +35,6 @@ import { type Shown, View } from "./view";
 
 // After the last movement the picture is asked for at its full size.
 const REST_MS = 250;
-const REFRESH_MS = 150;
 const RESIZE_MS = 120;
 
 class Page {
@@ -51,13 +51,9 @@ class Page {
   private readonly measure: Measure;
   private readonly errorMap: ErrorMap;
   private readonly objects: ObjectsPanel;
-  private readonly history: HistoryPanel;
-  private readonly scenes = byId<HTMLSelectElement>("scenes");
+  private readonly scenes: Scenes;
   private readonly cameras = byId<HTMLSelectElement>("cameras");
 
-  private isSetUp = false; // this session has its watch: a break before its answer ends the set-up
-  private sceneId: string | null = null;
-  private added: string | null = null; // by this page, and not yet in a list
   private model: Model | null = null;
   private edits: Edits | null = null;
   private orbit: Orbit | null = null;
@@ -74,7 +70,6 @@ class Page {
   private changedMs = 0; // performance.now() of the last change of the view
   private series = empty;
   private rest = 0;
-  private refresh = 0;
   private readonly poses = new Map<string, Orbit>(); // of scenes that were looked at
 
   constructor() {
@@ -89,7 +84,16 @@ class Page {
     this.error = new ErrorPanel(byId("error"), this.settings, changed);
     this.measure = new Measure(this.connection, (subject, report) => this.onMeasured(subject, report), toast);
     this.errorMap = new ErrorMap(this.connection, toast);
-    this.history = new HistoryPanel(byId("history"), (revision) => void this.edits?.revert(revision));
+    const log = new HistoryPanel(byId("history"), (revision) => void this.edits?.revert(revision));
+    this.scenes = new Scenes(this.connection, log, {
+      techniques: (techniques) => this.setTechniques(techniques),
+      opened: (id) => this.opened(id),
+      closed: () => this.closed(),
+      objects: (model) => this.setModel(model),
+      changed: () => this.changed(),
+      isHeld: () => this.isDragging,
+      fault,
+    });
     const hooks = {
       select: (node: number | null) => this.select(node),
       move: (node: number, world: Vec3) => this.place(node, (model, placed) => movedTo(model, placed, world)),
@@ -116,7 +120,6 @@ class Page {
       if (state.kind === "open") this.pictureOptions.setDevice(state.device?.software ?? true);
       if (state.kind === "unauthorized") byId<HTMLDialogElement>("login").showModal();
     });
-    this.connection.onOpen((isSame) => void this.onOpen(isSame));
     this.connection.connect();
   }
 
@@ -139,113 +142,25 @@ class Page {
     this.connection.connect();
   }
 
-  // --- what the server has ---
-
-  private async onOpen(isSame: boolean): Promise<void> {
-    if (isSame && this.isSetUp) {
-      // The watch goes on; what it missed meanwhile it says.
-      await this.listScenes();
-      return;
-    }
-    this.isSetUp = false;
-    const onEvent = ({ body }: { body: { case?: string | undefined; value?: unknown } }) => {
-      if (body.case === "sceneEvent") this.onSceneEvent(body.value as SceneEvent);
-    };
-    const once = { isBound: true };
-    const ask = this.connection;
-    try {
-      const techniques = await ask.request("techniquesReply", { case: "techniques", value: {} }, once);
-      this.setTechniques(techniques.techniques);
-      const list = await ask.request("sceneListReply", { case: "sceneList", value: {} }, once);
-      this.setScenes(list.scenes);
-      await ask.request("done", { case: "sceneWatch", value: {} }, { isBound: true, onEvent });
-      this.isSetUp = true;
-    } catch (error) {
-      this.fault(error);
-    }
-  }
+  // --- what is open ---
 
   private setTechniques(techniques: Technique[]): void {
     this.technique.setTechniques(techniques);
     this.sync();
   }
 
-  private setScenes(scenes: Scene[]): void {
-    options(this.scenes, scenes.map((scene) => [scene.id, scene.name || scene.id] as const));
-    document.body.classList.toggle("has-scenes", scenes.length > 0);
-    // A list from before it was added: another follows.
-    if (this.added !== null && !scenes.some((scene) => scene.id === this.added)) return;
-    const wanted = this.added ?? this.sceneId ?? new URLSearchParams(location.hash.slice(1)).get("scene");
-    const found = scenes.find((scene) => scene.id === wanted) ?? scenes.at(-1);
-    this.added = null;
-    if (found) void this.openScene(found.id);
-    else this.closeScene();
+  private opened(id: string): void {
+    if (this.model && this.orbit) this.poses.set(this.model.id, this.orbit);
+    this.edits = new Edits(this.connection, id, toast);
+    this.selected = null;
+    this.orbit = null;
   }
 
-  private onSceneEvent(event: SceneEvent): void {
-    if (event.kind === "added" || event.kind === "removed" || event.kind === "missed") void this.listScenes();
-    if (event.scene !== this.sceneId && event.kind !== "missed") return;
-    this.changed();
-    if (event.kind !== "transient") void this.readLog();
-    if (!this.isDragging) this.refreshSoon();
-  }
-
-  private async listScenes(): Promise<void> {
-    try {
-      this.setScenes((await this.connection.request("sceneListReply", { case: "sceneList", value: {} })).scenes);
-    } catch (error) {
-      this.fault(error);
-    }
-  }
-
-  private closeScene(): void {
-    this.sceneId = this.model = this.edits = this.orbit = this.shownOrbit = this.selected = null;
+  private closed(): void {
+    this.model = this.edits = this.orbit = this.shownOrbit = this.selected = null;
     this.view.none();
     this.status.setShown(null);
     this.redraw();
-  }
-
-  private async openScene(id: string): Promise<void> {
-    if (this.sceneId !== null && this.orbit) this.poses.set(this.sceneId, this.orbit);
-    const isOther = this.sceneId !== id;
-    this.sceneId = id;
-    this.scenes.value = id;
-    history.replaceState(null, "", `#scene=${encodeURIComponent(id)}`);
-    if (isOther) {
-      this.edits = new Edits(this.connection, id, toast);
-      this.selected = null;
-      this.orbit = null;
-    }
-    await this.readScene();
-    void this.readLog();
-  }
-
-  private async readScene(): Promise<void> {
-    const id = this.sceneId;
-    if (id === null) return;
-    try {
-      const scene = await this.connection.request("scene", { case: "sceneGet", value: { id, objects: true } });
-      if (this.sceneId === id && !this.isDragging) this.setModel(modelOf(scene));
-    } catch (error) {
-      this.fault(error);
-    }
-  }
-
-  private async readLog(): Promise<void> {
-    const scene = this.sceneId;
-    if (scene === null) return;
-    try {
-      const reply = await this.connection.request("sceneLogReply", { case: "sceneLog", value: { scene, limit: 40 } });
-      if (this.sceneId === scene) this.history.show(reply.entries);
-    } catch (error) {
-      // A server without a journal has no history: nothing to be told of.
-      if (!(error instanceof Refusal && error.code === "unsupported")) this.fault(error);
-    }
-  }
-
-  private refreshSoon(): void {
-    clearTimeout(this.refresh);
-    this.refresh = window.setTimeout(() => void this.readScene(), REFRESH_MS);
   }
 
   private setModel(model: Model): void {
@@ -261,10 +176,6 @@ class Page {
     }
     this.sync();
     this.redraw();
-  }
-
-  private fault(error: unknown): void {
-    if (!(error instanceof Lost)) toast(error instanceof Error ? error.message : String(error));
   }
 
   // --- the view ---
@@ -301,7 +212,8 @@ class Page {
   }
 
   private sync(): void {
-    if (this.sceneId === null || !this.orbit || !this.settings.technique) return;
+    const scene = this.scenes.id;
+    if (scene === null || !this.orbit || !this.settings.technique) return;
     const isCoarse = this.isMoving && this.settings.coarseInMotion;
     const size = this.sizeAt(isCoarse ? motionScale(this.fullFrameMs) : 1);
     const moment = { size, isMoving: this.isMoving };
@@ -310,7 +222,7 @@ class Page {
     if (key !== this.requestKey) this.request = request;
     this.requestKey = key;
     this.stage.dataset["current"] = "false";
-    this.view.want({ scene: this.sceneId, frame: this.request!, orbit: this.orbit, camera: this.camera });
+    this.view.want({ scene, frame: this.request!, orbit: this.orbit, camera: this.camera });
     this.error.setHint(this.settings.measure && this.camera === null);
     const hint = this.camera === null ? "Only what a camera of the scene sees can be compared: choose one above." : "Tracing";
     this.errorMap.setLegend(this.settings.layer === "error", hint);
@@ -344,8 +256,8 @@ class Page {
   // With the reference, which looks through the scene's cameras alone.
   private compare(report: Report, seconds: number): void {
     if (this.isMoving || this.camera === null || report.technique === "reference") return;
-    const { sceneId, camera, settings } = this;
-    const subject = { scene: sceneId!, camera, against: settings.against, report, seconds };
+    const { camera, settings } = this;
+    const subject = { scene: this.scenes.id!, camera, against: settings.against, report, seconds };
     if (settings.measure) this.measure.want(subject);
     if (settings.layer === "error") this.errorMap.want(subject);
   }
@@ -359,7 +271,7 @@ class Page {
     const orbit = this.shownOrbit ?? this.orbit;
     this.handles.update({ model: this.model, orbit, size: this.size, selected: this.selected });
     this.objects.update(this.model, this.selected);
-    document.body.classList.toggle("has-scene", this.sceneId !== null);
+    document.body.classList.toggle("has-scene", this.scenes.id !== null);
   }
 
   // --- edits ---
@@ -395,7 +307,7 @@ class Page {
   private endDrag(): void {
     this.isDragging = false;
     this.edits?.drop();
-    this.refreshSoon();
+    this.scenes.refreshSoon();
   }
 
   // --- files ---
@@ -404,10 +316,9 @@ class Page {
     if (files.length === 0) return;
     const isHeld = (blob: string) => this.isHeld(blob);
     try {
-      await busy(async (on) => void (this.added = await addScene(files, isHeld, on)));
-      void this.listScenes();
+      await busy(async (on) => this.scenes.add(await addScene(files, isHeld, on)));
     } catch (error) {
-      this.fault(error);
+      fault(error);
     }
   }
 
@@ -422,7 +333,7 @@ class Page {
         if (differs) toast(`The file differs from the scene: ${differs}`);
       });
     } catch (error) {
-      this.fault(error);
+      fault(error);
     }
     this.isExporting = false;
   }
@@ -442,7 +353,6 @@ class Page {
       showAll: () => this.showAll(),
       stepM: () => (this.model ? diagonalOf(this.model.bounds) / 80 : 0.1),
     });
-    this.scenes.addEventListener("change", () => void this.openScene(this.scenes.value));
     this.cameras.addEventListener("change", () => this.useCamera());
     byId("undo").addEventListener("click", () => void this.edits?.undo());
     byId("redo").addEventListener("click", () => void this.edits?.redo());
@@ -451,7 +361,7 @@ class Page {
     byId("remove").addEventListener("click", () => void this.removeScene());
     byId("help-open").addEventListener("click", () => byId<HTMLDialogElement>("help").showModal());
     addEventListener("keydown", (event) => this.onKey(event));
-    this.listenForFiles();
+    listenForFiles((files) => void this.open(files), fault);
     this.listenForSize();
   }
 
@@ -462,28 +372,6 @@ class Page {
     if (key !== "z" && key !== "y") return;
     event.preventDefault();
     void (key === "y" || event.shiftKey ? this.edits?.redo() : this.edits?.undo());
-  }
-
-  private listenForFiles(): void {
-    const input = byId<HTMLInputElement>("file");
-    for (const id of ["open", "open-first"])
-      byId(id).addEventListener("click", () => input.click());
-    input.addEventListener("change", () => {
-      const files = filesOfInput(input);
-      input.value = "";
-      void this.open(files);
-    });
-    const over = (isOver: boolean) => document.body.classList.toggle("is-over", isOver);
-    addEventListener("dragover", (event) => {
-      event.preventDefault();
-      over(true);
-    });
-    addEventListener("dragleave", (event) => over(event.relatedTarget !== null));
-    addEventListener("drop", (event) => {
-      event.preventDefault();
-      over(false);
-      if (event.dataTransfer) filesOfDrop(event.dataTransfer).then((files) => this.open(files), (error) => this.fault(error));
-    });
   }
 
   private listenForSize(): void {
@@ -520,16 +408,13 @@ class Page {
   }
 
   private async removeScene(): Promise<void> {
-    const id = this.sceneId;
-    if (id === null || !confirm(`Remove “${this.model?.name ?? id}” from the server?`)) return;
-    try {
-      await this.connection.request("done", { case: "sceneRemove", value: { id } });
-      this.sceneId = null;
-      await this.listScenes();
-    } catch (error) {
-      this.fault(error);
-    }
+    const { id } = this.scenes;
+    if (id !== null && confirm(`Remove “${this.model?.name ?? id}” from the server?`)) await this.scenes.remove();
   }
+}
+
+function fault(error: unknown): void {
+  if (!(error instanceof Lost)) toast(error instanceof Error ? error.message : String(error));
 }
 
 void new Page().start();
