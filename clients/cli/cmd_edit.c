@@ -38,8 +38,7 @@ static enum bd_err print_line(char *text, struct bd_fault *fault)
 static enum bd_err print_failure(enum bd_err err, const struct bd_fault *failure,
                                  struct bd_fault *fault)
 {
-    json_t *object = json_pack("{s:s, s:s, s:{s:s}}", "code", bd_err_name(err), "message",
-                               failure->message, "details", "field", failure->field);
+    json_t *object = bd_cmd_fault_json(err, failure);
     char *text = object ? json_dumps(object, JSON_COMPACT) : NULL;
     json_decref(object);
     return print_line(text, fault);

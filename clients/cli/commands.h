@@ -3,6 +3,7 @@
 #ifndef BD_CLI_COMMANDS_H
 #define BD_CLI_COMMANDS_H
 
+#include <jansson.h>
 #include <stdbool.h>
 
 #include "base/err.h"
@@ -24,6 +25,9 @@ int bd_cmd_bench(const char *const *words, int count);
 // Says what went wrong: a line on standard error, and with `json` the same as an object on
 // standard output. Returns the exit code.
 int bd_cmd_fail(enum bd_err err, const struct bd_fault *fault, bool json);
+
+// The fault in the shape that the daemon's HTTP face gives errors; NULL without memory.
+json_t *bd_cmd_fault_json(enum bd_err err, const struct bd_fault *fault);
 
 // Puts the scene's file and the place in it before what the importer says, which knows neither
 // names nor that nobody else sees `fault->field`: "box.gltf: nodes[3].mesh: is missing". Faults of

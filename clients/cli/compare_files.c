@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "base/text.h"
 #include "clients/cli/compare.h"
 #include "clients/cli/files.h"
 #include "image/layers.h"
@@ -16,7 +17,9 @@ static const struct bd_exr_limits limits = {.side_px_max = 32768,
 static void note(struct bd_cli_compare_files *files, const char *text)
 {
     if (files->note_count == BD_CLI_COMPARE_NOTE_MAX) return;
-    snprintf(files->notes[files->note_count++], sizeof files->notes[0], "%s", text);
+    char *place = files->notes[files->note_count++];
+    snprintf(place, sizeof files->notes[0], "%s", text);
+    bd_text_make_plain(place); // it may quote the files, and cut what it quotes
 }
 
 // --- reading --------------------------------------------------------------------------------

@@ -1,4 +1,3 @@
-#include <jansson.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -16,13 +15,17 @@ void bd_cmd_name_scene(const char *scene, struct bd_fault *fault)
                  place ? ": " : "", inner.message);
 }
 
+json_t *bd_cmd_fault_json(enum bd_err err, const struct bd_fault *fault)
+{
+    return json_pack("{s:s, s:s, s:{s:s}}", "code", bd_err_name(err), "message", fault->message,
+                     "details", "field", fault->field);
+}
+
 int bd_cmd_fail(enum bd_err err, const struct bd_fault *fault, bool json)
 {
     fprintf(stderr, "bounce: %s\n", fault->message[0] ? fault->message : bd_err_name(err));
     if (json) {
-        // The shape that the daemon's HTTP face gives errors.
-        json_t *object = json_pack("{s:s, s:s, s:{s:s}}", "code", bd_err_name(err), "message",
-                                   fault->message, "details", "field", fault->field);
+        json_t *object = bd_cmd_fault_json(err, fault);
         if (object) json_dumpf(object, stdout, JSON_INDENT(2));
         putchar('\n');
         json_decref(object);

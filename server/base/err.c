@@ -4,6 +4,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "base/text.h"
+
 static const struct {
     const char *name;
     int exit_code;
@@ -36,12 +38,6 @@ int bd_err_http_status(enum bd_err err)
     return (unsigned)err < BD_ERR_COUNT ? errs[err].http_status : errs[BD_ERR_INTERNAL].http_status;
 }
 
-static void replace_control_characters(char *text)
-{
-    for (; *text; text++)
-        if ((unsigned char)*text < 0x20 || *text == 0x7f) *text = '?';
-}
-
 enum bd_err bd_fault_set(struct bd_fault *fault, enum bd_err err, const char *field,
                          const char *format, ...)
 {
@@ -52,7 +48,7 @@ enum bd_err bd_fault_set(struct bd_fault *fault, enum bd_err err, const char *fi
     va_start(args, format);
     vsnprintf(fault->message, sizeof fault->message, format, args);
     va_end(args);
-    replace_control_characters(fault->field);
-    replace_control_characters(fault->message);
+    bd_text_make_plain(fault->field);
+    bd_text_make_plain(fault->message);
     return err;
 }

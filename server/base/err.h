@@ -61,8 +61,9 @@ int bd_err_exit_code(enum bd_err err);
 int bd_err_http_status(enum bd_err err);
 
 // Fills `fault` (which may be NULL) and returns `err`, so that it reads
-// `return bd_fault_set(fault, BD_ERR_LIMIT, "size", "...")`. Control characters in the message,
-// which may quote hostile input, become '?'.
+// `return bd_fault_set(fault, BD_ERR_LIMIT, "size", "...")`. The message, which may quote hostile
+// input and is cut to its room, is made plain (base/text.h): always UTF-8, without control
+// characters.
 enum bd_err bd_fault_set(struct bd_fault *fault, enum bd_err err, const char *field,
                          const char *format, ...) BD_PRINTF(4, 5);
 

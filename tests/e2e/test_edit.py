@@ -78,6 +78,17 @@ def test_keep_going(running):
     assert "document 2" in broken.stderr_text
 
 
+def test_a_message_that_is_cut_inside_a_character(running):
+    """What is quoted in messages has room for so many bytes."""
+    document = {"\N{EURO SIGN}" * 200: 1}
+    result = edit(running, document, LAMP, words=["--keep-going"])
+    assert result.returncode == 2, result.stderr_text
+    [failure, _] = map(json.loads, result.stdout_text.splitlines())
+    assert failure["code"] == "usage" and failure["message"].startswith("\N{EURO SIGN}" * 40)
+    result = edit(running, document, words=["--json"])
+    assert json.loads(result.stdout_text)["details"] == failure["details"]
+
+
 @pytest.mark.parametrize("document,field,code", [
     ({"opps": []}, "opps", 2), ({"ops": [{}, {"set_lihgt": {}}]}, "ops[1].set_lihgt", 2),
     ({"ops": [{"set_light": {"light": 0, "intensty": 5}}]}, "ops[0].set_light.intensty", 2),
