@@ -5,13 +5,15 @@
 #include "clients/cli/commands.h"
 #include "clients/cli/help.h"
 #include "clients/cli/list.h"
+#include "clients/cli/print.h"
 
 static void print_device(const Bounced__Device *device)
 {
-    printf("%c %-12s %s%s", device->in_use ? '*' : ' ', device->spec ? device->spec : "",
-           device->name ? device->name : "", device->software ? " (software)" : "");
+    bd_cli_print(stdout, "%c %-12s %s%s", device->in_use ? '*' : ' ',
+                 device->spec ? device->spec : "", device->name ? device->name : "",
+                 device->software ? " (software)" : "");
     if (device->has_memory_mib) printf(", %.0f MiB", device->memory_mib);
-    if (device->error && device->error[0]) printf(": %s", device->error);
+    if (device->error && device->error[0]) bd_cli_print(stdout, ": %s", device->error);
     putchar('\n');
 }
 

@@ -11,13 +11,14 @@
 #include "clients/cli/history.h"
 #include "clients/cli/list.h"
 #include "clients/cli/options.h"
+#include "clients/cli/print.h"
 #include "clients/cli/progress.h"
 #include "clients/cli/source.h"
 
 static void print_scene(const Bounced__Scene *scene)
 {
-    printf("%s  revision %" PRIu64 "  %s", scene->id, scene->revision,
-           scene->name ? scene->name : "");
+    bd_cli_print(stdout, "%s  revision %" PRIu64 "  %s", scene->id, scene->revision,
+                 scene->name ? scene->name : "");
     if (scene->counts)
         printf("  (%" PRIu64 " triangles, %" PRIu64 " lights, %" PRIu64 " cameras)",
                scene->counts->triangles, scene->counts->lights, scene->counts->cameras);
@@ -81,7 +82,7 @@ static enum bd_err print_added(const struct bd_cli_common *common, const Bounced
                                struct bd_fault *fault)
 {
     for (size_t i = 0; !common->quiet && i < scene->n_flags; i++)
-        fprintf(stderr, "bounce: flag: %s\n", scene->flags[i]);
+        bd_cli_print_line(stderr, "bounce: flag: %s", scene->flags[i]);
     if (common->json) return bd_cli_print_json(&scene->base, fault);
     print_scene(scene);
     return BD_ERR_OK;

@@ -5,6 +5,7 @@
 #include "clients/cli/commands.h"
 #include "clients/cli/help.h"
 #include "clients/cli/list.h"
+#include "clients/cli/print.h"
 
 static const char *or_empty(const char *text)
 {
@@ -25,7 +26,7 @@ static void print_model(const Bounced__Model *model)
     fputs("  model       ", stdout);
     print_bounces(model);
     for (size_t i = 0; i < model->n_lights; i++)
-        printf("%s%s", i ? " and " : ", ", model->lights[i]);
+        bd_cli_print(stdout, "%s%s", i ? " and " : ", ", model->lights[i]);
     fputs(model->n_lights ? " lights" : ", no lights", stdout);
     if (model->indirect_visibility) fputs(", indirect visibility", stdout);
     if (model->glossy_receivers) fputs(", glossy receivers", stdout);
@@ -37,22 +38,23 @@ static void print_model(const Bounced__Model *model)
 
 static void print_parameter(const Bounced__Parameter *parameter)
 {
-    printf("  %-11s ", or_empty(parameter->key));
+    bd_cli_print(stdout, "  %-11s ", or_empty(parameter->key));
     for (size_t i = 0; i < parameter->n_choices; i++)
-        printf("%s%s", i ? "|" : "", parameter->choices[i]);
+        bd_cli_print(stdout, "%s%s", i ? "|" : "", parameter->choices[i]);
     if (!parameter->n_choices) printf("%.9g to %.9g", parameter->minimum, parameter->maximum);
-    printf(", default %s\n", or_empty(parameter->standard));
+    bd_cli_print_line(stdout, ", default %s", or_empty(parameter->standard));
 }
 
 static void print_technique(const Bounced__Technique *technique)
 {
-    printf("%-10s %s\n", or_empty(technique->name), or_empty(technique->summary));
+    bd_cli_print_line(stdout, "%-10s %s", or_empty(technique->name), or_empty(technique->summary));
     if (technique->model) print_model(technique->model);
     printf("  tolerance   direct %g %%", 100 * technique->tolerance_direct);
     if (technique->tolerance_indirect > 0)
         printf(", indirect %g %%", 100 * technique->tolerance_indirect);
     fputs(" against closed forms of its model", stdout);
-    if (technique->tolerance_settings) printf(", at %s", technique->tolerance_settings);
+    if (technique->tolerance_settings)
+        bd_cli_print(stdout, ", at %s", technique->tolerance_settings);
     putchar('\n');
     for (size_t i = 0; i < technique->n_parameters; i++) print_parameter(technique->parameters[i]);
 }

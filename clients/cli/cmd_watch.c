@@ -8,15 +8,17 @@
 #include "clients/cli/conn.h"
 #include "clients/cli/help.h"
 #include "clients/cli/options.h"
+#include "clients/cli/print.h"
 #include "protocol/json.h"
 
 static void print_event(const Bounced__SceneEvent *event)
 {
-    printf("%s  %s", event->scene ? event->scene : "", event->kind ? event->kind : "");
+    bd_cli_print(stdout, "%s  %s", event->scene ? event->scene : "",
+                 event->kind ? event->kind : "");
     if (event->has_revision) printf("  revision %" PRIu64, event->revision);
     if (event->has_transient && event->transient) printf(" + %" PRIu64, event->transient);
     for (size_t i = 0; i < event->n_changes; i++)
-        printf("%s%s", i ? ", " : "  ", event->changes[i]);
+        bd_cli_print(stdout, "%s%s", i ? ", " : "  ", event->changes[i]);
     putchar('\n');
 }
 

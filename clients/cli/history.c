@@ -9,6 +9,7 @@
 #include "clients/cli/conn.h"
 #include "clients/cli/list.h"
 #include "clients/cli/output.h"
+#include "clients/cli/print.h"
 
 static char *id_of(const struct bd_cli_scene *options)
 {
@@ -31,7 +32,7 @@ static enum bd_err ask(const struct bd_cli_scene *options, Bounced__Envelope *re
 static void print_flags(const struct bd_cli_scene *options, char *const *flags, size_t count)
 {
     for (size_t i = 0; !options->common.quiet && i < count; i++)
-        fprintf(stderr, "bounce: flag: %s\n", flags[i]);
+        bd_cli_print_line(stderr, "bounce: flag: %s", flags[i]);
 }
 
 // What makes a new revision: prints which.
@@ -83,7 +84,6 @@ enum bd_err bd_cli_history_commit(const struct bd_cli_scene *options, struct bd_
     return change(options, &envelope, fault);
 }
 
-// A word of digits is a revision, everything else a name.
 // A word of digits is a revision, any other a name.
 static enum bd_err read_target(const char *word, protobuf_c_boolean *has_revision,
                                uint64_t *revision, char **name, struct bd_fault *fault)
@@ -130,7 +130,7 @@ enum bd_err bd_cli_history_name(const struct bd_cli_scene *options, struct bd_fa
 static void print_strings(const char *before, char *const *strings, size_t count, const char *after)
 {
     for (size_t i = 0; i < count; i++)
-        printf("%s%s%s", i ? ", " : before, strings[i], i + 1 == count ? after : "");
+        bd_cli_print(stdout, "%s%s%s", i ? ", " : before, strings[i], i + 1 == count ? after : "");
 }
 
 static void print_entry(const Bounced__LogEntry *entry)
@@ -140,10 +140,11 @@ static void print_entry(const Bounced__LogEntry *entry)
     struct tm parts;
     if (entry->has_time_ms && gmtime_r(&seconds, &parts))
         strftime(when, sizeof when, "%Y-%m-%dT%H:%M:%SZ", &parts);
-    printf("%-6" PRIu64 " %-7s %-20s", entry->revision, entry->kind ? entry->kind : "", when);
+    bd_cli_print(stdout, "%-6" PRIu64 " %-7s %-20s", entry->revision,
+                 entry->kind ? entry->kind : "", when);
     if (entry->has_of) printf("  of %" PRIu64, entry->of);
     print_strings("  [", entry->names, entry->n_names, "]");
-    if (entry->message && *entry->message) printf("  %s", entry->message);
+    if (entry->message && *entry->message) bd_cli_print(stdout, "  %s", entry->message);
     print_strings("  (", entry->changes, entry->n_changes, ")");
     putchar('\n');
 }

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include "base/clock.h"
+#include "base/text.h"
 
 #define BAR_CELLS 30
 
@@ -18,6 +19,7 @@ void bd_cli_progress_stage(struct bd_cli_progress *progress, const char *stage)
 {
     if (progress->quiet || strcmp(progress->stage, stage) == 0) return;
     snprintf(progress->stage, sizeof progress->stage, "%s", stage);
+    bd_text_make_plain(progress->stage);
     progress->start_ns = bd_clock_ns();
     if (!progress->terminal) fprintf(stderr, "bounce: %s\n", progress->stage);
 }
@@ -47,7 +49,8 @@ void bd_cli_progress_bar(struct bd_cli_progress *progress, uint64_t done, uint64
 {
     char text[64];
     if (total == 0) return;
-    snprintf(text, sizeof text, "%.1f of %.1f MiB", (double)done * 0x1p-20, (double)total * 0x1p-20);
+    snprintf(text, sizeof text, "%.1f of %.1f MiB", (double)done * 0x1p-20,
+             (double)total * 0x1p-20);
     bd_cli_progress_share(progress, (double)done / (double)total, text);
 }
 

@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "clients/cli/print.h"
 #include "clients/cli/replay.h"
 
 #define HASH_SHOWN ((int)strlen("sha256:") + 12)
@@ -12,7 +13,8 @@
 void bd_cli_replay_print_scene(const struct bd_cli_player *player)
 {
     if (player->options->frame.common.json) return;
-    printf("%s \"%s\" is played into %s\n", player->scene->id, player->scene->name, player->into);
+    bd_cli_print_line(stdout, "%s \"%s\" is played into %s", player->scene->id, player->scene->name,
+                      player->into);
 }
 
 static void print_changes(const struct bd_journal_bytes *summary)
@@ -21,7 +23,8 @@ static void print_changes(const struct bd_journal_bytes *summary)
     while (at < end) {
         const char *stop = memchr(at, '\n', (size_t)(end - at));
         int length = (int)((stop ? stop : end) - at);
-        printf("%s%.*s", at == (const char *)summary->data ? "  (" : ", ", length, at);
+        bd_cli_print(stdout, "%s%.*s", at == (const char *)summary->data ? "  (" : ", ", length,
+                     at);
         at += length + 1;
     }
     if (summary->size) putchar(')');
@@ -29,10 +32,11 @@ static void print_changes(const struct bd_journal_bytes *summary)
 
 static void print_text(const struct bd_cli_player *player, const struct bd_cli_replay_line *line)
 {
-    printf("%-6" PRIu64 " %-7s %.*s", line->revision, line->kind, HASH_SHOWN, line->hash);
+    bd_cli_print(stdout, "%-6" PRIu64 " %-7s %.*s", line->revision, line->kind, HASH_SHOWN,
+                 line->hash);
     if (player->options->check) printf("  %s", line->is_same ? "same" : "DIFFERS");
     if (line->of) printf("  of %" PRIu64, line->of);
-    if (line->message[0]) printf("  %s", line->message);
+    if (line->message[0]) bd_cli_print(stdout, "  %s", line->message);
     print_changes(&line->summary);
     if (line->frame) printf("  -> %s", line->frame);
     putchar('\n');

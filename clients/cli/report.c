@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "clients/cli/print.h"
 #include "protocol/json.h"
 
 char *bd_cli_report_json(const ProtobufCMessage *message)
@@ -34,10 +35,10 @@ static bool is_plan(const Bounced__Report *report)
 
 static void print_heading(const Bounced__Report *report, FILE *out)
 {
-    fprintf(out, "%s", or_none(report->technique));
+    bd_cli_print(out, "%s", or_none(report->technique));
     if (report->n_size == 2)
         fprintf(out, " %" PRIu32 "x%" PRIu32, report->size[0], report->size[1]);
-    if (report->camera && report->camera[0]) fprintf(out, ", camera %s", report->camera);
+    if (report->camera && report->camera[0]) bd_cli_print(out, ", camera %s", report->camera);
     if (report->has_aa) fprintf(out, ", aa %" PRIu32, report->aa);
     if (report->counts)
         fprintf(out, ", %" PRIu64 " lights, %" PRIu64 " vpls, %" PRIu64 " triangles",
@@ -45,8 +46,8 @@ static void print_heading(const Bounced__Report *report, FILE *out)
     if (report->has_exposure_stops) fprintf(out, ", %+.2f stops", report->exposure_stops);
     fputc('\n', out);
     if (report->device)
-        fprintf(out, "on %s%s\n", or_none(report->device->name),
-                report->device->software ? " (software)" : "");
+        bd_cli_print_line(out, "on %s%s", or_none(report->device->name),
+                          report->device->software ? " (software)" : "");
 }
 
 static void print_passes(const Bounced__Report *report, FILE *out)
@@ -54,13 +55,13 @@ static void print_passes(const Bounced__Report *report, FILE *out)
     for (size_t i = 0; i < report->n_passes; i++) {
         const Bounced__ReportPass *pass = report->passes[i];
         if (strcmp(or_none(pass->state), "ran") == 0)
-            fprintf(out, "  %-16s %9.2f ms\n", or_none(pass->name), pass->ms);
+            bd_cli_print_line(out, "  %-16s %9.2f ms", or_none(pass->name), pass->ms);
         else
-            fprintf(out, "  %-16s %9s\n", or_none(pass->name), or_none(pass->state));
+            bd_cli_print_line(out, "  %-16s %9s", or_none(pass->name), or_none(pass->state));
     }
     for (size_t i = 0; i < report->n_omitted; i++)
-        fprintf(out, "  %-16s   omitted: %s\n", or_none(report->omitted[i]->pass),
-                or_none(report->omitted[i]->reason));
+        bd_cli_print_line(out, "  %-16s   omitted: %s", or_none(report->omitted[i]->pass),
+                          or_none(report->omitted[i]->reason));
 }
 
 static void print_time(const Bounced__ReportTime *time, FILE *out)
@@ -79,7 +80,8 @@ static void print_error(const Bounced__ReportError *error, FILE *out)
         fprintf(out, " (%.3g - %.3g %%)", low, high);
     else
         fprintf(out, " (%.3g %% or more: a few pixels carry it)", low);
-    fprintf(out, " against %s, %" PRIu64 " pixels\n", or_none(error->against), error->samples);
+    bd_cli_print_line(out, " against %s, %" PRIu64 " pixels", or_none(error->against),
+                      error->samples);
 }
 
 void bd_cli_report_print(const Bounced__Report *report, FILE *out)
@@ -91,11 +93,11 @@ void bd_cli_report_print(const Bounced__Report *report, FILE *out)
     if (report->nonfinite_pixels)
         fprintf(out, "%" PRIu64 " pixels are not finite\n", report->nonfinite_pixels);
     if (report->stopped && strcmp(report->stopped, "complete") != 0)
-        fprintf(out, "stopped: %s\n", report->stopped);
+        bd_cli_print_line(out, "stopped: %s", report->stopped);
 }
 
 void bd_cli_report_print_flags(const Bounced__Report *report, FILE *out)
 {
     for (size_t i = 0; i < report->n_flags; i++)
-        fprintf(out, "bounce: flag: %s\n", report->flags[i]);
+        bd_cli_print_line(out, "bounce: flag: %s", report->flags[i]);
 }

@@ -7,6 +7,7 @@
 #include <strings.h>
 #include <unistd.h>
 
+#include "clients/cli/print.h"
 #include "clients/cli/upload.h"
 
 #define HELD_SCENE "scene:" // SCENE is an id that the daemon knows, not a file
@@ -68,7 +69,7 @@ static void warn_missing(const struct bd_cli_files *files)
 {
     for (const char *uri = files->missing; uri && *uri;) {
         int length = (int)strcspn(uri, "\n");
-        fprintf(stderr, "bounce: %.*s: no such file beside the scene\n", length, uri);
+        bd_cli_print_line(stderr, "bounce: %.*s: no such file beside the scene", length, uri);
         uri += length + 1;
     }
 }

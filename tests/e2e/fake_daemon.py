@@ -18,6 +18,8 @@ import bounced_pb2 as pb  # noqa: E402
 from google.protobuf.json_format import MessageToDict  # noqa: E402
 
 MODE = os.environ.get("FAKE_MODE", "ok")
+# What users may have put into names and messages: a terminal would obey it.
+EVIL = "\x1b[2J\x9b1m\n7 edit" if MODE == "hostile" else ""
 PICTURE = b"\x89PNG fake picture"
 
 
@@ -109,16 +111,16 @@ class Peer:
         if MODE.startswith("error:"):
             return self.error(envelope.request_id, MODE[6:], "no, because of a test")
         progress = pb.Envelope(request_id=envelope.request_id)
-        progress.progress.stage = "render"
+        progress.progress.stage = "render" + EVIL
         self.send(progress)
         if MODE in ("endless", "deaf"):
             self.waiting = envelope.request_id
             return None
         answer = pb.Envelope(request_id=envelope.request_id)
         report = answer.render_reply.report
-        report.technique = "rsm"
+        report.technique = "rsm" + EVIL
         report.size.extend([4, 4])
-        report.flags.append("a_flag of the test")
+        report.flags.append("a_flag of the test" + EVIL)
         report.parameters.add(key="vpls", value="256")
         report.passes.add(name="gbuffer", ms=1.5, state="ran")
         report.stopped = "complete"
@@ -136,7 +138,7 @@ class Peer:
 
     def on_scene_list(self, envelope, _):
         answer = pb.Envelope(request_id=envelope.request_id)
-        answer.scene_list_reply.scenes.add(id="s1", name="box.glb", revision=3)
+        answer.scene_list_reply.scenes.add(id="s1", name="box.glb" + EVIL, revision=3)
         self.send(answer)
 
     def on_scene_add(self, envelope, _):
@@ -182,7 +184,7 @@ class Peer:
     def on_change(self, envelope, _):
         answer = pb.Envelope(request_id=envelope.request_id)
         answer.edit_reply.revision = 5
-        answer.edit_reply.flags.append("a_flag of the edit")
+        answer.edit_reply.flags.append("a_flag of the edit" + EVIL)
         self.send(answer)
 
     on_edit_undo = on_edit_revert = on_edit_commit = on_change
@@ -196,8 +198,8 @@ class Peer:
         answer = pb.Envelope(request_id=envelope.request_id)
         entries = answer.scene_log_reply.entries
         entries.add(revision=1, kind="import", time_ms=1700000000000)
-        entries.add(revision=2, kind="edit", message="a lamp", changes=["light 0", "node 3"],
-                    names=["lit"])
+        entries.add(revision=2, kind="edit", message="a lamp" + EVIL,
+                    changes=["light 0" + EVIL, "node 3"], names=["lit" + EVIL])
         entries.add(revision=3, kind="undo", of=2)
         self.send(answer)
 
@@ -215,14 +217,14 @@ class Peer:
             event.scene_event.scene = "s1"
             event.scene_event.kind = "edited"
             event.scene_event.revision = revision
-            event.scene_event.changes.extend(["light 0", "node 3"])
+            event.scene_event.changes.extend(["light 0" + EVIL, "node 3"])
             self.send(event)
         if MODE == "close":
             sys.exit(0)
 
     def on_devices(self, envelope, _):
         answer = pb.Envelope(request_id=envelope.request_id)
-        answer.devices_reply.devices.add(name="Fake", spec="software", software=True, in_use=True)
+        answer.devices_reply.devices.add(name="Fake" + EVIL, spec="software", software=True, in_use=True)
         self.send(answer)
 
 

@@ -192,6 +192,23 @@ def mode(fake, request):
     return start
 
 
+@pytest.mark.parametrize("words,count", [
+    (["scene", "log", "s1"], 3), (["watch", "s1", "--count", "2"], 2), (["scenes"], 1),
+    (["scene", "undo", "s1"], 2), (["devices"], 1), (["render", "scene:s1", "-o", "x.png"], 4)])
+def test_words_of_others_do_nothing_to_a_terminal(mode, words, count):
+    result = mode("hostile")(*words)
+    said = result.stdout.decode() + result.stderr
+    assert result.returncode == 0 and "?[2J??1m?7 edit" in said, said
+    assert [c for c in said if c != "\n" and not c.isprintable()] == []
+    assert len(said.splitlines()) == count, said
+
+
+def test_words_of_others_are_whole_in_json(mode):
+    run = mode("hostile")
+    assert json.loads(run("scene", "log", "s1", "--json").stdout)["entries"][1]["message"] == \
+        "a lamp\x1b[2J\x9b1m\n7 edit"
+
+
 @pytest.mark.parametrize("kind", ["ok", "deaf"])
 def test_ctrl_c_ends_a_watch(mode, kind):
     process = mode(kind).start("watch", "s1")
