@@ -1,17 +1,18 @@
 // `bounce edit`: batches of edits, one JSON document after the other.
 
-#include <ctype.h>
 #include <errno.h>
+#include <fcntl.h>
 #include <inttypes.h>
 #include <jansson.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "clients/cli/commands.h"
 #include "clients/cli/conn.h"
+#include "clients/cli/feed.h"
 #include "clients/cli/help.h"
-#include "clients/cli/interrupt.h"
 #include "clients/cli/json_names.h"
 #include "clients/cli/options.h"
 #include "protocol/json.h"
@@ -19,10 +20,9 @@
 struct edit {
     const struct bd_cli_scene *options;
     struct bd_cli_conn *conn;
-    FILE *in;
-    const char *name; // of `in`, for people
-    uint64_t number;  // of the document that is being read, from 1
-    bool reported;    // what failed has been said
+    struct bd_cli_feed feed;
+    uint64_t number; // of the document that is being read, from 1
+    bool reported;   // what failed has been said
 };
 
 static enum bd_err print_line(char *text, struct bd_fault *fault)
@@ -44,29 +44,17 @@ static enum bd_err print_failure(enum bd_err err, const struct bd_fault *failure
     return print_line(text, fault);
 }
 
-// Skips space; true if nothing is behind it.
-static bool at_end(FILE *in)
-{
-    int c;
-    do c = getc(in);
-    while (c != EOF && isspace(c));
-    if (c == EOF) return true;
-    ungetc(c, in);
-    return false;
-}
-
 static enum bd_err read_document(struct edit *edit, json_t **out, struct bd_fault *fault)
 {
+    const char *name = edit->feed.name;
     json_error_t error;
-    *out = json_loadf(edit->in, JSON_DISABLE_EOF_CHECK | JSON_REJECT_DUPLICATES, &error);
-    if (bd_interrupted()) return bd_fault_set(fault, BD_ERR_CANCELLED, "", "interrupted");
-    if (json_is_object(*out)) return BD_ERR_OK;
+    enum bd_err err = bd_cli_feed_next(&edit->feed, out, &error, fault);
+    if (err || json_is_object(*out)) return err;
     if (*out)
         return bd_fault_set(fault, BD_ERR_BAD_INPUT, "",
-                            "%.100s: document %" PRIu64 " is no JSON object", edit->name,
-                            edit->number);
+                            "%.100s: document %" PRIu64 " is no JSON object", name, edit->number);
     return bd_fault_set(fault, BD_ERR_BAD_INPUT, "", "%.100s: document %" PRIu64 ", line %d: %s",
-                        edit->name, edit->number, error.line, error.text);
+                        name, edit->number, error.line, error.text);
 }
 
 // The document as a batch of the scene that the command line names.
@@ -135,7 +123,11 @@ static bool apply_next(struct edit *edit, enum bd_err *err, struct bd_fault *fau
 static enum bd_err apply_all(struct edit *edit, struct bd_fault *fault)
 {
     enum bd_err first = BD_ERR_OK, err = BD_ERR_OK;
-    for (edit->number = 1; !at_end(edit->in); edit->number++) {
+    bool is_end = false;
+    for (edit->number = 1;; edit->number++) {
+        err = bd_cli_feed_at_end(&edit->feed, &is_end, fault);
+        if (err) return err;
+        if (is_end) break;
         if (!apply_next(edit, &err, fault)) return err;
         if (!err) continue;
         if (!first) first = err;
@@ -144,9 +136,6 @@ static enum bd_err apply_all(struct edit *edit, struct bd_fault *fault)
         err = print_failure(err, &failure, fault);
         if (err) return err;
     }
-    if (bd_interrupted()) return bd_fault_set(fault, BD_ERR_CANCELLED, "", "interrupted");
-    if (ferror(edit->in))
-        return bd_fault_set(fault, BD_ERR_IO, "", "%.200s: %s", edit->name, strerror(errno));
     edit->reported = first != BD_ERR_OK;
     return first;
 }
@@ -155,14 +144,17 @@ static enum bd_err run(const struct bd_cli_scene *options, bool *reported, struc
 {
     const char *path = options->operands[1];
     bool is_stdin = strcmp(path, "-") == 0;
-    struct edit edit = {.options = options, .name = is_stdin ? "standard input" : path};
-    edit.in = is_stdin ? stdin : fopen(path, "re");
-    if (!edit.in) return bd_fault_set(fault, BD_ERR_IO, path, "%.200s: %s", path, strerror(errno));
+    struct edit edit = {.options = options};
+    edit.feed.name = is_stdin ? "standard input" : path;
+    edit.feed.fd = is_stdin ? STDIN_FILENO : open(path, O_RDONLY | O_CLOEXEC);
+    if (edit.feed.fd < 0)
+        return bd_fault_set(fault, BD_ERR_IO, path, "%.200s: %s", path, strerror(errno));
     enum bd_err err = bd_cli_conn_open(&options->common, BD_CLI_CONN_RUNNING, &edit.conn, fault);
+    edit.feed.conn = edit.conn;
     if (!err) err = apply_all(&edit, fault);
     *reported = edit.reported;
     bd_cli_conn_close(&edit.conn);
-    if (!is_stdin) fclose(edit.in);
+    if (!is_stdin) close(edit.feed.fd);
     return err;
 }
 

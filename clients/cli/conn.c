@@ -2,6 +2,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <limits.h>
 #include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -26,6 +27,7 @@ struct bd_cli_conn {
     uint64_t last_request_id;
     bool greeted; // the answer to hello has come
     uint64_t hello_id;
+    int idle_ms; // the daemon hangs up after so much silence; 0: never
     struct bd_decoder decoder;
     uint8_t inbox[65536];
     size_t inbox_used, inbox_taken;
@@ -246,6 +248,17 @@ static enum bd_err receive(struct bd_cli_conn *conn, struct wait *wait,
     return err;
 }
 
+static int idle_ms_of(const Bounced__HelloReply *reply)
+{
+    for (size_t i = 0; i < reply->n_limits; i++) {
+        const Bounced__KeyValue *limit = reply->limits[i];
+        if (!limit->key || strcmp(limit->key, "idle_seconds") != 0) continue;
+        long long seconds = limit->value ? atoll(limit->value) : 0;
+        return seconds < 0 || seconds > INT_MAX / 1000 ? INT_MAX : (int)seconds * 1000;
+    }
+    return 0;
+}
+
 // The answer to the hello that bd_cli_conn_open sent, before the first call.
 static enum bd_err greet(struct bd_cli_conn *conn, struct bd_fault *fault)
 {
@@ -254,6 +267,7 @@ static enum bd_err greet(struct bd_cli_conn *conn, struct bd_fault *fault)
     struct bd_cli_answer answer;
     enum bd_err err = receive(conn, &wait, BOUNCED__ENVELOPE__BODY_HELLO_REPLY, &answer, fault);
     conn->greeted = !err;
+    if (!err) conn->idle_ms = idle_ms_of(answer.envelope->hello_reply);
     bd_cli_answer_finish(&answer);
     return err;
 }
@@ -279,6 +293,35 @@ enum bd_err bd_cli_conn_event(struct bd_cli_conn *conn, uint64_t request_id,
 {
     struct wait wait = {.request_id = request_id, .at_once = true};
     return receive(conn, &wait, want, out, fault);
+}
+
+// A request that does nothing: no request has the number 0.
+static enum bd_err say_something(struct bd_cli_conn *conn, struct bd_fault *fault)
+{
+    Bounced__Cancel body = BOUNCED__CANCEL__INIT;
+    body.has_request_id = 1;
+    Bounced__Envelope envelope = BOUNCED__ENVELOPE__INIT;
+    envelope.body_case = BOUNCED__ENVELOPE__BODY_CANCEL;
+    envelope.cancel = &body;
+    struct bd_cli_answer answer;
+    enum bd_err err = bd_cli_conn_call(conn, &envelope, NULL, 0, BOUNCED__ENVELOPE__BODY_DONE, NULL,
+                                       &answer, fault);
+    bd_cli_answer_finish(&answer);
+    return err;
+}
+
+enum bd_err bd_cli_conn_wait_for_input(struct bd_cli_conn *conn, int fd, struct bd_fault *fault)
+{
+    enum bd_err err = greet(conn, fault);
+    struct pollfd fds[2] = {{.fd = fd, .events = POLLIN},
+                            {.fd = bd_interrupt_fd(), .events = POLLIN}};
+    while (!err) {
+        int ready = poll(fds, 2, conn->idle_ms ? conn->idle_ms / 3 : -1);
+        if (bd_interrupted()) return bd_fault_set(fault, BD_ERR_CANCELLED, "", "interrupted");
+        if (ready > 0) return BD_ERR_OK;
+        if (ready == 0) err = say_something(conn, fault);
+    }
+    return err;
 }
 
 // The first line of the file, without what surrounds it.

@@ -64,4 +64,9 @@ enum bd_err bd_cli_conn_event(struct bd_cli_conn *conn, uint64_t request_id,
                               Bounced__Envelope__BodyCase want, struct bd_cli_answer *out,
                               struct bd_fault *fault);
 
+// Waits until `fd` can be read from, or has ended, for as long as that takes; the daemon does not
+// hang up meanwhile, as it does on the silent (its limit idle_seconds). Ctrl-C: BD_ERR_CANCELLED.
+BD_MUST_CHECK
+enum bd_err bd_cli_conn_wait_for_input(struct bd_cli_conn *conn, int fd, struct bd_fault *fault);
+
 #endif

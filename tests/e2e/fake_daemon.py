@@ -18,6 +18,7 @@ import bounced_pb2 as pb  # noqa: E402
 from google.protobuf.json_format import MessageToDict  # noqa: E402
 
 MODE = os.environ.get("FAKE_MODE", "ok")
+IDLE_SECONDS = 1
 # What users may have put into names and messages: a terminal would obey it.
 EVIL = "\x1b[2J\x9b1m\n7 edit" if MODE == "hostile" else ""
 PICTURE = b"\x89PNG fake picture"
@@ -34,11 +35,16 @@ class Peer:
         self.blobs = {}
         self.replays = 0
         self.waiting = None  # id of a render that is never answered
+        if MODE == "impatient":
+            self.sock.settimeout(IDLE_SECONDS)
 
     def read(self, size):
         data = b""
         while len(data) < size:
-            piece = self.sock.recv(size - len(data))
+            try:
+                piece = self.sock.recv(size - len(data))
+            except TimeoutError:
+                sys.exit(0)  # impatient
             if not piece:
                 sys.exit(0)
             data += piece
@@ -77,6 +83,8 @@ class Peer:
             sys.exit(0)
         answer = pb.Envelope(request_id=envelope.request_id)
         answer.hello_reply.version = 1
+        answer.hello_reply.limits.add(key="idle_seconds",
+                                      value=str(IDLE_SECONDS if MODE == "impatient" else 120))
         self.send(answer)
 
     def on_blob_have(self, envelope, _):
@@ -134,7 +142,8 @@ class Peer:
         answer = pb.Envelope(request_id=envelope.request_id)
         answer.done.SetInParent()
         self.send(answer)
-        self.error(envelope.cancel.request_id, "cancelled", "cancelled")
+        if envelope.cancel.request_id:
+            self.error(envelope.cancel.request_id, "cancelled", "cancelled")
 
     def on_scene_list(self, envelope, _):
         answer = pb.Envelope(request_id=envelope.request_id)

@@ -51,6 +51,21 @@ def test_a_stream_is_answered_line_by_line(running):
     assert [e["edit_batch"]["message"] for e in running.asked("edit_batch")] == ["0", "1", "2"]
 
 
+def test_a_producer_that_pauses_keeps_its_daemon(mode):
+    """A daemon hangs up on who is silent for long."""
+    process = mode("impatient").start("edit", "s1", "-", stdin=-1)
+    for number in range(3):
+        time.sleep(1.4)
+        process.stdin.write(json.dumps(LAMP).encode()[:20])
+        process.stdin.flush()
+        time.sleep(1.4)  # in the middle of one, too
+        process.stdin.write(json.dumps(LAMP).encode()[20:])
+        process.stdin.flush()
+        assert process.stdout.readline(), process.stderr.read()
+    out, err = process.communicate(timeout=10)
+    assert process.returncode == 0 and (out, err) == (b"", b"")
+
+
 def test_documents_may_touch_and_there_may_be_none(running):
     assert edit(running, LAMP, LAMP).returncode == 0
     assert len(running.asked("edit_batch")) == 2
