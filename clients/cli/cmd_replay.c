@@ -45,6 +45,27 @@ static const struct bd_cli_replay_scene *find_scene(const struct scenes *scenes,
     return NULL;
 }
 
+static bool is_played(const struct bd_cli_replay *options, const struct bd_cli_replay_scene *scene)
+{
+    return !options->scene || strcmp(scene->id, options->scene) == 0;
+}
+
+// Frames are named after scenes: an id that the daemon did not make could name any file.
+static enum bd_err check_ids(const struct bd_cli_replay *options, const struct scenes *scenes,
+                             struct bd_fault *fault)
+{
+    for (size_t i = 0; i < scenes->count; i++) {
+        const char *id = scenes->items[i].id;
+        size_t good =
+            strspn(id, "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZ_abcdefghijklmnopqrstuvwxyz-");
+        if (!*id || id[good])
+            return bd_fault_set(fault, BD_ERR_BAD_INPUT, "journal",
+                                "%.300s holds a scene \"%.64s\": an id is letters, digits, _ and -",
+                                options->journal, id);
+    }
+    return BD_ERR_OK;
+}
+
 // What goes with one scene alone, and whether the one that is named is there.
 static enum bd_err check_scenes(const struct bd_cli_replay *options, const struct scenes *scenes,
                                 struct bd_fault *fault)
@@ -69,6 +90,31 @@ static enum bd_err check_scenes(const struct bd_cli_replay *options, const struc
     return BD_ERR_OK;
 }
 
+// A frame that no scene has would be missed only when all is played.
+static enum bd_err check_at(const struct bd_cli_player *player, const struct scenes *scenes,
+                            uint64_t at, struct bd_fault *fault)
+{
+    const struct bd_cli_replay *options = player->options;
+    for (size_t i = 0; i < scenes->count; i++) {
+        const struct bd_cli_replay_scene *scene = &scenes->items[i];
+        uint64_t oldest, last = options->to ? options->to : scene->revision;
+        if (!is_played(options, scene)) continue;
+        enum bd_err err = bd_journal_oldest(player->journal, scene->id, &oldest, fault);
+        if (err || (oldest <= at && at <= last)) return err;
+    }
+    return bd_fault_set(fault, BD_ERR_NOT_FOUND, "at",
+                        "--at %" PRIu64 ": no scene has this revision, or it is not played", at);
+}
+
+static enum bd_err check_frames(const struct bd_cli_player *player, const struct scenes *scenes,
+                                struct bd_fault *fault)
+{
+    enum bd_err err = BD_ERR_OK;
+    for (uint32_t i = 0; !err && i < player->options->at_count; i++)
+        err = check_at(player, scenes, player->options->at[i], fault);
+    return err;
+}
+
 static enum bd_err check_outputs(const struct bd_cli_replay *options, struct bd_fault *fault)
 {
     if (options->frames && mkdir(options->frames, 0777) && errno != EEXIST)
@@ -82,7 +128,7 @@ static enum bd_err play(struct bd_cli_player *player, const struct scenes *scene
 {
     enum bd_err err = BD_ERR_OK;
     for (size_t i = 0; !err && i < scenes->count; i++)
-        if (!player->options->scene || strcmp(scenes->items[i].id, player->options->scene) == 0)
+        if (is_played(player->options, &scenes->items[i]))
             err = bd_cli_replay_scene(player, &scenes->items[i], fault);
     return err;
 }
@@ -111,7 +157,9 @@ static enum bd_err replay(const struct bd_cli_replay *options, struct bd_fault *
     enum bd_err err = check_outputs(options, fault);
     if (!err) err = bd_journal_open_copy(options->journal, &player.journal, fault);
     if (!err) err = bd_journal_each_scene(player.journal, keep_scene, &scenes, fault);
+    if (!err) err = check_ids(options, &scenes, fault);
     if (!err) err = check_scenes(options, &scenes, fault);
+    if (!err) err = check_frames(&player, &scenes, fault);
     if (!err)
         err = bd_cli_conn_open(&options->frame.common, BD_CLI_CONN_RUNNING_OR_START, &player.conn,
                                fault);

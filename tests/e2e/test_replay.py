@@ -4,12 +4,14 @@ the same hashes and the same frames, byte by byte, on one device.
 BD_REPLAY_EDITS: how many edits the session has (default 40, and frames of `hisr`; the suite `long`
 makes 500, and frames of `rsm` too).
 """
+import ctypes
 import fcntl
 import json
 import os
 import shutil
 import signal
 import sqlite3
+import struct
 import subprocess
 import sys
 import time
@@ -48,10 +50,17 @@ class Daemon:
         self.log = open(folder / "log", "ab")
         self.process = subprocess.Popen(words, stderr=self.log)
         until = time.monotonic() + 120
-        while not (folder / "s.sock").exists() and time.monotonic() < until:
+        while not (client := self.reach()) and time.monotonic() < until:
             assert self.process.poll() is None, (folder / "log").read_text()
             time.sleep(0.02)
-        self.client = bounced.connect(self.address, resume_s=0)
+        self.client = client
+
+    def reach(self):
+        """None before it listens: its socket is there a moment earlier."""
+        try:
+            return bounced.connect(self.address, resume_s=0)
+        except bounced.Unreachable:
+            return None
 
     def end(self, how=signal.SIGTERM):
         self.client.close()
@@ -269,6 +278,37 @@ def test_what_is_no_journal(small, bounce):
     assert code == 2 and "--scene" in line
     code, line = refused(bounce, small.data, "--scene", small.ids[0], "--to", "9")
     assert code == 4 and "--to 9" in line and "is 5" in line
+    frames = ["--frames", bounce.folder / "frames", "--at"]
+    for words in (["9"], ["5", "--to", "4"], ["1", "--at", "6"]):
+        code, line = refused(bounce, small.data, "--scene", small.ids[0], *frames, *words)
+        assert code == 4 and "--at " in line and "no scene has this revision" in line
+
+
+def scene_sum(*fields):
+    """The journal's sum over a scene's row (bd_check_scene), which is no secret."""
+    hash64 = ctypes.CDLL("libxxhash.so.0").XXH3_64bits_withSeed
+    hash64.argtypes = ctypes.c_char_p, ctypes.c_size_t, ctypes.c_uint64
+    hash64.restype = ctypes.c_uint64
+    total = 0
+    for field in ("scene", *fields):
+        text = field.encode() if isinstance(field, str) else None
+        total = hash64(struct.pack("<Q", field if text is None else len(text)), 8, total)
+        total = total if text is None else hash64(text, len(text), total)
+    return ctypes.c_int64(total).value
+
+
+def test_a_scene_whose_id_is_a_path(small, bounce):
+    evil = bounce.folder / "evil.sqlite"
+    shutil.copy(small.data / "journal.sqlite", evil)
+    with sqlite3.connect(evil) as db:
+        columns = "SELECT scene, name, owner, added_ms, revision, chk FROM scenes WHERE scene=?"
+        *row, check = db.execute(columns, small.ids[:1]).fetchone()
+        assert check == scene_sum(*row)
+        db.execute("UPDATE scenes SET scene='../../up', chk=? WHERE scene=?",
+                   (scene_sum("../../up", *row[1:]), row[0]))
+    db.close()
+    code, line = refused(bounce, evil, "--frames", bounce.folder / "frames", "--size", "8x8")
+    assert code == 4 and "../../up" in line and "an id is" in line
 
 
 def test_damage_is_said_and_not_mended(small, bounce):
