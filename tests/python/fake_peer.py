@@ -15,7 +15,9 @@ from bounced.transport import StreamTransport
 
 
 class FakePeer:
-    def __init__(self, **limits):
+    def __init__(self, session="", **limits):
+        """session: by which a client may take up a connection that broke, at another peer."""
+        self.session = session
         self.limits = {"message_bytes": 1 << 24, **limits}
         self.asked = []
         self.fault = None
@@ -24,16 +26,21 @@ class FakePeer:
         self._handlers = {"hello": FakePeer._on_hello, "blob_have": FakePeer._on_blob_have,
                           "blob_put": FakePeer._on_blob_put}
         self._lock = threading.Lock()
-        self._sock, self._theirs = socket.socketpair()
+        self._sock, theirs = socket.socketpair()
+        self.transport = StreamTransport(theirs)
         self._thread = threading.Thread(target=self._serve, daemon=True)
         self._thread.start()
 
     def __enter__(self):
-        self.client = bounced.Client(StreamTransport(self._theirs), timeout_s=10)
+        self.client = bounced.Client(self.transport, timeout_s=10)
         return self
 
     def __exit__(self, *_):
         self.client.close()
+        self.end()
+
+    def end(self):
+        """What a handler raised comes out here."""
         self.hang_up()
         self._thread.join(10)
         assert not self._thread.is_alive()
@@ -108,7 +115,9 @@ class FakePeer:
 
     def _on_hello(self, envelope, _):
         limits = [{"key": key, "value": str(value)} for key, value in self.limits.items()]
-        self.answer(envelope, hello_reply={"version": 1, "limits": limits, "build": "made up"})
+        self.answer(envelope, hello_reply={
+            "version": 1, "limits": limits, "build": "made up", "capabilities": ["under_way"],
+            "session": self.session, "resumed": bool(self.session and envelope.hello.resume)})
 
     def _on_blob_have(self, envelope, _):
         held = [blob for blob in envelope.blob_have.blobs if blob in self.blobs]

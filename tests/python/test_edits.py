@@ -193,6 +193,7 @@ def test_transient_dry_run_and_ids(peer, scene):
     with scene.edit(dry_run=True, frame={"size": (8, 8), "technique": "rsm"}) as edit:
         lamp = edit.add_light(kind="point")
     batch, _ = sent(peer, 2)
+    assert not batch.HasField("client_edit_id")  # what is not kept needs none
     assert batch.dry_run and list(batch.frame.size) == [8, 8] and batch.frame.technique == "rsm"
     assert (edit.result.invalidates, edit.result.keeps) == (["shadow_map"], ["gbuffer"])
     with pytest.raises(ValueError):

@@ -5,6 +5,7 @@ import time
 import bounced
 import pytest
 from conftest import SCENES
+from fake_peer import FakePeer
 from proxy import Proxy
 
 
@@ -62,7 +63,6 @@ def test_a_request_that_was_lost_is_sent_again(cuttable):
     proxy.deaf = True
     threading.Timer(0.3, proxy.cut).start()
     assert move(scene, 1).revision == 2
-    # An undo has no id that would make it safe to be sent twice: it happens once.
     move(scene, 2)
     proxy.deaf = True
     threading.Timer(0.3, proxy.cut).start()
@@ -199,3 +199,48 @@ def test_closing_leaves_nothing_under_way(monkeypatch, serve):
         assert time.monotonic() - began < 5
         with pytest.raises(bounced.Unreachable):
             view.next(5)
+
+
+class Lives:
+    """One session of `client` at made-up daemons, one after the other: each takes up what the one
+    before left, and knows of nothing that was asked of it."""
+
+    def __init__(self, count):
+        self.peers = [FakePeer(session="s", resume_seconds=10) for _ in range(count)]
+        for peer in self.peers:
+            peer.on("cancel", lambda made_up, envelope, _: made_up.answer(envelope, done={}))
+        first, *self._others = self.peers
+        self.client = bounced.Client(first.transport, timeout_s=10, reopen=self._reopen)
+        self.scene = bounced.scene.Scene(self.client._conn, "s1")
+
+    def _reopen(self, _):
+        return self._others.pop(0).transport
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.client.close()
+        for peer in self.peers:
+            peer.end()
+
+
+def change_made(made_up, envelope, _):
+    made_up.answer(envelope, edit_reply={"revision": 2})
+
+
+@pytest.mark.parametrize("body,change", [
+    ("edit_batch", lambda scene: move(scene, 1)), ("edit_undo", bounced.scene.Scene.undo),
+    ("edit_undo", bounced.scene.Scene.redo), ("edit_commit", bounced.scene.Scene.commit),
+    ("edit_revert", lambda scene: scene.revert(1))])
+def test_a_change_that_is_sent_again_is_known_by_its_id(body, change):
+    """The daemon may have carried it out and have had no room for the answer."""
+    with Lives(2) as lives:
+        before, after = lives.peers
+        before.on(body, lambda made_up, *_: made_up.hang_up())
+        after.on(body, change_made)
+        change(lives.scene)
+        change(lives.scene)
+        [(first, _)], [(again, _), (another, _)] = before.wait_for(body), after.wait_for(body, 2)
+        assert first.client_edit_id == again.client_edit_id != ""
+        assert another.client_edit_id not in ("", first.client_edit_id)

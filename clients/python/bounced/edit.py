@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import os
+import secrets
 from dataclasses import dataclass, field
 from types import TracebackType
 from typing import Any, TypedDict, Union, Unpack
@@ -165,6 +166,12 @@ class EditResult:
     flags: list[str] = field(default_factory=list)
 
 
+def new_edit_id() -> str:
+    """For a durable change without an id of its own: the connection may break and send it again
+    although the daemon had it, and an id makes it count once."""
+    return "py-" + secrets.token_hex(12)
+
+
 def result_of(reply: Any) -> EditResult:
     return EditResult(reply.revision, reply.transient, list(reply.ids), reply.hash,
                       reply.repeated_id, list(reply.invalidates), list(reply.keeps),
@@ -202,6 +209,8 @@ class Edit:
             self._batch.base_revision = base_revision
         if client_edit_id is not None:
             self._batch.client_edit_id = client_edit_id
+        elif not transient and not dry_run:
+            self._batch.client_edit_id = new_edit_id()
 
     def __enter__(self) -> Edit:
         return self

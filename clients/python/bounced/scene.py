@@ -5,7 +5,7 @@ import os
 from typing import Any, Callable, Iterator, Unpack, cast
 
 from .conn import Connection, Pending
-from .edit import Edit, EditResult, result_of
+from .edit import Edit, EditResult, new_edit_id, result_of
 from .errors import Unreachable
 from .files import Content, PathLike, file_content, scene_contents, upload
 from .frame import Frame, FrameOptions, read_frame, render_request
@@ -123,7 +123,8 @@ class Scene:
                         `frame` would run again
         message         for the log, up to 256 bytes
         base_revision   Conflict unless it is the current one
-        client_edit_id  up to 64 bytes; said again, it gets the first answer
+        client_edit_id  up to 64 bytes; said again, it gets the first answer. A random one where a
+                        durable batch has none
         """
         return Edit(self._conn, self.id, transient=transient, dry_run=dry_run, frame=frame,
                     message=message, base_revision=base_revision, client_edit_id=client_edit_id)
@@ -155,6 +156,8 @@ class Scene:
         for key, value in fields.items():
             if value is not None:
                 setattr(request, key, value)
+        if not request.HasField("client_edit_id"):
+            request.client_edit_id = new_edit_id()
         return result_of(self._conn.call(name, request, "edit_reply"))
 
     # --- its history ---
