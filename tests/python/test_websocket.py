@@ -2,6 +2,7 @@
 import socket
 import struct
 import threading
+import time
 
 import bounced
 import bounced_pb2 as pb
@@ -80,6 +81,17 @@ def test_what_is_no_such_server(serve):
     assert caught.value.code == "not_found"
     with pytest.raises(bounced.Unreachable):  # speaks, but not HTTP
         bounced.connect(served.tcp.replace("tcp:", "http://"), timeout_s=5)
+
+
+def test_a_server_that_is_silent_during_tls():
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        hang_up = threading.Timer(10, lambda: listener.accept()[0].close())
+        hang_up.start()
+        began = time.monotonic()
+        with pytest.raises(bounced.Unreachable, match="timed out"):
+            bounced.connect("https://127.0.0.1:%d" % listener.getsockname()[1], timeout_s=0.3)
+        assert time.monotonic() - began < 5
+        hang_up.cancel()
 
 
 class FragmentingServer:

@@ -168,10 +168,10 @@ def open_websocket(address: str, token: str | None, timeout_s: float) -> WebSock
     protocol = _protocol_of(f"{'wss' if secure else 'ws'}://{named}:{port}{path}")
     sock = connect_tcp(host, port, timeout_s)
     try:
+        sock.settimeout(timeout_s)  # for the handshakes: that of TLS, too
         if secure:
             sock = ssl.create_default_context().wrap_socket(sock, server_hostname=host)
         transport = WebSocketTransport(sock, protocol)
-        sock.settimeout(timeout_s)
         transport.shake_hands(token)
         sock.settimeout(None)
     except (OSError, EOFError) as error:
