@@ -1,4 +1,5 @@
 """Connections that break, over a proxy: the session goes on, and everything happens once."""
+import struct
 import threading
 import time
 
@@ -244,3 +245,21 @@ def test_a_change_that_is_sent_again_is_known_by_its_id(body, change):
         [(first, _)], [(again, _), (another, _)] = before.wait_for(body), after.wait_for(body, 2)
         assert first.client_edit_id == again.client_edit_id != ""
         assert another.client_edit_id not in ("", first.client_edit_id)
+
+
+@pytest.mark.parametrize("answer", [struct.pack("<II", 8, 4) + b"\xff" * 4, b"half a un"])
+def test_nonsense_instead_of_the_session_is_not_the_end(answer):
+    def say_nonsense(made_up, *_):
+        made_up.raw(answer)
+        made_up.hang_up()
+
+    with Lives(3) as lives:
+        before, confused, after = lives.peers
+        before.on("edit_undo", lambda made_up, *_: made_up.hang_up())
+        confused.on("hello", say_nonsense)
+        after.on("edit_undo", change_made)
+        undo = threading.Thread(target=lives.scene.undo, daemon=True)
+        undo.start()
+        undo.join(20)
+        assert not undo.is_alive()
+        assert confused.transport._sock.fileno() == -1

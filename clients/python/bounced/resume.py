@@ -83,11 +83,12 @@ class Resumer:
         impatience.start()
         try:
             reply = self._greet(transport, request_id)
-        except OSError as error:
-            raise Unreachable(f"the connection broke: {error}", "server") from error
         except Error:
             transport.close()
             raise
+        except Exception as error:  # nonsense, too: the reader's thread has to go on
+            transport.close()
+            raise Unreachable(f"the connection broke: {error!r}", "server") from error
         finally:
             impatience.cancel()
             self._trying = None
