@@ -8,11 +8,13 @@ build_packages=(
 )
 # A device for machines that have no GPU, and the library that finds either.
 device_packages=(libegl1 libegl-mesa0 libgl1-mesa-dri libopengl0)
+# What the commands of README.md need beside the programs. protoc makes the messages of the Python client.
+use_packages=(curl python3-matplotlib python3-numpy python3-protobuf protobuf-compiler)
 test_packages=(
   chromium clang libclang-rt-14-dev llvm glslang-tools libcmocka-dev curl
   python3-matplotlib python3-numpy python3-pil python3-protobuf python3-pytest python3-websockets protobuf-compiler
 )
-# protoc makes the messages of the Python client; git knows when the tree was made.
+# git knows when the tree was made.
 bundle_packages=(git patchelf protobuf-compiler)
 
 is_installed() {
