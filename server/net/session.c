@@ -248,13 +248,26 @@ static void welcome(struct bd_session *session, uint64_t request_id, const Bounc
     bd_session_send_event(session, request_id, &answer); // not kept: it belongs to the connection
 }
 
+// Uploads go on in one connection or not at all.
+static void leave_conn(struct bd_session *session)
+{
+    session->conn->session = NULL;
+    session->conn = NULL;
+    bd_session_forget_uploads(session);
+}
+
 // The connection changes its session: the one that it began with has done nothing yet.
 static void take_over(struct bd_session *session, struct bd_session *old)
 {
     struct bd_conn *conn = session->conn;
-    // The old connection may be dead without having said so.
-    if (old->conn) bd_conn_kill(old->conn);
-    session->conn = NULL;
+    // The old connection may be dead without having said so. It goes without its session, which
+    // does not wait for anybody: how many may wait is no reason to end it.
+    if (old->conn) {
+        struct bd_conn *dead = old->conn;
+        leave_conn(old);
+        bd_conn_kill(dead);
+    }
+    leave_conn(session);
     end(session);
     old->conn = conn;
     old->face = session->face;
@@ -485,15 +498,13 @@ static bool may_be_resumed(const struct bd_session *session, const struct bd_con
 void bd_session_gone(struct bd_conn *conn)
 {
     struct bd_session *session = conn->session;
-    const struct bd_limits *limits = &session->net->options.limits;
-    conn->session = NULL;
-    session->conn = NULL;
-    if (may_be_resumed(session, conn)) {
+    const struct bd_limits *limits = &conn->net->options.limits;
+    if (!session) return; // another connection has it
+    leave_conn(session);
+    if (may_be_resumed(session, conn))
         session->parked_until_ns = bd_clock_ns() + limits->resume_seconds * 1000000000u;
-        bd_session_forget_uploads(session);
-    } else {
+    else
         end(session);
-    }
 }
 
 // Nobody has come back for it.

@@ -168,6 +168,24 @@ def test_a_connection_that_only_seems_alive_is_replaced(start):
             client.connection.receive()
 
 
+def test_one_that_changes_hands_does_not_wait(start, face):
+    """However few sessions may wait for a connection: this one has its next already."""
+    daemon = start("--limit", "resumable_sessions=0", env={"BD_FAKE_FRAME_MS": "2500"})
+    client, reply = face(daemon)
+    wanted = client.connection.send(render(add_scene(client)))
+    time.sleep(0.1)
+    second, again = face(daemon, reply.session)
+    assert again.resumed and again.under_way == [wanted]
+    while True:  # longer than until the memory of sessions that have ended is given back
+        answer, data = second.connection.receive()
+        if answer.request_id == wanted:
+            break
+    assert data.startswith(b"\x89PNG")
+    break_off(second)
+    time.sleep(0.2)
+    assert not face(daemon, again.session)[1].resumed
+
+
 def test_it_ends_after_its_time_or_with_a_goodbye(start):
     daemon = start("--limit", "resume_seconds=1", env={"BD_FAKE_FRAME_MS": "30000"})
     client, reply = framed(daemon)
