@@ -199,7 +199,9 @@ static void start(struct bd_http *http, struct bd_answer request, struct bd_comm
                                      .events = &command_events,
                                      .user = http,
                                      .is_counted = true}; // with its head
-    http->command = bd_command_start(&start);
+    // One that is answered at once may have been followed by the next request's by now.
+    struct bd_command *command = bd_command_start(&start);
+    if (command) http->command = command;
 }
 
 static void start_empty(struct bd_http *http, Bounced__Envelope__BodyCase body_case,

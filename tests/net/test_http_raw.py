@@ -147,6 +147,22 @@ def test_pipelined_requests_are_answered_in_order(shared):
     assert seeds == list(range(20))
 
 
+def test_a_request_behind_one_that_was_refused_ends_with_its_peer(start):
+    """The refusal comes once the body is on the disk, and the next request begins within it."""
+    daemon = start(env={"BD_FAKE_FRAME_MS": "3000"})
+    scene = daemon.add_scene().encode()
+    with socket.create_connection(("127.0.0.1", daemon.port), 10) as sock:
+        sock.sendall(b"POST /v1/render?layers=nope HTTP/1.1\r\n" + HOST + OCTETS +
+                     b"Content-Length: 4\r\n\r\nglTFGET /v1/scenes/" + scene +
+                     b"/frame.png?size=8x8 HTTP/1.1\r\n" + HOST + b"\r\n")
+        assert status_of(sock.recv(4096)) == 400
+        time.sleep(0.2)
+    until = time.time() + 2
+    while daemon.json("GET", "/v1/stats")[1]["jobs_cancelled"] < 1:
+        assert time.time() < until, "the frame is rendered for nobody"
+        time.sleep(0.05)
+
+
 def test_a_request_may_come_byte_by_byte(shared):
     with socket.create_connection(("127.0.0.1", shared.port), 5) as sock:
         for byte in NEXT:
