@@ -75,7 +75,7 @@ struct bd_conn {
     // Left with a peer that is in the middle of a message, and with one that has more to read.
     double in_patience_s, out_patience_s;
     bool is_slow;
-    uint32_t writes;     // under way
+    uint32_t writes; // under way
 };
 
 // Accepts from `listener` into `conn`, which its face has allocated, zeroed, and given `ops`.

@@ -49,6 +49,7 @@ static void on_bytes(struct bd_conn *conn, const uint8_t *bytes, size_t size)
         bd_session_message(conn->session, &message);
         bd_message_finish(&message);
     }
+    if (conn->state == BD_CONN_OPEN) bd_session_update_reading(conn->session);
 }
 
 static bool owes(const struct bd_conn *conn)

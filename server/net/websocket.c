@@ -29,6 +29,8 @@ struct bd_websocket {
     uint8_t *out; // the start of the frame that is being made: its head and the envelope's
     size_t out_bytes;
     const uint8_t *payload; // what follows it uncopied
+    uint8_t *control;       // frames that go together
+    size_t control_bytes;
     uint64_t pinged_ns;
 };
 
@@ -44,17 +46,22 @@ static bool is_open(const struct bd_websocket *websocket)
 
 // --- sending --------------------------------------------------------------------------------
 
-// Control frames: small, and on their way at once.
+static void extend(uint8_t **out, size_t *out_bytes, const uint8_t *bytes, size_t size)
+{
+    *out = realloc(*out, *out_bytes + size);
+    BD_ASSERT(*out);
+    memcpy(*out + *out_bytes, bytes, size);
+    *out_bytes += size;
+}
+
+// Control frames: small, and libwslay comes twice for each. What one flush gives is one write.
 static ssize_t on_send(wslay_event_context_ptr events, const uint8_t *bytes, size_t size, int flags,
                        void *user)
 {
     (void)events;
     (void)flags;
     struct bd_websocket *websocket = user;
-    uint8_t *copy = malloc(size);
-    BD_ASSERT(copy);
-    memcpy(copy, bytes, size);
-    bd_conn_write(websocket->conn, copy, size, NULL, 0);
+    extend(&websocket->control, &websocket->control_bytes, bytes, size);
     return (ssize_t)size;
 }
 
@@ -63,10 +70,7 @@ static ssize_t on_frame_send(const uint8_t *bytes, size_t size, int flags, void 
     (void)flags;
     struct bd_websocket *websocket = user;
     if (bytes == websocket->payload) return (ssize_t)size; // goes as it is, behind `out`
-    websocket->out = realloc(websocket->out, websocket->out_bytes + size);
-    BD_ASSERT(websocket->out);
-    memcpy(websocket->out + websocket->out_bytes, bytes, size);
-    websocket->out_bytes += size;
+    extend(&websocket->out, &websocket->out_bytes, bytes, size);
     return (ssize_t)size;
 }
 
@@ -101,9 +105,12 @@ static void send_unit(struct bd_conn *conn, uint8_t *head, size_t head_bytes, ui
 
 static void flush(struct bd_websocket *websocket)
 {
-    if (is_open(websocket) && wslay_event_want_write(websocket->events) &&
-        wslay_event_send(websocket->events) != 0)
-        websocket->conn->is_broken = true;
+    if (!is_open(websocket) || !wslay_event_want_write(websocket->events)) return;
+    if (wslay_event_send(websocket->events) != 0) websocket->conn->is_broken = true;
+    if (!websocket->control) return;
+    bd_conn_write(websocket->conn, websocket->control, websocket->control_bytes, NULL, 0);
+    websocket->control = NULL;
+    websocket->control_bytes = 0;
 }
 
 static void close_with(struct bd_websocket *websocket, uint16_t code, const char *why)

@@ -7,7 +7,7 @@ import time
 
 import bounced_pb2 as pb
 import pytest
-from conftest import pack, read_all
+from conftest import IS_SANITIZED, pack, read_all
 from test_framed import envelope
 from test_http_raw import HOST, OCTETS, assert_one_json_error
 from test_streams import Stream
@@ -121,6 +121,46 @@ def test_pictures_that_are_read_a_byte_at_a_time(start):
         assert daemon.json("POST", f"/v1/scenes/{scene}/edits", edit)[0] == 200
 
     assert drip_from(daemon, [pictures.sock], change) > 0.8
+    assert daemon.healthy()
+
+
+def sent_until_it_stops(sock, data):
+    """How much of it the daemon takes from a peer that reads nothing."""
+    sent, view = 0, memoryview(data)
+    sock.settimeout(1)
+    try:
+        while sent < len(data):
+            sent += sock.send(view[sent:sent + 65536])
+    except TimeoutError:
+        pass
+    sock.settimeout(20)
+    return sent
+
+
+def test_requests_end_where_nobody_reads_their_answers(start):
+    """However small the answers are, and though what is asked is free."""
+    daemon, count = start(), 400000
+    client = daemon.framed()
+    cancel = envelope(cancel=pb.Cancel(request_id=99))
+    cancel.request_id = 7
+    unit_bytes = len(pack(cancel))
+    before = daemon.rss_kib()
+    sent = sent_until_it_stops(client.sock, pack(cancel) * count)
+    assert sent < count * unit_bytes / 4
+    assert IS_SANITIZED or daemon.rss_kib() - before < 16 << 10
+    for _ in range(sent // unit_bytes):
+        assert client.receive()[0].HasField("done")
+    client.sock.sendall(pack(cancel)[sent % unit_bytes:])
+    assert client.receive()[0].HasField("done")
+
+
+def test_pongs_that_nobody_reads_are_few_bytes(start):
+    daemon = start()
+    web = Raw(daemon, mask(2, unit(HELLO)))
+    web.frame()
+    before = daemon.rss_kib()
+    sent_until_it_stops(web.sock, mask(9, b"") * 3000000)
+    assert IS_SANITIZED or daemon.rss_kib() - before < 64 << 10
     assert daemon.healthy()
 
 
