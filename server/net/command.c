@@ -349,9 +349,7 @@ static enum bd_err admit(struct bd_command *command, const struct bd_command_sta
 {
     struct bd_net *net = command->net;
     enum bd_err err = BD_ERR_OK;
-    if (!start->is_counted)
-        err = bd_client_take_request(net->clients, command->client, &command->fault);
-    if (!err && net->draining)
+    if (net->draining)
         err = bd_fault_set(&command->fault, BD_ERR_BUSY, "", "the server is shutting down");
     if (!err) err = bd_command_check_rights(command, &command->fault);
     if (!err && bd_command_is_job(command->envelope)) {
@@ -400,7 +398,6 @@ struct bd_command *bd_command_start(const struct bd_command_start *start)
     if (command->next) command->next->previous = command;
     start->net->commands = command;
     start->net->command_count++;
-    if (!start->is_counted) start->net->stats.requests++;
 
     command->err = admit(command, start);
     if (command->err)

@@ -49,10 +49,10 @@ struct bd_command_start {
     const struct bd_grant *grant; // what whoever asks may do; outlives the command
     const uint8_t *payload;       // of the message; copied if it is needed
     size_t payload_bytes;
-    bool is_counted; // its face has counted the request and taken it out of the bucket
 };
 
-// NULL if it has been answered already.
+// Its face has counted the request and taken it out of the bucket. NULL if it has been answered
+// already.
 struct bd_command *bd_command_start(const struct bd_command_start *start);
 
 // Asks it to stop; it is still answered, by `cancelled` unless it was done by then.

@@ -85,7 +85,7 @@ void bd_conn_read(struct bd_conn *conn, bool wanted)
     if (conn->reading == wanted || conn->state == BD_CONN_CLOSED) return;
     conn->reading = wanted;
     if (wanted) {
-        bd_conn_touch(conn);
+        if (!conn->clock_runs) bd_conn_touch(conn);
         if (uv_read_start(&conn->uv.stream, on_alloc, on_read) < 0) conn->is_broken = true;
     } else {
         uv_read_stop(&conn->uv.stream);
@@ -146,7 +146,7 @@ void bd_conn_write(struct bd_conn *conn, uint8_t *first, size_t first_bytes, uin
         uv_buf_init((char *)second, (unsigned)second_bytes),
     };
     conn->writes++;
-    bd_conn_touch(conn);
+    if (!conn->clock_runs) bd_conn_touch(conn);
     conn->net->stats.bytes_out += first_bytes + second_bytes;
     conn->out_bytes += first_bytes + second_bytes;
     if (uv_write(&request->uv, &conn->uv.stream, bufs, second ? 2 : 1, on_written) < 0) {

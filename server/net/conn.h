@@ -64,7 +64,7 @@ struct bd_conn {
     enum bd_conn_state state;
     struct bd_session *session; // of those faces that speak in envelopes
     bool reading;
-    bool clock_runs; // what arrives does not count as a sign of life: a phase with a deadline
+    bool clock_runs; // what comes and goes is no sign of life: a phase with a deadline
     bool is_shut;    // our side was shut down
     bool is_broken;  // libuv refused: the next tick ends it, so that no caller's ground gives way
     uint64_t active_ns, finishing_ns;

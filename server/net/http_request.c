@@ -126,7 +126,10 @@ static enum bd_err check_head(struct bd_http *http)
                                   .needs_token = needs_token(http->target.route),
                                   .wants_bearer = is_login(http),
                                   .changes = changes_something(http)};
-    enum bd_err err = check_version(http);
+    http->refusal = (struct bd_http_refusal){0};
+    // Before all that may be wrong with it: a flood of nonsense empties the bucket like any other.
+    enum bd_err err = check_rate(http);
+    if (!err) err = check_version(http);
     if (!err) err = bd_http_guard_check(&guard, &http->head, &http->grant, &http->refusal);
     if (!err) err = bd_http_route_check(&http->target, http->method, &http->refusal);
     if (!err && (http->method == BD_HTTP_POST || http->method == BD_HTTP_PUT))
@@ -138,7 +141,6 @@ static enum bd_err check_head(struct bd_http *http)
     if (!err) err = bd_grant_check_role(http->grant, role_for(http), &http->refusal.fault);
     if (!err) err = check_blob_name(http);
     if (!err) err = check_body_size(http);
-    if (!err) err = check_rate(http);
     return err;
 }
 
@@ -197,8 +199,7 @@ static void start(struct bd_http *http, struct bd_answer request, struct bd_comm
                                      .envelope = request.envelope,
                                      .body = body,
                                      .events = &command_events,
-                                     .user = http,
-                                     .is_counted = true}; // with its head
+                                     .user = http};
     // One that is answered at once may have been followed by the next request's by now.
     struct bd_command *command = bd_command_start(&start);
     if (command) http->command = command;

@@ -312,15 +312,25 @@ static void greet(struct bd_session *session, const Bounced__Envelope *envelope)
 
 // --- messages -------------------------------------------------------------------------------
 
-// True if a message that is no command may be taken; otherwise it has been answered.
-static bool admit(struct bd_session *session, uint64_t request_id)
+// A cancel costs nothing: it ends what does.
+static enum bd_err take_request(struct bd_session *session, const Bounced__Envelope *envelope,
+                                struct bd_fault *fault)
+{
+    struct bd_net *net = session->net;
+    if (envelope->body_case == BOUNCED__ENVELOPE__BODY_CANCEL) return BD_ERR_OK;
+    net->stats.requests++;
+    return bd_client_take_request(net->clients, session->client, fault);
+}
+
+// True if a request may be taken; otherwise it has been answered. The bucket comes first: a flood of
+// nonsense empties it like any other.
+static bool admit(struct bd_session *session, const Bounced__Envelope *envelope)
 {
     struct bd_fault fault;
-    struct bd_net *net = session->net;
-    net->stats.requests++;
-    if (!bd_client_take_request(net->clients, session->client, &fault)) return true;
-    bd_session_send_fault(session, request_id, &fault);
-    return false;
+    enum bd_err err = take_request(session, envelope, &fault);
+    if (!err) err = check_request(session, envelope->request_id, &fault);
+    if (err) bd_session_send_fault(session, envelope->request_id, &fault);
+    return !err;
 }
 
 // Whether a request that belongs to the session itself was taken care of.
@@ -354,21 +364,6 @@ static bool handle_here(struct bd_session *session, const Bounced__Envelope *env
     }
 }
 
-static bool is_ours(const Bounced__Envelope *envelope)
-{
-    switch ((int)envelope->body_case) {
-    case BOUNCED__ENVELOPE__BODY_HELLO:
-    case BOUNCED__ENVELOPE__BODY_BLOB_PUT:
-    case BOUNCED__ENVELOPE__BODY_SCENE_WATCH:
-    case BOUNCED__ENVELOPE__BODY_VIEW_OPEN:
-    case BOUNCED__ENVELOPE__BODY_VIEW_UPDATE:
-    case BOUNCED__ENVELOPE__BODY_VIEW_CLOSE:
-        return true;
-    default:
-        return false; // a command, which is counted there; cancel and credits cost nothing
-    }
-}
-
 // Takes the envelope.
 static void handle(struct bd_session *session, Bounced__Envelope *envelope,
                    const struct bd_message *message)
@@ -383,9 +378,7 @@ static void handle(struct bd_session *session, Bounced__Envelope *envelope,
         finish(session, &fault);
     } else if (body == BOUNCED__ENVELOPE__BODY_VIEW_CREDIT) {
         bd_session_credit_view(session, envelope->view_credit);
-    } else if (check_request(session, envelope->request_id, &fault)) {
-        bd_session_send_fault(session, envelope->request_id, &fault);
-    } else if (!is_ours(envelope) || admit(session, envelope->request_id)) {
+    } else if (admit(session, envelope)) {
         is_taken = !handle_here(session, envelope, message);
         if (is_taken) start_command(session, envelope, message);
     }

@@ -212,6 +212,38 @@ def test_requests_per_second(start):
     assert "requests_per_second" in [answer.error.details.field for answer in answers]
 
 
+@pytest.mark.parametrize("method,path,headers,status", [
+    ("GET", "/v1/scenes", {"Authorization": "Bearer wrong"}, 401), ("GET", "/v1/nothing", {}, 404),
+    ("GET", "/v1/scenes", {"Origin": "http://other"}, 403), ("POST", "/v1/scenes", {"Content-Type": "text/plain"}, 415),
+])
+def test_what_is_refused_counts_as_well(start, method, path, headers, status):
+    daemon = start("--limit", "requests_per_second=5", token="correct-horse-battery")
+    refused = [daemon.request(method, path, headers=headers)[0] for _ in range(20)]
+    assert refused[0] == status and 5 <= refused.count(429) <= 12
+    assert set(refused) == {status, 429}
+
+
+def test_a_refusal_says_nothing_of_the_one_before(start):
+    """On one connection, where each has a status of its own."""
+    daemon = start("--limit", "requests_per_second=1")
+    host = b"Host: 127.0.0.1\r\n"
+    bad = b"POST /v1/scenes HTTP/1.1\r\n" + host + b"Content-Type: text/plain\r\n\r\n"
+    last = b"GET /v1/scenes HTTP/1.1\r\n" + host + b"Connection: close\r\n\r\n"
+    reply = daemon.raw(bad + bad + last)
+    assert re.findall(rb"HTTP/1.1 (\d+)", reply) == [b"415", b"415", b"429"]
+
+
+def test_nonsense_of_a_session_counts_as_well(start):
+    daemon = start("--limit", "requests_per_second=5")
+    client = daemon.framed()
+    zero = envelope(stats=bounced_pb2.Stats())
+    zero.request_id = 0
+    for _ in range(20):
+        client.send(zero)
+    fields = [client.receive()[0].error.details.field for _ in range(20)]
+    assert fields[0] == "request_id" and 5 <= fields.count("requests_per_second") <= 12
+
+
 def test_connections(start):
     daemon = start("--limit", "connections=5")
     held = [socket.create_connection(("127.0.0.1", daemon.port), 5) for _ in range(5)]

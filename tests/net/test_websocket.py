@@ -308,6 +308,20 @@ def test_silent_peers(start):
     assert daemon.healthy()
 
 
+def test_pings_are_no_hello(start):
+    daemon = start("--limit", "header_seconds=1")
+    raw = Raw(daemon)
+    until, opcode, payload = time.time() + 6, None, b""
+    while opcode != 8:
+        assert time.time() < until, "a peer that says no hello is served for ever"
+        raw.sock.sendall(mask(9, b"still here"))
+        time.sleep(0.2)
+        opcode, payload = raw.frame()
+        if opcode == 2:
+            assert parse(payload)[0].error.details.field == "header_seconds"
+    assert struct.unpack(">H", payload[:2])[0] == 1008
+
+
 def test_pings_that_are_answered_keep_it_open(start):
     daemon = start("--limit", "idle_seconds=2", env={"BD_FAKE_FRAME_MS": "4500"})
     scene = daemon.add_scene()
