@@ -13,12 +13,15 @@ static void on_scene_added(struct bd_commit_waiter *waiter, const struct bd_batc
     struct bd_edit_work *work = (struct bd_edit_work *)waiter;
     struct bd_command *command = work->command;
     const struct bd_store_entry *entry;
+    if (err) command->fault = *fault;
     if (!err)
         err = bd_store_get(command->net->options.store, batch->scene_id, &entry, &command->fault);
-    else
-        command->fault = *fault;
     command->err = err;
-    if (bd_command_stop_here(command)) return;
+    // A cancel comes too late: the scene is there.
+    if (err) {
+        bd_command_end_fault(command);
+        return;
+    }
     struct bd_answer answer = bd_answer_scene(entry);
     bd_command_end(command, &answer);
 }

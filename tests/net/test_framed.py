@@ -213,6 +213,27 @@ def test_cancel_ends_a_frame_quickly(start):
     assert sum(answer.HasField("done") for answer in answers) == 3
 
 
+def test_a_scene_that_was_added_is_not_called_cancelled(shared):
+    """The cancel comes while the scene is on its way to the disk, which the pool has no time for."""
+    client = shared.framed()
+    scene = client.put_blob(GLB)
+    many = [blob_name(b"%d" % i) for i in range(14000)]
+    for attempt in range(8):
+        name = f"attempt {attempt}"
+        for _ in range(16):
+            client.send(envelope(blob_have=bounced_pb2.BlobHave(blobs=many)))
+        wanted = client.send(envelope(scene_add=bounced_pb2.SceneAdd(blob=scene, name=name)))
+        time.sleep(0.01 * attempt)
+        client.send(envelope(cancel=bounced_pb2.Cancel(request_id=wanted)))
+        answer, seen = None, 0
+        while answer is None or seen < 17:
+            got, _ = client.receive()
+            seen += got.request_id != wanted
+            answer = got if got.request_id == wanted else answer
+        listed = client.ask(envelope(scene_list=bounced_pb2.SceneList()))[0].scene_list_reply.scenes
+        assert answer.HasField("scene") == (name in [s.name for s in listed]), (attempt, answer)
+
+
 def test_deadline_is_answered_with_how_far_it_came(start):
     daemon = start(env={"BD_FAKE_FRAME_MS": "30000"})
     client = daemon.framed()
