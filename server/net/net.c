@@ -19,6 +19,9 @@
 #include "net/session.h"
 #include "net/view.h"
 
+// Once the patience of a drain is over, so long for the last answers to arrive.
+#define FAREWELL_NS 1000000000u
+
 // --- the loop's own events ------------------------------------------------------------------
 
 static void cancel_everything(struct bd_net *net)
@@ -41,14 +44,23 @@ static bool is_idle(const struct bd_net *net)
            !bd_commit_is_pending(net) && !bd_journal_turn_is_taken(net);
 }
 
-static void drain_step(struct bd_net *net)
+static void drain_conns(struct bd_net *net, bool at_once)
 {
-    if (bd_clock_ns() > net->drain_until_ns) cancel_everything(net);
     for (struct bd_conn *conn = net->conns; conn;) {
         struct bd_conn *next = conn->next;
-        if (conn->state == BD_CONN_OPEN) conn->ops->drain(conn);
+        if (at_once)
+            bd_conn_kill(conn);
+        else if (conn->state == BD_CONN_OPEN)
+            conn->ops->drain(conn);
         conn = next;
     }
+}
+
+static void drain_step(struct bd_net *net)
+{
+    uint64_t now_ns = bd_clock_ns();
+    if (now_ns > net->drain_until_ns) cancel_everything(net);
+    drain_conns(net, now_ns > net->drain_until_ns + FAREWELL_NS);
     if (!is_idle(net)) return;
     // What the last requests laid transient; once, for a disk that is full stays full.
     if (!net->has_committed_rest) {

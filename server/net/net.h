@@ -53,8 +53,9 @@ enum bd_err bd_net_create(const struct bd_net_options *options, struct bd_net **
                           struct bd_fault *fault);
 
 // Serves until SIGTERM or SIGINT, then drains: takes no new work, ends or (after
-// drain_seconds, or at a second signal) cancels what is under way. With private_fd: until the peer
-// closes. Every command has ended when it returns.
+// drain_seconds, or at a second signal) cancels what is under way, and a second later closes what
+// connections are left, whatever they still have to send. With private_fd: until the peer closes.
+// Every command has ended when it returns.
 void bd_net_run(struct bd_net *net);
 
 void bd_net_destroy(struct bd_net **net);
