@@ -14,7 +14,8 @@ struct bd_session_upload {
     char blob[8 + BD_SHA256_HEX];
     uint64_t size_bytes;
     uint64_t last_request_id; // of the piece that completes it: answered when it is kept
-    struct bd_spool *spool;
+    struct bd_spool *spool;   // NULL: the disk failed, which the next piece is told
+    struct bd_fault fault;
     struct bd_session_upload *next;
 };
 
@@ -34,10 +35,17 @@ static void on_upload_drained(void *user)
     bd_session_update_reading(((struct bd_session_upload *)user)->session);
 }
 
+// Once the last piece is there it is what is answered. Before, all that came have been.
 static void on_upload_ended(void *user, enum bd_err err, const struct bd_fault *fault)
 {
     struct bd_session_upload *upload = user;
     struct bd_session *session = upload->session;
+    if (err && !upload->last_request_id) {
+        upload->fault = *fault;
+        bd_spool_abandon(&upload->spool);
+        bd_session_update_reading(session);
+        return;
+    }
     if (err) {
         bd_session_send_fault(session, upload->last_request_id, fault);
     } else {
@@ -97,9 +105,13 @@ static struct bd_session_upload *begin_upload(struct bd_session *session,
 static enum bd_err check_piece(const struct bd_session_upload *upload, const Bounced__BlobPut *put,
                                size_t size, struct bd_fault *fault)
 {
-    uint64_t received = bd_spool_bytes(upload->spool);
     if (upload->last_request_id)
         return bd_fault_set(fault, BD_ERR_CONFLICT, "blob", "the upload is complete already");
+    if (!upload->spool) {
+        *fault = upload->fault;
+        return fault->err;
+    }
+    uint64_t received = bd_spool_bytes(upload->spool);
     if (put->offset != received || put->size_bytes != upload->size_bytes)
         return bd_fault_set(fault, BD_ERR_CONFLICT, "offset",
                             "%llu of %llu bytes have arrived: this piece is at %llu of %llu",
@@ -141,7 +153,7 @@ void bd_session_put_piece(struct bd_session *session, const Bounced__Envelope *e
 bool bd_session_uploads_have_room(const struct bd_session *session)
 {
     for (const struct bd_session_upload *upload = session->uploads; upload; upload = upload->next)
-        if (bd_spool_is_full(upload->spool)) return false;
+        if (upload->spool && bd_spool_is_full(upload->spool)) return false;
     return true;
 }
 

@@ -1,6 +1,7 @@
 """What goes wrong in the world: killed clients, nonsense by the thousand, long runs, the end."""
 import os
 import random
+import resource
 import signal
 import socket
 import struct
@@ -102,6 +103,38 @@ def test_client_killed_in_mid_render(start):
     killed(RAW_FRAMED, daemon.socket_path, (hello_bytes() + pack(ask)).hex())
     wait_for(lambda: stats(daemon)["jobs_cancelled"] == 2, 1)  # with all programs compiled
     assert stats(daemon)["jobs_running"] == 0 and daemon.healthy()
+
+
+def limit_files(daemon, most):
+    hard = resource.prlimit(daemon.process.pid, resource.RLIMIT_FSIZE)[1]
+    resource.prlimit(daemon.process.pid, resource.RLIMIT_FSIZE, (most, hard))
+
+
+def test_a_disk_that_fails_in_mid_upload_is_told_to_the_next_piece(start):
+    """Also where so much is on its way that nothing more is read for the moment."""
+    daemon = start("--limit", "uploads_per_connection=1")
+    client, data = daemon.framed(), os.urandom(9 << 20)
+    piece = len(data) // 3
+
+    def put(number):
+        at = number * piece
+        message = envelope(blob_put=bounced_pb2.BlobPut(blob=blob_name(data), offset=at, size_bytes=len(data)))
+        return client.send(message, data[at:at + piece])
+
+    limit_files(daemon, 1 << 20)
+    for pause in (0.5, 0):
+        ids = [put(0), put(1)] if not pause else [put(0)]
+        time.sleep(pause)
+        ids.append(put(len(ids)))
+        answers = [client.receive()[0] for _ in ids]
+        assert [answer.request_id for answer in answers] == ids
+        faults = [answer.error for answer in answers if answer.HasField("error")]
+        assert faults and faults[0].code == "io" and faults[0].message, answers
+        if pause:
+            assert answers[0].blob_reply.offset == piece
+    limit_files(daemon, resource.RLIM_INFINITY)
+    client.put_blob(data)  # nothing is left of the one that failed
+    assert blob_files(daemon) == [blob_name(data)[7:]]
 
 
 def test_daemon_killed_in_mid_upload_leaves_nothing(start, tmp_path):
