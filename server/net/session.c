@@ -44,12 +44,13 @@ static void keep(struct bd_session *session, const struct bd_answer *answer, con
                                    .head_bytes = head_bytes,
                                    .payload_bytes = answer->payload_bytes};
     if (bd_session_keep(session, &unit)) return;
+    // One that is on its way now needs no word that it was not kept.
+    if (session->conn) return;
     struct bd_answer error = too_large_to_keep(answer->envelope->request_id);
     uint8_t *small;
     bd_envelope_encode(error.envelope, 0, &small, &unit.head_bytes);
-    unit = (struct bd_session_unit){.head = small, .head_bytes = unit.head_bytes, .is_small = true};
-    // One that is on its way now needs no word that it was not kept.
-    if (!session->conn) bd_session_keep(session, &unit);
+    unit = (struct bd_session_unit){.head = small, .head_bytes = unit.head_bytes};
+    bd_session_keep(session, &unit);
     free(small);
     bd_answer_finish(&error);
 }
@@ -322,8 +323,8 @@ static enum bd_err take_request(struct bd_session *session, const Bounced__Envel
     return bd_client_take_request(net->clients, session->client, fault);
 }
 
-// True if a request may be taken; otherwise it has been answered. The bucket comes first: a flood of
-// nonsense empties it like any other.
+// True if a request may be taken; otherwise it has been answered. The bucket comes first: a flood
+// of nonsense empties it like any other.
 static bool admit(struct bd_session *session, const Bounced__Envelope *envelope)
 {
     struct bd_fault fault;
@@ -454,6 +455,7 @@ void bd_session_begin(struct bd_conn *conn, const struct bd_session_start *start
                                    .is_user = start->is_user,
                                    .next = conn->net->sessions};
     bd_client_retain(session->client);
+    session->kept_end = &session->kept;
     conn->session = conn->net->sessions = session;
     conn->clock_runs = !start->is_private;
 }
@@ -516,6 +518,7 @@ void bd_sessions_sweep(struct bd_net *net)
         struct bd_session *session = *at;
         if (is_over(session)) end(session);
         if (!session->has_ended) {
+            bd_session_forget_arrived(session);
             at = &session->next;
             continue;
         }

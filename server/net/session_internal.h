@@ -27,7 +27,7 @@ struct bd_session {
     bool has_older_token;
     uint8_t older_digest[BD_SHA256_BYTES];
     uint64_t parked_until_ns; // 0: it has a connection
-    struct bd_session_kept *kept; // answers, oldest first
+    struct bd_session_kept *kept, **kept_end; // answers, oldest first
     bool has_ended; // swept once the loop is at rest
     struct bd_session_request *requests;
     uint32_t request_count;
@@ -92,13 +92,14 @@ void bd_session_forget_uploads(struct bd_session *session);
 struct bd_session_unit {
     const uint8_t *head, *payload;
     size_t head_bytes, payload_bytes;
-    bool is_small; // kept whatever the limit: there are no more of them than requests
 };
 
-// Keeps a copy of an answer. False if resume_bytes has no room for it.
+// Keeps a copy of an answer. False if it has a payload and resume_bytes no room for it.
 bool bd_session_keep(struct bd_session *session, const struct bd_session_unit *unit);
 void bd_session_resend(struct bd_session *session);
 void bd_session_forget_kept(struct bd_session *session);
+// Those that were sent resume_seconds before the client was last heard, and more.
+void bd_session_forget_arrived(struct bd_session *session);
 // A new one; the one before it is good until bd_session_has_token.
 void bd_session_make_token(struct bd_session *session, char out[BD_SHA256_HEX]);
 // The client speaks, so that the answer with its token has arrived: the one before is spent.

@@ -2,7 +2,10 @@
 // later connection takes them over by the session's token.
 //
 // What has left for the system may still be lost on its way, so that answers are kept after they
-// were sent, too, and are sent again; who does not wait for one any more ignores it.
+// were sent, too, and are sent again; who does not wait for one any more ignores it. One that was
+// sent is forgotten once it must have arrived, or when there is no room for others: those with a
+// payload first. Without a payload none is refused, as what it tells may have been done for good;
+// such answers are no more than requests under way, and one of each session that has a connection.
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -17,6 +20,7 @@ struct bd_session_kept {
     uint8_t *head, *payload; // one unit, as it is sent
     size_t head_bytes, payload_bytes;
     bool was_sent;
+    uint64_t sent_ns, sent_until; // and conn->out_bytes behind it
     struct bd_session_kept *next;
 };
 
@@ -25,10 +29,11 @@ static size_t bytes_of(const struct bd_session_kept *kept)
     return sizeof *kept + kept->head_bytes + kept->payload_bytes;
 }
 
-static void forget_first(struct bd_session *session)
+static void forget(struct bd_session *session, struct bd_session_kept **at)
 {
-    struct bd_session_kept *kept = session->kept;
-    session->kept = kept->next;
+    struct bd_session_kept *kept = *at;
+    *at = kept->next;
+    if (!kept->next) session->kept_end = at;
     session->net->kept_bytes -= bytes_of(kept);
     free(kept->head);
     free(kept->payload);
@@ -37,7 +42,22 @@ static void forget_first(struct bd_session *session)
 
 void bd_session_forget_kept(struct bd_session *session)
 {
-    while (session->kept) forget_first(session);
+    while (session->kept) forget(session, &session->kept);
+}
+
+// All of it has left for the system, and the peer spoke long after: a connection that had broken
+// meanwhile would be silent. That we could go on sending says nothing.
+static bool has_arrived(const struct bd_session *session, const struct bd_session_kept *kept)
+{
+    const struct bd_conn *conn = session->conn;
+    uint64_t patience_ns = session->net->options.limits.resume_seconds * 1000000000u;
+    return conn && kept->was_sent && conn->heard_ns > kept->sent_ns + patience_ns &&
+           conn->out_bytes - bd_conn_unsent_bytes(conn) >= kept->sent_until;
+}
+
+void bd_session_forget_arrived(struct bd_session *session)
+{
+    while (session->kept && has_arrived(session, session->kept)) forget(session, &session->kept);
 }
 
 static void *copy(const void *bytes, size_t size)
@@ -48,6 +68,14 @@ static void *copy(const void *bytes, size_t size)
     return memcpy(out, bytes, size);
 }
 
+// It is about to be.
+static void mark_sent(const struct bd_session *session, struct bd_session_kept *kept)
+{
+    kept->was_sent = true;
+    kept->sent_ns = bd_clock_ns();
+    kept->sent_until = session->conn->out_bytes + kept->head_bytes + kept->payload_bytes;
+}
+
 static void append(struct bd_session *session, const struct bd_session_unit *unit)
 {
     struct bd_session_kept *kept = malloc(sizeof *kept);
@@ -55,22 +83,42 @@ static void append(struct bd_session *session, const struct bd_session_unit *uni
     *kept = (struct bd_session_kept){.head = copy(unit->head, unit->head_bytes),
                                      .payload = copy(unit->payload, unit->payload_bytes),
                                      .head_bytes = unit->head_bytes,
-                                     .payload_bytes = unit->payload_bytes,
-                                     .was_sent = session->conn != NULL};
-    struct bd_session_kept **last = &session->kept;
-    while (*last) last = &(*last)->next;
-    *last = kept;
+                                     .payload_bytes = unit->payload_bytes};
+    if (session->conn) mark_sent(session, kept);
+    *session->kept_end = kept;
+    session->kept_end = &kept->next;
     session->net->kept_bytes += bytes_of(kept);
+}
+
+static bool has_room(const struct bd_net *net, uint64_t size)
+{
+    return net->kept_bytes + size <= net->options.limits.resume_bytes;
+}
+
+// What was sent has most likely arrived: it makes room, oldest first.
+static void forget_sent(struct bd_session *session, uint64_t size, bool is_payload)
+{
+    for (struct bd_session_kept **at = &session->kept; *at && !has_room(session->net, size);)
+        if ((*at)->was_sent && ((*at)->payload != NULL) == is_payload)
+            forget(session, at);
+        else
+            at = &(*at)->next;
 }
 
 bool bd_session_keep(struct bd_session *session, const struct bd_session_unit *unit)
 {
-    uint64_t most = session->net->options.limits.resume_bytes;
+    struct bd_net *net = session->net;
+    bool is_small = unit->payload_bytes == 0;
     uint64_t size = sizeof(struct bd_session_kept) + unit->head_bytes + unit->payload_bytes;
-    // What was sent has most likely arrived: it makes room, oldest first.
-    while (session->net->kept_bytes + size > most && session->kept && session->kept->was_sent)
-        forget_first(session);
-    if (session->net->kept_bytes + size > most && !unit->is_small) return false;
+    if (!is_small && size > net->options.limits.resume_bytes) return false;
+    bd_session_forget_arrived(session);
+    forget_sent(session, size, true);
+    // One that has no other way to its client comes before others' that had; so does a small one.
+    if (is_small || !session->conn)
+        for (struct bd_session *other = net->sessions; other; other = other->next)
+            forget_sent(other, size, true);
+    forget_sent(session, size, false);
+    if (!is_small && !has_room(net, size)) return false;
     append(session, unit);
     return true;
 }
@@ -78,7 +126,7 @@ bool bd_session_keep(struct bd_session *session, const struct bd_session_unit *u
 void bd_session_resend(struct bd_session *session)
 {
     for (struct bd_session_kept *kept = session->kept; kept && session->conn; kept = kept->next) {
-        kept->was_sent = true;
+        mark_sent(session, kept);
         session->face->send(session->conn, copy(kept->head, kept->head_bytes), kept->head_bytes,
                             copy(kept->payload, kept->payload_bytes), kept->payload_bytes);
     }

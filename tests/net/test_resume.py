@@ -249,6 +249,84 @@ def test_what_is_kept_is_bounded(start):
     assert IS_SANITIZED or daemon.rss_kib() - before < 16 << 10
 
 
+def until_jobs_done(daemon, count):
+    until = time.time() + 20
+    while stats(daemon)["jobs_done"] < count:
+        assert time.time() < until
+        time.sleep(0.05)
+    time.sleep(1)  # and encoded
+
+
+def answers_again(daemon, token):
+    """What is sent again, in order, to who takes the session up."""
+    connection = daemon.framed(hello=False)
+    assert hello(connection, token).resumed
+    last = connection.send(envelope(cancel=bounced_pb2.Cancel(request_id=0)))
+    answers = []
+    while True:
+        answer, data = connection.receive()
+        if answer.request_id == last:
+            return answers
+        answers.append((answer, data))
+
+
+LARGE = dict(size=(512, 512), encoding="half")  # 2 MiB
+
+
+def test_who_has_heard_makes_room_for_who_has_not(start):
+    daemon = start("--limit", "resume_bytes=5M", env={"BD_FAKE_FRAME_MS": "300"})
+    first, _ = framed(daemon)
+    scene = add_scene(first)
+    second, reply = framed(daemon)
+    for _ in range(2):
+        first.connection.ask(render(scene, **LARGE))
+    second.connection.next_id = 1000
+    wanted = second.connection.send(render(scene, **LARGE))
+    time.sleep(0.1)
+    break_off(second)
+    until_jobs_done(daemon, 3)
+    answers = answers_again(daemon, reply.session)
+    assert [(a.request_id, len(data)) for a, data in answers] == [(wanted, 1 << 21)]
+
+
+def test_one_that_is_never_kept_takes_no_others_place(start):
+    daemon = start("--limit", "resume_bytes=1M")
+    client, reply = framed(daemon)
+    scene = add_scene(client)
+    client.connection.ask(render(scene, size=(64, 64)))
+    small = client.connection.next_id - 1
+    client.connection.ask(render(scene, **LARGE))
+    break_off(client)
+    time.sleep(0.2)
+    again = [answer.request_id for answer, _ in answers_again(daemon, reply.session)]
+    assert small in again and small + 1 not in again
+
+
+def test_answers_without_a_payload_are_always_kept(start):
+    daemon = start("--limit", "resume_bytes=0", env={"BD_FAKE_FRAME_MS": "30000"})
+    client, reply = framed(daemon)
+    wanted = client.connection.send(render(add_scene(client), deadline_ms=400))
+    time.sleep(0.1)
+    break_off(client)
+    time.sleep(1)
+    answer = answers_again(daemon, reply.session)[-1][0]
+    assert (answer.request_id, answer.error.code) == (wanted, "deadline")
+
+
+def test_what_must_have_arrived_is_not_sent_again(start):
+    daemon = start("--limit", "resume_seconds=1")
+    client, reply = framed(daemon)
+    asked = []
+    for pause in (0.1, 1.3, 0.1):
+        asked.append(client.connection.send(envelope(scene_list=bounced_pb2.SceneList())))
+        client.connection.receive()
+        time.sleep(pause)
+    break_off(client)
+    time.sleep(0.2)
+    again = [answer.request_id for answer, _ in answers_again(daemon, reply.session)]
+    assert again == asked[2:]
+
+
 def test_watches_missed_something(start):
     daemon = start()
     client, reply = framed(daemon)
