@@ -1,9 +1,7 @@
-// What a request wants: its body into memory or to the disk, its route into a command.
+// What a request wants: its route into a command, or an answer at once.
 
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
-#include <strings.h>
 
 #include "base/assert.h"
 #include "net/http_edits.h"
@@ -12,173 +10,8 @@
 #include "net/multipart.h"
 #include "net/stats.h"
 #include "net/websocket.h"
-#include "net/ws_accept.h"
 #include "protocol/json.h"
 #include "protocol/wire.h"
-
-static void refuse(struct bd_http *http)
-{
-    http->has_refusal = true;
-}
-
-// --- the body's way in ----------------------------------------------------------------------
-
-static void on_spool_drained(void *user)
-{
-    bd_conn_read(&((struct bd_http *)user)->conn, true);
-}
-
-static void start_render_of_body(struct bd_http *http);
-
-static void on_spool_ended(void *user, enum bd_err err, const struct bd_fault *fault)
-{
-    struct bd_http *http = user;
-    if (err) {
-        struct bd_http_refusal refusal = {.fault = *fault};
-        // The disk may fail in mid-body: what still comes is not ours to read.
-        if (http->phase == BD_HTTP_PHASE_BODY) http->keep_alive = false;
-        bd_http_send_fault(http, &refusal);
-    } else if (http->target.route == BD_HTTP_ROUTE_RENDER) {
-        start_render_of_body(http);
-    } else {
-        bd_http_send_text(http, 201, NULL, NULL);
-    }
-}
-
-static const struct bd_spool_events spool_events = {on_spool_drained, on_spool_ended};
-
-static bool is_long_body(const struct bd_http *http)
-{
-    return http->target.route == BD_HTTP_ROUTE_RENDER ||
-           (http->target.route == BD_HTTP_ROUTE_BLOB && http->method == BD_HTTP_PUT);
-}
-
-static enum bd_err check_blob_name(struct bd_http *http)
-{
-    if (http->target.route != BD_HTTP_ROUTE_BLOB || bd_blob_name_is_valid(http->target.id))
-        return BD_ERR_OK;
-    return bd_fault_set(&http->refusal.fault, BD_ERR_USAGE, "path",
-                        "a blob's name is sha256: and 64 lower-case hexadecimal digits");
-}
-
-static enum bd_err check_body_size(struct bd_http *http)
-{
-    const struct bd_limits *limits = &http->conn.net->options.limits;
-    bool is_long = is_long_body(http);
-    uint64_t most = is_long ? limits->blob_bytes : limits->message_bytes;
-    uint64_t size = http->parser.content_length;
-    const char *name = is_long ? "blob_bytes" : "message_bytes";
-    if (size == UINT64_MAX || size <= most) return BD_ERR_OK;
-    return bd_fault_set(&http->refusal.fault, BD_ERR_LIMIT, name,
-                        "a body of %llu bytes is above the limit %s of %llu",
-                        (unsigned long long)size, name, (unsigned long long)most);
-}
-
-static enum bd_err check_rate(struct bd_http *http)
-{
-    struct bd_net *net = http->conn.net;
-    if (http->target.route == BD_HTTP_ROUTE_HEALTH || http->target.route == BD_HTTP_ROUTE_READY)
-        return BD_ERR_OK;
-    return bd_client_take_request(net->clients, http->conn.client, &http->refusal.fault);
-}
-
-static enum bd_err check_version(struct bd_http *http)
-{
-    if (http->parser.http_major == 1 && http->parser.http_minor <= 1) return BD_ERR_OK;
-    http->refusal.status = 505;
-    http->keep_alive = false;
-    return bd_fault_set(&http->refusal.fault, BD_ERR_UNSUPPORTED, "", "HTTP 1.1 is spoken here");
-}
-
-static bool is_login(const struct bd_http *http)
-{
-    return http->target.route == BD_HTTP_ROUTE_SESSION && http->method == BD_HTTP_POST;
-}
-
-// A socket may change anything once it is open.
-static bool changes_something(const struct bd_http *http)
-{
-    return http->target.route == BD_HTTP_ROUTE_SOCKET ||
-           (http->method != BD_HTTP_GET && http->method != BD_HTTP_HEAD);
-}
-
-// The viewer's files are the same for everyone; its page brings the token, and cannot before it is
-// loaded.
-static bool needs_token(enum bd_http_route route)
-{
-    return route != BD_HTTP_ROUTE_HEALTH && route != BD_HTTP_ROUTE_VIEWER;
-}
-
-// What is no command says here whom it is for; an upload is refused before its body is kept.
-static enum bd_role role_for(const struct bd_http *http)
-{
-    if (is_long_body(http)) return BD_ROLE_EDIT;
-    return http->target.route == BD_HTTP_ROUTE_METRICS ? BD_ROLE_ADMIN : BD_ROLE_READ;
-}
-
-static enum bd_err check_head(struct bd_http *http)
-{
-    const struct bd_net *net = http->conn.net;
-    struct bd_http_guard guard = {.public_names = net->options.public_names,
-                                  .local_host = http->local_host,
-                                  .tokens = net->tokens,
-                                  .cookies = net->cookies,
-                                  .needs_token = needs_token(http->target.route),
-                                  .wants_bearer = is_login(http),
-                                  .changes = changes_something(http)};
-    http->refusal = (struct bd_http_refusal){0};
-    // Before all that may be wrong with it: a flood of nonsense empties the bucket like any other.
-    enum bd_err err = check_rate(http);
-    if (!err) err = check_version(http);
-    if (!err) err = bd_http_guard_check(&guard, &http->head, &http->grant, &http->refusal);
-    if (!err) err = bd_http_route_check(&http->target, http->method, &http->refusal);
-    if (!err && (http->method == BD_HTTP_POST || http->method == BD_HTTP_PUT))
-        err = bd_http_guard_content_type(&http->head, http->target.route == BD_HTTP_ROUTE_RENDER,
-                                         &http->refusal);
-    if (!err && http->target.route == BD_HTTP_ROUTE_SOCKET)
-        err = bd_ws_check_handshake(&http->head, &http->refusal);
-    http->refusal.status = err ? http->refusal.status : 0;
-    if (!err) err = bd_grant_check_role(http->grant, role_for(http), &http->refusal.fault);
-    if (!err) err = check_blob_name(http);
-    if (!err) err = check_body_size(http);
-    return err;
-}
-
-static bool has_body(const struct bd_http *http)
-{
-    return http->parser.content_length != UINT64_MAX && http->parser.content_length > 0;
-}
-
-static void send_continue(struct bd_http *http)
-{
-    static const char line[] = "HTTP/1.1 100 Continue\r\n\r\n";
-    bd_conn_write(&http->conn, (uint8_t *)bd_answer_text(line), sizeof line - 1, NULL, 0);
-}
-
-void bd_http_begin_body(struct bd_http *http)
-{
-    http->conn.net->stats.requests++;
-    if (check_head(http)) {
-        refuse(http);
-        return;
-    }
-    if (http->head.values[BD_HTTP_EXPECT] && has_body(http)) send_continue(http);
-    if (is_long_body(http)) http->spool = bd_spool_create(http->conn.net, &spool_events, http);
-}
-
-void bd_http_take_body(struct bd_http *http, const uint8_t *bytes, size_t size)
-{
-    if (http->spool) {
-        bd_spool_append(http->spool, bytes, size);
-        if (bd_spool_is_full(http->spool)) bd_conn_read(&http->conn, false);
-        return;
-    }
-    // Grows with what arrives; the whole was checked against message_bytes.
-    http->body = realloc(http->body, http->body_bytes + size);
-    BD_ASSERT(http->body);
-    memcpy(http->body + http->body_bytes, bytes, size);
-    http->body_bytes += size;
-}
 
 // --- commands -------------------------------------------------------------------------------
 
@@ -301,7 +134,7 @@ static void render_scene(struct bd_http *http)
     start(http, bd_answer_of(BOUNCED__ENVELOPE__BODY_RENDER, render), NULL);
 }
 
-static void start_render_of_body(struct bd_http *http)
+void bd_http_render_body(struct bd_http *http)
 {
     Bounced__Render *render = new_render(http);
     if (!render) return;
@@ -324,29 +157,6 @@ static void look_for_blob(struct bd_http *http)
     have->blobs[0] = bd_answer_text(name);
     have->n_blobs = 1;
     start(http, bd_answer_of(BOUNCED__ENVELOPE__BODY_BLOB_HAVE, have), NULL);
-}
-
-// --- browser sessions ---
-
-static void begin_session(struct bd_http *http)
-{
-    char value[BD_COOKIE_BYTES];
-    const char *origin = http->head.values[BD_HTTP_ORIGIN];
-    bool is_secure = origin && strncasecmp(origin, "https://", 8) == 0;
-    struct bd_net *net = http->conn.net;
-    bd_cookies_issue(net->cookies, http->grant, value);
-    snprintf(http->set_cookie, sizeof http->set_cookie,
-             BD_COOKIE_NAME "=%s; Path=/; HttpOnly; SameSite=Strict; Max-Age=%llu%s", value,
-             (unsigned long long)net->options.limits.cookie_seconds, is_secure ? "; Secure" : "");
-    bd_http_send_text(http, 204, NULL, NULL);
-}
-
-static void end_session(struct bd_http *http)
-{
-    bd_cookies_end(http->conn.net->cookies, http->head.values[BD_HTTP_COOKIE]);
-    snprintf(http->set_cookie, sizeof http->set_cookie,
-             BD_COOKIE_NAME "=; Path=/; HttpOnly; SameSite=Strict; Max-Age=0");
-    bd_http_send_text(http, 204, NULL, NULL);
 }
 
 // --- the daemon itself ----------------------------------------------------------------------
@@ -435,9 +245,9 @@ void bd_http_run(struct bd_http *http)
         break;
     case BD_HTTP_ROUTE_SESSION:
         if (http->method == BD_HTTP_POST)
-            begin_session(http);
+            bd_http_begin_session(http);
         else
-            end_session(http);
+            bd_http_end_session(http);
         break;
     case BD_HTTP_ROUTE_SOCKET:
         bd_websocket_begin(http);
