@@ -1,8 +1,6 @@
 #include "net/session.h"
 
-#include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "base/assert.h"
 #include "base/clock.h"
@@ -25,42 +23,12 @@ struct bd_session_request {
 
 // --- sending --------------------------------------------------------------------------------
 
-// What cannot be kept for a client that may come back: the request then ended in an error.
-static struct bd_answer too_large_to_keep(uint64_t request_id)
-{
-    struct bd_fault fault;
-    bd_fault_set(&fault, BD_ERR_BUSY, "resume_bytes",
-                 "the answer was too large to be kept (limit resume_bytes)");
-    struct bd_answer answer = bd_answer_error(&fault);
-    BD_SET(answer.envelope, request_id, request_id);
-    return answer;
-}
-
-static void keep(struct bd_session *session, const struct bd_answer *answer, const uint8_t *head,
-                 size_t head_bytes)
-{
-    struct bd_session_unit unit = {.head = head,
-                                   .payload = answer->payload,
-                                   .head_bytes = head_bytes,
-                                   .payload_bytes = answer->payload_bytes};
-    if (bd_session_keep(session, &unit)) return;
-    // One that is on its way now needs no word that it was not kept.
-    if (session->conn) return;
-    struct bd_answer error = too_large_to_keep(answer->envelope->request_id);
-    uint8_t *small;
-    bd_envelope_encode(error.envelope, 0, &small, &unit.head_bytes);
-    unit = (struct bd_session_unit){.head = small, .head_bytes = unit.head_bytes};
-    bd_session_keep(session, &unit);
-    free(small);
-    bd_answer_finish(&error);
-}
-
 static void send_now(struct bd_session *session, struct bd_answer *answer, bool is_kept)
 {
     uint8_t *head;
     size_t head_bytes;
     bd_envelope_encode(answer->envelope, answer->payload_bytes, &head, &head_bytes);
-    if (is_kept) keep(session, answer, head, head_bytes);
+    if (is_kept) bd_session_keep(session, answer, head, head_bytes);
     if (session->conn) {
         session->face->send(session->conn, head, head_bytes, answer->payload,
                             answer->payload_bytes);
@@ -114,8 +82,7 @@ void bd_session_written(struct bd_conn *conn)
     bd_session_wake_views(session, false);
 }
 
-// The last thing that the connection hears.
-static void finish(struct bd_session *session, const struct bd_fault *fault)
+void bd_session_finish(struct bd_session *session, const struct bd_fault *fault)
 {
     if (session->conn) session->face->finish(session->conn, fault);
 }
@@ -127,6 +94,12 @@ static struct bd_session_request *find_request(const struct bd_session *session,
     struct bd_session_request *request = session->requests;
     while (request && request->id != id) request = request->next;
     return request;
+}
+
+void bd_session_request_ids(const struct bd_session *session, uint64_t *out)
+{
+    for (const struct bd_session_request *at = session->requests; at; at = at->next)
+        *out++ = at->id;
 }
 
 static void forget_request(struct bd_session_request *request)
@@ -215,102 +188,6 @@ static void cancel(struct bd_session *session, const Bounced__Envelope *envelope
     bd_session_send(session, envelope->request_id, &answer);
 }
 
-static void end(struct bd_session *session);
-
-// --- hello ----------------------------------------------------------------------------------
-
-// Who comes back learns what has arrived: what it asked for and is neither here nor among the kept
-// answers was lost on its way.
-static void add_under_way(Bounced__HelloReply *reply, const struct bd_session *session)
-{
-    size_t count = session->request_count + session->view_count + session->watch_count;
-    reply->under_way = malloc((count + 1) * sizeof *reply->under_way);
-    BD_ASSERT(reply->under_way);
-    for (const struct bd_session_request *at = session->requests; at; at = at->next)
-        reply->under_way[reply->n_under_way++] = at->id;
-    bd_session_view_ids(session, reply->under_way + reply->n_under_way);
-    reply->n_under_way += session->view_count;
-    bd_session_watch_ids(session, reply->under_way + reply->n_under_way);
-    reply->n_under_way += session->watch_count;
-}
-
-static void welcome(struct bd_session *session, uint64_t request_id, const Bounced__Hello *hello,
-                    bool was_resumed)
-{
-    session->greeted = true;
-    session->conn->clock_runs = false;
-    struct bd_answer answer = bd_session_hello_reply(session->net);
-    Bounced__HelloReply *reply = answer.envelope->hello_reply;
-    // Where the end of a stream is all the goodbye there is, who means to come back says so.
-    if (hello->resume || session->says_goodbye) {
-        char token[BD_SHA256_HEX];
-        bd_session_make_token(session, token);
-        reply->session = bd_answer_text(token);
-        BD_SET(reply, resumed, was_resumed);
-        if (was_resumed) add_under_way(reply, session);
-    }
-    bd_session_send_event(session, request_id, &answer); // not kept: it belongs to the connection
-}
-
-// Uploads go on in one connection or not at all.
-static void leave_conn(struct bd_session *session)
-{
-    session->conn->session = NULL;
-    session->conn = NULL;
-    bd_session_forget_uploads(session);
-}
-
-// The connection changes its session: the one that it began with has done nothing yet.
-static void take_over(struct bd_session *session, struct bd_session *old)
-{
-    struct bd_conn *conn = session->conn;
-    // The old connection may be dead without having said so. It goes without its session, which
-    // does not wait for anybody: how many may wait is no reason to end it.
-    if (old->conn) {
-        struct bd_conn *dead = old->conn;
-        leave_conn(old);
-        bd_conn_kill(dead);
-    }
-    leave_conn(session);
-    end(session);
-    old->conn = conn;
-    old->face = session->face;
-    old->says_goodbye = session->says_goodbye;
-    old->parked_until_ns = 0;
-    conn->session = old;
-    bd_client_release(&old->client);
-    old->client = conn->client;
-    bd_client_retain(old->client);
-}
-
-static void resume(struct bd_session *session, struct bd_session *old, uint64_t request_id,
-                   const Bounced__Hello *hello)
-{
-    take_over(session, old);
-    welcome(old, request_id, hello, true);
-    bd_session_resend(old);
-    bd_session_flush_watches(old);
-    bd_session_wake_views(old, true);
-}
-
-static void greet(struct bd_session *session, const Bounced__Envelope *envelope)
-{
-    struct bd_fault fault;
-    const Bounced__Hello *hello = envelope->hello;
-    if (bd_session_check_hello(session, hello, &fault)) {
-        bd_session_send_fault(session, envelope->request_id, &fault);
-        finish(session, &fault);
-        return;
-    }
-    struct bd_session *old = NULL;
-    if (!session->greeted && hello->resume && hello->resume[0] && !session->net->draining)
-        old = bd_session_find_resumable(session, hello->resume);
-    if (old)
-        resume(session, old, envelope->request_id, hello);
-    else
-        welcome(session, envelope->request_id, hello, false);
-}
-
 // --- messages -------------------------------------------------------------------------------
 
 // A cancel costs nothing: it ends what does.
@@ -340,7 +217,7 @@ static bool handle_here(struct bd_session *session, const Bounced__Envelope *env
 {
     switch ((int)envelope->body_case) {
     case BOUNCED__ENVELOPE__BODY_HELLO:
-        greet(session, envelope);
+        bd_session_greet(session, envelope);
         return true;
     case BOUNCED__ENVELOPE__BODY_BLOB_PUT:
         bd_session_put_piece(session, envelope, message);
@@ -376,7 +253,7 @@ static void handle(struct bd_session *session, Bounced__Envelope *envelope,
     if (!session->greeted && body != BOUNCED__ENVELOPE__BODY_HELLO) {
         bd_fault_set(&fault, BD_ERR_USAGE, "hello", "the first message of a connection is hello");
         bd_session_send_fault(session, envelope->request_id, &fault);
-        finish(session, &fault);
+        bd_session_finish(session, &fault);
     } else if (body == BOUNCED__ENVELOPE__BODY_VIEW_CREDIT) {
         bd_session_credit_view(session, envelope->view_credit);
     } else if (admit(session, envelope)) {
@@ -400,7 +277,7 @@ void bd_session_give_up(struct bd_session *session, const struct bd_fault *fault
 {
     bd_log(BD_LOG_DEBUG, "net/session", "%s: %s", session->client->key, fault->message);
     bd_session_send_fault(session, 0, fault);
-    finish(session, fault);
+    bd_session_finish(session, fault);
 }
 
 // --- the connection's events ----------------------------------------------------------------
@@ -436,7 +313,7 @@ void bd_session_silent(struct bd_conn *conn)
 void bd_session_drain(struct bd_conn *conn)
 {
     struct bd_session *session = conn->session;
-    if (!session->requests) finish(session, NULL);
+    if (!session->requests) bd_session_finish(session, NULL);
 }
 
 // --- its life -------------------------------------------------------------------------------
@@ -460,9 +337,8 @@ void bd_session_begin(struct bd_conn *conn, const struct bd_session_start *start
     conn->clock_runs = !start->is_private;
 }
 
-// Nothing of it goes on; its memory stays until the loop is at rest, since whoever calls may be in
-// the middle of one of its messages.
-static void end(struct bd_session *session)
+// Whoever calls may be in the middle of one of its messages, which still has to find its memory.
+void bd_session_end(struct bd_session *session)
 {
     while (session->requests) {
         struct bd_session_request *request = session->requests;
@@ -476,21 +352,12 @@ static void end(struct bd_session *session)
     session->has_ended = true;
 }
 
-static uint32_t count_waiting(const struct bd_net *net)
+// Uploads go on in one connection or not at all.
+void bd_session_leave_conn(struct bd_session *session)
 {
-    uint32_t count = 0;
-    for (const struct bd_session *session = net->sessions; session; session = session->next)
-        count += session->parked_until_ns != 0 && !session->has_ended;
-    return count;
-}
-
-// A goodbye of either side ends it; a connection that broke leaves it waiting for the next one, if
-// not too many wait already.
-static bool may_be_resumed(const struct bd_session *session, const struct bd_conn *conn)
-{
-    const struct bd_net *net = session->net;
-    return session->is_resumable && conn->state == BD_CONN_CLOSED && !net->draining &&
-           count_waiting(net) < net->options.limits.resumable_sessions;
+    session->conn->session = NULL;
+    session->conn = NULL;
+    bd_session_forget_uploads(session);
 }
 
 void bd_session_gone(struct bd_conn *conn)
@@ -498,11 +365,11 @@ void bd_session_gone(struct bd_conn *conn)
     struct bd_session *session = conn->session;
     const struct bd_limits *limits = &conn->net->options.limits;
     if (!session) return; // another connection has it
-    leave_conn(session);
-    if (may_be_resumed(session, conn))
+    bd_session_leave_conn(session);
+    if (bd_session_may_be_resumed(session, conn))
         session->parked_until_ns = bd_clock_ns() + limits->resume_seconds * 1000000000u;
     else
-        end(session);
+        bd_session_end(session);
 }
 
 // Nobody has come back for it.
@@ -516,7 +383,7 @@ void bd_sessions_sweep(struct bd_net *net)
 {
     for (struct bd_session **at = &net->sessions; *at;) {
         struct bd_session *session = *at;
-        if (is_over(session)) end(session);
+        if (is_over(session)) bd_session_end(session);
         if (!session->has_ended) {
             bd_session_forget_arrived(session);
             at = &session->next;

@@ -30,8 +30,8 @@ static enum bd_err refuse_user(const struct bd_session *session, struct bd_fault
                         key, key);
 }
 
-enum bd_err bd_session_check_hello(struct bd_session *session, const Bounced__Hello *hello,
-                                   struct bd_fault *fault)
+static enum bd_err check_hello(struct bd_session *session, const Bounced__Hello *hello,
+                               struct bd_fault *fault)
 {
     const struct bd_tokens *tokens = session->net->tokens;
     enum bd_err err = check_version(hello, fault);
@@ -72,7 +72,7 @@ static void add_capabilities(Bounced__HelloReply *reply)
         reply->capabilities[reply->n_capabilities++] = bd_answer_text(names[i]);
 }
 
-struct bd_answer bd_session_hello_reply(const struct bd_net *net)
+static struct bd_answer hello_reply(const struct bd_net *net)
 {
     Bounced__HelloReply *reply = malloc(sizeof *reply);
     BD_ASSERT(reply);
@@ -87,4 +87,50 @@ struct bd_answer bd_session_hello_reply(const struct bd_net *net)
     bd_sched_stats(net->options.sched, &stats);
     reply->device = bd_device_message(&stats);
     return bd_answer_of(BOUNCED__ENVELOPE__BODY_HELLO_REPLY, reply);
+}
+
+// Who comes back learns what has arrived: what it asked for and is neither here nor among the kept
+// answers was lost on its way.
+static void add_under_way(Bounced__HelloReply *reply, const struct bd_session *session)
+{
+    size_t count = session->request_count + session->view_count + session->watch_count;
+    reply->under_way = malloc((count + 1) * sizeof *reply->under_way);
+    BD_ASSERT(reply->under_way);
+    bd_session_request_ids(session, reply->under_way);
+    reply->n_under_way = session->request_count;
+    bd_session_view_ids(session, reply->under_way + reply->n_under_way);
+    reply->n_under_way += session->view_count;
+    bd_session_watch_ids(session, reply->under_way + reply->n_under_way);
+    reply->n_under_way += session->watch_count;
+}
+
+void bd_session_welcome(struct bd_session *session, uint64_t request_id,
+                        const Bounced__Hello *hello, bool was_resumed)
+{
+    session->greeted = true;
+    session->conn->clock_runs = false;
+    struct bd_answer answer = hello_reply(session->net);
+    Bounced__HelloReply *reply = answer.envelope->hello_reply;
+    // Where the end of a stream is all the goodbye there is, who means to come back says so.
+    if (hello->resume || session->says_goodbye) {
+        char token[BD_SHA256_HEX];
+        bd_session_make_token(session, token);
+        reply->session = bd_answer_text(token);
+        BD_SET(reply, resumed, was_resumed);
+        if (was_resumed) add_under_way(reply, session);
+    }
+    bd_session_send_event(session, request_id, &answer); // not kept: it belongs to the connection
+}
+
+void bd_session_greet(struct bd_session *session, const Bounced__Envelope *envelope)
+{
+    struct bd_fault fault;
+    const Bounced__Hello *hello = envelope->hello;
+    if (check_hello(session, hello, &fault)) {
+        bd_session_send_fault(session, envelope->request_id, &fault);
+        bd_session_finish(session, &fault);
+        return;
+    }
+    if (!bd_session_resume(session, envelope->request_id, hello))
+        bd_session_welcome(session, envelope->request_id, hello, false);
 }

@@ -26,9 +26,9 @@ struct bd_session {
     // The token that the client is known to have: the answer with the newer one may be lost.
     bool has_older_token;
     uint8_t older_digest[BD_SHA256_BYTES];
-    uint64_t parked_until_ns; // 0: it has a connection
+    uint64_t parked_until_ns;                 // 0: it has a connection
     struct bd_session_kept *kept, **kept_end; // answers, oldest first
-    bool has_ended; // swept once the loop is at rest
+    bool has_ended;                           // swept once the loop is at rest
     struct bd_session_request *requests;
     uint32_t request_count;
     struct bd_session_upload *uploads;
@@ -48,6 +48,15 @@ void bd_session_send_fault(struct bd_session *session, uint64_t request_id,
 // The same for what has no meaning any more once its moment is over.
 void bd_session_send_event(struct bd_session *session, uint64_t request_id,
                            struct bd_answer *answer);
+
+// The last thing that the connection hears, with the reason or NULL.
+void bd_session_finish(struct bd_session *session, const struct bd_fault *fault);
+// The connection and the session go separate ways.
+void bd_session_leave_conn(struct bd_session *session);
+// Nothing of it goes on. Its memory stays until the loop is at rest.
+void bd_session_end(struct bd_session *session);
+// The ids of its requests, request_count of them.
+void bd_session_request_ids(const struct bd_session *session, uint64_t *out);
 
 // Bytes that wait for the peer to read.
 size_t bd_session_unsent_bytes(const struct bd_session *session);
@@ -87,32 +96,37 @@ void bd_session_put_piece(struct bd_session *session, const Bounced__Envelope *e
 bool bd_session_uploads_have_room(const struct bd_session *session);
 void bd_session_forget_uploads(struct bd_session *session);
 
-// --- session_resume.c ---
+// --- session_kept.c ---
 
-struct bd_session_unit {
-    const uint8_t *head, *payload;
-    size_t head_bytes, payload_bytes;
-};
-
-// Keeps a copy of an answer. False if it has a payload and resume_bytes no room for it.
-bool bd_session_keep(struct bd_session *session, const struct bd_session_unit *unit);
+// Keeps a copy of an answer whose envelope is encoded as `head`: if there is no room for it and it
+// is not on its way either, an error in its place.
+void bd_session_keep(struct bd_session *session, const struct bd_answer *answer,
+                     const uint8_t *head, size_t head_bytes);
 void bd_session_resend(struct bd_session *session);
 void bd_session_forget_kept(struct bd_session *session);
 // Those that were sent resume_seconds before the client was last heard, and more.
 void bd_session_forget_arrived(struct bd_session *session);
+
+// --- session_resume.c ---
+
 // A new one; the one before it is good until bd_session_has_token.
 void bd_session_make_token(struct bd_session *session, char out[BD_SHA256_HEX]);
 // The client speaks, so that the answer with its token has arrived: the one before is spent.
 void bd_session_has_token(struct bd_session *session);
-// Of another connection, with the same rights. NULL if there is none any more.
-struct bd_session *bd_session_find_resumable(const struct bd_session *asker, const char *token);
+// A goodbye of either side ends it; a connection that broke leaves it waiting for the next one, if
+// not too many wait already.
+bool bd_session_may_be_resumed(const struct bd_session *session, const struct bd_conn *conn);
+// The connection of this session, which has done nothing yet, goes on with the one that `hello`
+// names, if there is one with the same rights: this one has ended then. Otherwise false.
+BD_MUST_CHECK
+bool bd_session_resume(struct bd_session *session, uint64_t request_id,
+                       const Bounced__Hello *hello);
 
 // --- session_hello.c ---
 
-// What hello says: the version, and who it is. May give the session its grant.
-BD_MUST_CHECK
-enum bd_err bd_session_check_hello(struct bd_session *session, const Bounced__Hello *hello,
-                                   struct bd_fault *fault);
-struct bd_answer bd_session_hello_reply(const struct bd_net *net);
+// Who asks, and what the server says of itself. The connection may go on with another session.
+void bd_session_greet(struct bd_session *session, const Bounced__Envelope *envelope);
+void bd_session_welcome(struct bd_session *session, uint64_t request_id,
+                        const Bounced__Hello *hello, bool was_resumed);
 
 #endif

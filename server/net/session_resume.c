@@ -1,136 +1,11 @@
-// A session that outlives its connection: its answers are kept, its requests and views go on, and a
-// later connection takes them over by the session's token.
-//
-// What has left for the system may still be lost on its way, so that answers are kept after they
-// were sent, too, and are sent again; who does not wait for one any more ignores it. One that was
-// sent is forgotten once it must have arrived, or when there is no room for others: those with a
-// payload first. Without a payload none is refused, as what it tells may have been done for good;
-// such answers are no more than requests under way, and one of each session that has a connection.
+// A session that outlives its connection: its answers are kept (session_kept.c), its requests and
+// views go on, and a later connection takes them over by the session's token.
 
-#include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 #include <sys/random.h>
 
 #include "base/assert.h"
-#include "base/clock.h"
 #include "net/session_internal.h"
-
-struct bd_session_kept {
-    uint8_t *head, *payload; // one unit, as it is sent
-    size_t head_bytes, payload_bytes;
-    bool was_sent;
-    uint64_t sent_ns, sent_until; // and conn->out_bytes behind it
-    struct bd_session_kept *next;
-};
-
-static size_t bytes_of(const struct bd_session_kept *kept)
-{
-    return sizeof *kept + kept->head_bytes + kept->payload_bytes;
-}
-
-static void forget(struct bd_session *session, struct bd_session_kept **at)
-{
-    struct bd_session_kept *kept = *at;
-    *at = kept->next;
-    if (!kept->next) session->kept_end = at;
-    session->net->kept_bytes -= bytes_of(kept);
-    free(kept->head);
-    free(kept->payload);
-    free(kept);
-}
-
-void bd_session_forget_kept(struct bd_session *session)
-{
-    while (session->kept) forget(session, &session->kept);
-}
-
-// All of it has left for the system, and the peer spoke long after: a connection that had broken
-// meanwhile would be silent. That we could go on sending says nothing.
-static bool has_arrived(const struct bd_session *session, const struct bd_session_kept *kept)
-{
-    const struct bd_conn *conn = session->conn;
-    uint64_t patience_ns = session->net->options.limits.resume_seconds * 1000000000u;
-    return conn && kept->was_sent && conn->heard_ns > kept->sent_ns + patience_ns &&
-           conn->out_bytes - bd_conn_unsent_bytes(conn) >= kept->sent_until;
-}
-
-void bd_session_forget_arrived(struct bd_session *session)
-{
-    while (session->kept && has_arrived(session, session->kept)) forget(session, &session->kept);
-}
-
-static void *copy(const void *bytes, size_t size)
-{
-    if (size == 0) return NULL;
-    void *out = malloc(size);
-    BD_ASSERT(out);
-    return memcpy(out, bytes, size);
-}
-
-// It is about to be.
-static void mark_sent(const struct bd_session *session, struct bd_session_kept *kept)
-{
-    kept->was_sent = true;
-    kept->sent_ns = bd_clock_ns();
-    kept->sent_until = session->conn->out_bytes + kept->head_bytes + kept->payload_bytes;
-}
-
-static void append(struct bd_session *session, const struct bd_session_unit *unit)
-{
-    struct bd_session_kept *kept = malloc(sizeof *kept);
-    BD_ASSERT(kept);
-    *kept = (struct bd_session_kept){.head = copy(unit->head, unit->head_bytes),
-                                     .payload = copy(unit->payload, unit->payload_bytes),
-                                     .head_bytes = unit->head_bytes,
-                                     .payload_bytes = unit->payload_bytes};
-    if (session->conn) mark_sent(session, kept);
-    *session->kept_end = kept;
-    session->kept_end = &kept->next;
-    session->net->kept_bytes += bytes_of(kept);
-}
-
-static bool has_room(const struct bd_net *net, uint64_t size)
-{
-    return net->kept_bytes + size <= net->options.limits.resume_bytes;
-}
-
-// What was sent has most likely arrived: it makes room, oldest first.
-static void forget_sent(struct bd_session *session, uint64_t size, bool is_payload)
-{
-    for (struct bd_session_kept **at = &session->kept; *at && !has_room(session->net, size);)
-        if ((*at)->was_sent && ((*at)->payload != NULL) == is_payload)
-            forget(session, at);
-        else
-            at = &(*at)->next;
-}
-
-bool bd_session_keep(struct bd_session *session, const struct bd_session_unit *unit)
-{
-    struct bd_net *net = session->net;
-    bool is_small = unit->payload_bytes == 0;
-    uint64_t size = sizeof(struct bd_session_kept) + unit->head_bytes + unit->payload_bytes;
-    if (!is_small && size > net->options.limits.resume_bytes) return false;
-    bd_session_forget_arrived(session);
-    forget_sent(session, size, true);
-    // One that has no other way to its client comes before others' that had; so does a small one.
-    if (is_small || !session->conn)
-        for (struct bd_session *other = net->sessions; other; other = other->next)
-            forget_sent(other, size, true);
-    forget_sent(session, size, false);
-    if (!is_small && !has_room(net, size)) return false;
-    append(session, unit);
-    return true;
-}
-
-void bd_session_resend(struct bd_session *session)
-{
-    for (struct bd_session_kept *kept = session->kept; kept && session->conn; kept = kept->next) {
-        mark_sent(session, kept);
-        session->face->send(session->conn, copy(kept->head, kept->head_bytes), kept->head_bytes,
-                            copy(kept->payload, kept->payload_bytes), kept->payload_bytes);
-    }
-}
 
 void bd_session_make_token(struct bd_session *session, char out[BD_SHA256_HEX])
 {
@@ -164,7 +39,7 @@ static bool is_named(const struct bd_session *session, const uint8_t digest[BD_S
     return is_newer || (session->has_older_token && are_same(digest, session->older_digest));
 }
 
-struct bd_session *bd_session_find_resumable(const struct bd_session *asker, const char *token)
+static struct bd_session *find_resumable(const struct bd_session *asker, const char *token)
 {
     uint8_t digest[BD_SHA256_BYTES];
     bd_sha256_of(token, strlen(token), digest);
@@ -174,4 +49,56 @@ struct bd_session *bd_session_find_resumable(const struct bd_session *asker, con
             session->grant == asker->grant && is_named(session, digest))
             found = session;
     return found;
+}
+
+static uint32_t count_waiting(const struct bd_net *net)
+{
+    uint32_t count = 0;
+    for (const struct bd_session *session = net->sessions; session; session = session->next)
+        count += session->parked_until_ns != 0 && !session->has_ended;
+    return count;
+}
+
+bool bd_session_may_be_resumed(const struct bd_session *session, const struct bd_conn *conn)
+{
+    const struct bd_net *net = session->net;
+    return session->is_resumable && conn->state == BD_CONN_CLOSED && !net->draining &&
+           count_waiting(net) < net->options.limits.resumable_sessions;
+}
+
+// The connection changes its session: the one that it began with has done nothing yet.
+static void take_over(struct bd_session *session, struct bd_session *old)
+{
+    struct bd_conn *conn = session->conn;
+    // The old connection may be dead without having said so. It goes without its session, which
+    // does not wait for anybody: how many may wait is no reason to end it.
+    if (old->conn) {
+        struct bd_conn *dead = old->conn;
+        bd_session_leave_conn(old);
+        bd_conn_kill(dead);
+    }
+    bd_session_leave_conn(session);
+    bd_session_end(session);
+    old->conn = conn;
+    old->face = session->face;
+    old->says_goodbye = session->says_goodbye;
+    old->parked_until_ns = 0;
+    conn->session = old;
+    bd_client_release(&old->client);
+    old->client = conn->client;
+    bd_client_retain(old->client);
+}
+
+bool bd_session_resume(struct bd_session *session, uint64_t request_id, const Bounced__Hello *hello)
+{
+    if (session->greeted || !hello->resume || !hello->resume[0] || session->net->draining)
+        return false;
+    struct bd_session *old = find_resumable(session, hello->resume);
+    if (!old) return false;
+    take_over(session, old);
+    bd_session_welcome(old, request_id, hello, true);
+    bd_session_resend(old);
+    bd_session_flush_watches(old);
+    bd_session_wake_views(old, true);
+    return true;
 }
