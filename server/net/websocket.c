@@ -90,9 +90,8 @@ static void send_unit(struct bd_conn *conn, uint8_t *head, size_t head_bytes, ui
     // A message says its own length: `total` stays behind.
     const uint8_t *start = head + BD_FRAMING_PREFIX_BYTES - LENGTH_BYTES;
     size_t start_bytes = head_bytes - (BD_FRAMING_PREFIX_BYTES - LENGTH_BYTES);
-    struct wslay_frame_iocb iocb = {.fin = 1,
-                                    .opcode = WSLAY_BINARY_FRAME,
-                                    .payload_length = start_bytes + payload_bytes};
+    struct wslay_frame_iocb iocb = {
+        .fin = 1, .opcode = WSLAY_BINARY_FRAME, .payload_length = start_bytes + payload_bytes};
     websocket->payload = payload;
     add_to_frame(websocket, &iocb, start, start_bytes);
     if (payload_bytes > 0) add_to_frame(websocket, &iocb, payload, payload_bytes);
