@@ -334,21 +334,17 @@ def test_sigterm_cancels_what_takes_too_long(start):
 def test_sigterm_does_not_wait_for_who_reads_slowly(start):
     """An answer of 64 MiB, of which some is read all the time."""
     daemon = start("--limit", "drain_seconds=1")
-    scene = daemon.add_scene()
-    sock = socket.socket()
-    sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
-    sock.connect(("127.0.0.1", daemon.port))
-    sock.sendall(f"GET /v1/scenes/{scene}/frame.exr?size=2048x2048&layers=direct,normal HTTP/1.1\r\n"
-                 "Host: 127.0.0.1\r\n\r\n".encode())
-    assert sock.recv(1000).startswith(b"HTTP/1.1 200")
+    client = daemon.framed(tcp=True)
+    client.send(render(daemon.add_scene(), size=(4096, 2048), encoding="half"))
+    assert len(client.sock.recv(256)) == 256
     begin = time.time()
     daemon.process.send_signal(signal.SIGTERM)
     while daemon.process.poll() is None and time.time() - begin < 8:
         try:
-            sock.recv(4096)
+            client.sock.recv(256)
         except OSError:
             pass
-        time.sleep(0.01)
+        time.sleep(0.02)
     assert 0.8 < time.time() - begin < 5 and daemon.process.wait() == 0
 
 

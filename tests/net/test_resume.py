@@ -261,6 +261,7 @@ def answers_again(daemon, token):
     """What is sent again, in order, to who takes the session up."""
     connection = daemon.framed(hello=False)
     assert hello(connection, token).resumed
+    connection.next_id = 1 << 20  # none of theirs
     last = connection.send(envelope(cancel=bounced_pb2.Cancel(request_id=0)))
     answers = []
     while True:
