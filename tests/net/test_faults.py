@@ -333,7 +333,7 @@ def test_sigterm_cancels_what_takes_too_long(start):
 
 def test_sigterm_does_not_wait_for_who_reads_slowly(start):
     """An answer of 64 MiB, of which some is read all the time."""
-    daemon = start("--limit", "drain_seconds=1")
+    daemon = start("--limit", "drain_seconds=1", env={})
     client = daemon.framed(tcp=True)
     client.send(render(daemon.add_scene(), size=(4096, 2048), encoding="half"))
     assert len(client.sock.recv(256)) == 256
