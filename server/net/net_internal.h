@@ -68,7 +68,7 @@ struct bd_net {
 
     struct bd_commit *commit;
     struct bd_journal_turn *journal_turns; // the first one is under way
-    struct bd_upkeep *upkeep;
+    struct bd_upkeep *upkeep; // under way; others wait behind it
     struct bd_edit_place *edit_places; // oldest first
     uint64_t edit_changes;             // of that list
     uv_timer_t quiet_timer;

@@ -14,6 +14,7 @@ enum phase { PHASE_SNAPSHOT, PHASE_COMPACT, PHASE_COLLECT };
 
 struct bd_upkeep {
     struct bd_journal_turn turn; // first
+    struct bd_upkeep *next;      // that waits for the end of this one
     enum phase phase;
     char scene_id[BD_SCENE_ID_BYTES];
     uint64_t revision;
@@ -45,9 +46,15 @@ static void on_pool(struct bd_journal_turn *turn)
 
 static void finish(struct bd_upkeep *upkeep)
 {
-    upkeep->turn.net->upkeep = NULL;
-    bd_net_release_scene(upkeep->turn.net, &upkeep->scene);
+    struct bd_net *net = upkeep->turn.net;
+    net->upkeep = upkeep->next;
+    bd_net_release_scene(net, &upkeep->scene);
     free(upkeep);
+    if (!net->upkeep) return;
+    if (net->draining)
+        finish(net->upkeep);
+    else
+        bd_journal_turn_take(net, &net->upkeep->turn);
 }
 
 // A scene that was removed meanwhile has no history to look after.
@@ -77,9 +84,8 @@ static bool is_due(const struct bd_batch *batch)
            (batch->after && batch->revision % BD_STORE_SNAPSHOT_EDITS == 0);
 }
 
-void bd_upkeep_after(struct bd_net *net, const struct bd_batch *batch)
+static struct bd_upkeep *create(const struct bd_batch *batch)
 {
-    if (!is_due(batch) || net->upkeep || net->draining) return;
     struct bd_upkeep *upkeep = calloc(1, sizeof *upkeep);
     BD_ASSERT(upkeep);
     upkeep->turn.on_pool = on_pool;
@@ -88,6 +94,32 @@ void bd_upkeep_after(struct bd_net *net, const struct bd_batch *batch)
     upkeep->revision = batch->revision;
     memcpy(upkeep->scene_id, batch->scene_id, sizeof upkeep->scene_id);
     if (batch->after) upkeep->scene = bd_scene_retain(batch->after);
-    net->upkeep = upkeep;
-    bd_journal_turn_take(net, &upkeep->turn);
+    return upkeep;
+}
+
+// Of one scene the last snapshot, and one collection after removals, which each upkeep ends with.
+static bool has_waiting(struct bd_net *net, const struct bd_batch *batch)
+{
+    for (struct bd_upkeep *u = net->upkeep->next; u; u = u->next) {
+        if (!batch->after) return true;
+        if (!u->scene || strcmp(u->scene_id, batch->scene_id) != 0) continue;
+        bd_net_release_scene(net, &u->scene);
+        u->scene = bd_scene_retain(batch->after);
+        u->revision = batch->revision;
+        return true;
+    }
+    return false;
+}
+
+void bd_upkeep_after(struct bd_net *net, const struct bd_batch *batch)
+{
+    if (!is_due(batch) || net->draining) return;
+    if (!net->upkeep) {
+        net->upkeep = create(batch);
+        bd_journal_turn_take(net, &net->upkeep->turn);
+    } else if (!has_waiting(net, batch)) {
+        struct bd_upkeep *last = net->upkeep;
+        while (last->next) last = last->next;
+        last->next = create(batch);
+    }
 }

@@ -11,8 +11,7 @@
 
 struct bd_net;
 
-// A batch has been published: begins what is due after it. What is skipped because another upkeep
-// is under way comes with the next one that is due.
+// A batch has been published: begins what is due after it, or has it wait for those under way.
 void bd_upkeep_after(struct bd_net *net, const struct bd_batch *batch);
 
 #endif

@@ -18,10 +18,20 @@ static struct bd_digest_slot *find(const struct bd_digests *set, const uint8_t *
     return &set->slots[at];
 }
 
-static void grow(struct bd_digests *set)
+static uint32_t live_count(const struct bd_digests *set)
+{
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < set->slot_count; i++) count += set->slots[i].count > 0;
+    return count;
+}
+
+// Larger only if those that count fill half of its room: the others are left behind.
+static void renew(struct bd_digests *set)
 {
     struct bd_digests old = *set;
-    set->slot_count = old.slot_count ? 2 * old.slot_count : SLOTS_LEAST;
+    const bool is_full = 4 * live_count(set) >= old.slot_count;
+    set->slot_count = is_full ? 2 * old.slot_count : old.slot_count;
+    if (set->slot_count == 0) set->slot_count = SLOTS_LEAST;
     set->slots = calloc(set->slot_count, sizeof *set->slots);
     BD_ASSERT(set->slots);
     set->used_count = 0;
@@ -35,7 +45,7 @@ static void grow(struct bd_digests *set)
 
 void bd_digests_add(struct bd_digests *set, const uint8_t sha256[BD_SHA256_BYTES])
 {
-    if (2 * set->used_count >= set->slot_count) grow(set);
+    if (2 * set->used_count >= set->slot_count) renew(set);
     struct bd_digest_slot *slot = find(set, sha256);
     if (!slot->is_used) {
         memcpy(slot->sha256, sha256, BD_SHA256_BYTES);

@@ -3,12 +3,13 @@ and what is left after the daemon died."""
 import json
 import resource
 import signal
+import sqlite3
 import struct
 import time
 
 import bounced_pb2
 import pytest
-from conftest import SCENES, Daemon, Framed, blob_name, pack
+from conftest import ANSWER_S, SCENES, Daemon, Framed, blob_name, pack
 
 pb = bounced_pb2
 
@@ -417,6 +418,27 @@ def test_many_edits_are_compacted_and_replayed(tmp_path):
         assert Scene(daemon, scene_id=scene.id).get().hash == reply.hash
     finally:
         daemon.stop()
+
+
+def test_scenes_that_are_due_at_once_are_both_looked_after(tmp_path):
+    daemon = Daemon(tmp_path)
+    scenes = [Scene(daemon), Scene(daemon)]
+    client = scenes[0].client
+    for i in range(255):
+        for scene in scenes:  # both in one commit
+            envelope = pb.Envelope()
+            envelope.edit_batch.scene = scene.id
+            envelope.edit_batch.ops.add().set_light.CopyFrom(pb.LightEdit(light=0, intensity=i + 1))
+            client.send(envelope)
+        for _ in scenes:
+            assert client.receive()[0].HasField("edit_reply")
+    time.sleep(ANSWER_S / 10)  # nobody else may read the journal while the daemon has it
+    for scene in scenes:
+        scene.client.close()
+    daemon.stop()
+    with sqlite3.connect(next(tmp_path.rglob("journal.sqlite"))) as db:
+        assert db.execute("SELECT count(*) FROM snapshots WHERE revision=256").fetchone() == (2,)
+    db.close()
 
 
 # --- when the disk is full ----------------------------------------------------------------------
