@@ -233,7 +233,8 @@ void bd_conn_tick(struct bd_conn *conn)
         return;
     }
     uint64_t patience_s = conn->ops->patience_s(conn);
-    if (patience_s == 0 || now_ns - conn->active_ns < patience_s * 1000000000u) return;
+    // Not now_ns: a ping that the tick has just sent is younger.
+    if (patience_s == 0 || bd_clock_ns() - conn->active_ns < patience_s * 1000000000u) return;
     // A peer that does not take what we send would not take a farewell either.
     if (unsent > 0)
         bd_conn_kill(conn);

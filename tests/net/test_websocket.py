@@ -322,6 +322,18 @@ def test_pings_are_no_hello(start):
     assert struct.unpack(">H", payload[:2])[0] == 1008
 
 
+def test_a_peer_that_answers_pings_may_be_silent(start):
+    """A ping itself is no reason to end, either."""
+    daemon = start("--limit", "idle_seconds=2")
+    peer = Raw(daemon, mask(2, unit(HELLO)))
+    peer.frame()
+    for _ in range(4):  # one a second
+        opcode, payload = peer.frame()
+        assert opcode == 9
+        peer.sock.sendall(mask(10, payload))
+    assert peer.sock.fileno() >= 0 and daemon.healthy()
+
+
 def test_pings_that_are_answered_keep_it_open(start):
     daemon = start("--limit", "idle_seconds=2", env={"BD_FAKE_FRAME_MS": "4500"})
     scene = daemon.add_scene()
