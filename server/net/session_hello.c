@@ -63,9 +63,10 @@ static void add_limits(Bounced__HelloReply *reply, const struct bd_limits *limit
 
 static void add_capabilities(Bounced__HelloReply *reply)
 {
-    static const char *const names[] = {"blobs",   "scenes", "render",     "progress", "cancel",
-                                        "devices", "stats",  "techniques", "views",    "watches",
-                                        "pose",    "half",   "resume",     "under_way"};
+    static const char *const names[] = {
+        "blobs", "scenes", "render", "progress", "cancel", "devices",   "stats", "techniques", "views", "watches",
+        "pose",  "half",   "resume", "under_way", "edits", "transient", "undo",  "log",        "export", "replay",
+    };
     reply->capabilities = calloc(sizeof names / sizeof names[0], sizeof(char *));
     BD_ASSERT(reply->capabilities);
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++)

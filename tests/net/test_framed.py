@@ -38,7 +38,8 @@ def test_hello_tells_version_limits_and_device(shared):
     assert (reply.version, reply.min, reply.max) == (1, 1, 1)
     limits = {pair.key: int(pair.value) for pair in reply.limits}
     assert limits["message_bytes"] == 16 << 20 and limits["jobs_waiting"] > 0
-    assert "render" in reply.capabilities and reply.device.__getattribute__("class")
+    assert {"render", "edits", "transient", "undo", "log", "export", "replay"} <= set(reply.capabilities)
+    assert reply.device.__getattribute__("class")
 
 
 def test_versions_that_do_not_meet(shared):
