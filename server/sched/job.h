@@ -15,7 +15,7 @@ struct bd_job {
     atomic_bool yields;        // its room on the device: it stops, and begins anew later
     uint32_t yield_count;      // render thread
     uint32_t spoilt_count;     // devices that failed under it while another's frame was set aside
-    uint64_t turn_began_ns;    // when it got the device, or got it back. Render thread
+    uint64_t turn_ends_ns;     // from then on equals come between its slices. Render thread
     bool has_the_device_alone; // until its end: others find no room beside it. Render thread
     bool is_given_up;          // ended already, while its frame was set aside. Render thread
     struct bd_job_request request;

@@ -89,6 +89,24 @@ struct bd_job *bd_job_queue_pop(struct bd_job_queue *queue)
     return serve(queue, best);
 }
 
+static bool comes_between(const struct bd_job *job, const struct bd_job *running, bool equals)
+{
+    if (job->request.priority != running->request.priority)
+        return job->request.priority > running->request.priority;
+    return equals && job->request.turn != running->request.turn;
+}
+
+struct bd_job *bd_job_queue_pop_between(struct bd_job_queue *queue, const struct bd_job *running,
+                                        bool equals)
+{
+    uint32_t best = queue->count;
+    for (uint32_t i = 0; i < queue->count; i++) {
+        if (!comes_between(queue->jobs[i], running, equals)) continue;
+        if (best == queue->count || goes_before(queue, queue->jobs[i], queue->jobs[best])) best = i;
+    }
+    return best < queue->count ? serve(queue, best) : NULL;
+}
+
 bool bd_job_queue_has_below(const struct bd_job_queue *queue, int priority)
 {
     for (uint32_t i = 0; i < queue->count; i++)

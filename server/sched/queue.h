@@ -33,6 +33,10 @@ void bd_job_queue_return(struct bd_job_queue *queue, struct bd_job *job);
 void bd_job_queue_put_back(struct bd_job_queue *queue, struct bd_job *job);
 // NULL if the queue is empty.
 struct bd_job *bd_job_queue_pop(struct bd_job_queue *queue);
+// The same of those that come between the slices of `running`: of higher priority, or, if `equals`
+// may, of its own and of another owner. NULL if there is none.
+struct bd_job *bd_job_queue_pop_between(struct bd_job_queue *queue, const struct bd_job *running,
+                                        bool equals);
 // The job that has waited longest among those below the highest priority in the queue; NULL if all
 // are of one.
 struct bd_job *bd_job_queue_pop_lower(struct bd_job_queue *queue);

@@ -8,8 +8,8 @@
 
 // So often may a job begin anew to make room for others: then it is its turn.
 #define YIELDS_MAX 32
-// So long has a job the device before others of its own priority get a turn: one view's first frame
-// of a large scene takes seconds, others' frames much less.
+// So long has a job the device before other owners' of its own priority come between its slices:
+// one view's first frame of a large scene takes seconds, others' frames much less.
 #define TURN_NS UINT64_C(200000000)
 // How often a job is tried on devices that fail.
 #define ATTEMPTS_MAX 2
@@ -19,7 +19,7 @@
 static void begin_running(struct bd_sched *sched, struct bd_job *job)
 {
     job->has_the_device_alone = false;
-    job->turn_began_ns = bd_clock_ns();
+    job->turn_ends_ns = bd_clock_ns() + TURN_NS;
     sched->running[sched->running_count++] = job;
 }
 
@@ -48,11 +48,13 @@ static struct bd_job *pop_next(struct bd_sched *sched)
     return lower ? lower : bd_job_queue_pop(&sched->queue);
 }
 
-// Others go before it if their priority is above this.
-static int priority_now(const struct bd_job *job)
+// Not between the slices of one that came between an equal's itself.
+static bool equals_come_between(const struct bd_sched *sched, const struct bd_job *job)
 {
-    bool had_its_turn = bd_clock_ns() - job->turn_began_ns > TURN_NS;
-    return job->request.priority - had_its_turn;
+    const uint32_t top = sched->running_count - 1;
+    const int priority = job->request.priority;
+    bool is_between = top > 0 && sched->running[top - 1]->request.priority == priority;
+    return !is_between && bd_clock_ns() > job->turn_ends_ns;
 }
 
 // The job for which `job` is set aside between two of its slices; NULL: it goes on.
@@ -61,9 +63,10 @@ static struct bd_job *pop_urgent(struct bd_sched *sched, const struct bd_job *jo
     pthread_mutex_lock(&sched->lock);
     note_time(sched, job);
     bool goes_on = sched->stopping || job->has_the_device_alone ||
-                   sched->running_count == BD_FRAMES_MAX || bd_share_keeps_lower(&sched->share) ||
-                   !bd_job_queue_has_above(&sched->queue, priority_now(job));
-    struct bd_job *urgent = goes_on ? NULL : bd_job_queue_pop(&sched->queue);
+                   sched->running_count == BD_FRAMES_MAX || bd_share_keeps_lower(&sched->share);
+    struct bd_job *urgent =
+        goes_on ? NULL
+                : bd_job_queue_pop_between(&sched->queue, job, equals_come_between(sched, job));
     if (urgent) begin_running(sched, urgent);
     pthread_mutex_unlock(&sched->lock);
     return urgent;
@@ -256,6 +259,7 @@ static enum bd_err between_slices(void *user)
     const struct turn *turn = user;
     struct bd_sched *sched = turn->sched;
     struct bd_suspended_frame suspended;
+    const uint64_t start_ns = bd_clock_ns();
     bool is_aside = false;
     end_cancelled(sched);
     enum bd_err err = bd_job_should_stop(turn->job);
@@ -268,7 +272,9 @@ static enum bd_err between_slices(void *user)
     }
     if (!is_aside) return err;
     bd_renderer_resume(&sched->renderer, &suspended);
-    turn->job->turn_began_ns = bd_clock_ns();
+    // As long as the others had it: two long frames share the device evenly.
+    const uint64_t now_ns = bd_clock_ns(), away_ns = now_ns - start_ns;
+    turn->job->turn_ends_ns = now_ns + (away_ns > TURN_NS ? away_ns : TURN_NS);
     return err;
 }
 

@@ -47,6 +47,21 @@ static void higher_priority_first_then_arrival(void **state)
     assert_null(bd_job_queue_pop(queue));
 }
 
+static void only_others_come_between(void **state)
+{
+    struct bd_job_queue *queue = *state;
+    struct bd_job running = {.request = {.priority = 10, .turn = 1}};
+    push(queue, 0, 2);
+    push(queue, 10, 1);
+    assert_null(bd_job_queue_pop_between(queue, &running, true));
+    struct bd_job *equal = push(queue, 10, 2), *above = push(queue, 20, 1);
+    assert_ptr_equal(bd_job_queue_pop_between(queue, &running, true), above);
+    assert_null(bd_job_queue_pop_between(queue, &running, false));
+    assert_ptr_equal(bd_job_queue_pop_between(queue, &running, true), equal);
+    assert_null(bd_job_queue_pop_between(queue, &running, true));
+    assert_int_equal(queue->count, 2);
+}
+
 static void owners_take_turns(void **state)
 {
     struct bd_job_queue *queue = *state;
@@ -105,6 +120,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(higher_priority_first_then_arrival, setup, teardown),
+        cmocka_unit_test_setup_teardown(only_others_come_between, setup, teardown),
         cmocka_unit_test_setup_teardown(owners_take_turns, setup, teardown),
         cmocka_unit_test_setup_teardown(a_batch_keeps_no_view_waiting, setup, teardown),
         cmocka_unit_test_setup_teardown(the_turn_of_the_lower_is_the_longest_waiting_ones, setup,
