@@ -44,17 +44,20 @@ static void on_pool(struct bd_journal_turn *turn)
     }
 }
 
-static void finish(struct bd_upkeep *upkeep)
+static void drop_first(struct bd_net *net)
 {
-    struct bd_net *net = upkeep->turn.net;
-    net->upkeep = upkeep->next;
-    bd_net_release_scene(net, &upkeep->scene);
-    free(upkeep);
-    if (!net->upkeep) return;
-    if (net->draining)
-        finish(net->upkeep);
-    else
-        bd_journal_turn_take(net, &net->upkeep->turn);
+    struct bd_upkeep *first = net->upkeep;
+    net->upkeep = first->next;
+    bd_net_release_scene(net, &first->scene);
+    free(first);
+}
+
+// With the one under way those that wait for it, if the daemon ends.
+static void finish(struct bd_net *net)
+{
+    drop_first(net);
+    while (net->upkeep && net->draining) drop_first(net);
+    if (net->upkeep) bd_journal_turn_take(net, &net->upkeep->turn);
 }
 
 // A scene that was removed meanwhile has no history to look after.
@@ -71,7 +74,7 @@ static void back(struct bd_journal_turn *turn)
         bd_log(BD_LOG_WARN, "net", "upkeep of the journal put off: %s", upkeep->fault.message);
     bool is_over = upkeep->is_done && upkeep->phase == PHASE_COLLECT;
     if (upkeep->err || is_over || turn->net->draining) {
-        finish(upkeep);
+        finish(turn->net);
         return;
     }
     if (upkeep->is_done) upkeep->phase++;
