@@ -126,7 +126,7 @@ static void change_bytes(struct value *value, size_t at, uint8_t how, uint8_t by
 static int64_t change_number(int64_t number, uint8_t how, uint8_t by)
 {
     if (how % 3 == 0) return by;
-    if (how % 3 == 1) return number + (int8_t)by;
+    if (how % 3 == 1) return (int64_t)((uint64_t)number + (uint64_t)(int8_t)by); // around
     return by & 1 ? INT64_MAX : INT64_MIN;
 }
 
