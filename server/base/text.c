@@ -1,11 +1,8 @@
 #include "base/text.h"
 
 #include <stdbool.h>
-#include <stddef.h>
 
-// The bytes of the character at `at`, 0 if it is no UTF-8 (overlong forms, surrogates and all
-// beyond U+10FFFF included).
-static size_t character_bytes(const unsigned char *at)
+size_t bd_text_character_bytes(const unsigned char *at)
 {
     if (at[0] < 0x80) return 1;
     const size_t size = at[0] >= 0xf0 ? 4 : at[0] >= 0xe0 ? 3 : 2;
@@ -28,7 +25,7 @@ void bd_text_make_plain(char *text)
 {
     unsigned char *at = (unsigned char *)text;
     while (*at) {
-        size_t size = character_bytes(at);
+        size_t size = bd_text_character_bytes(at);
         if (size == 0 || is_control(at))
             *at++ = '?'; // what is left of a character is replaced next
         else

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/assert.h"
+#include "base/text.h"
 
 static void put(struct bd_gltf_json *json, const char *text, size_t size)
 {
@@ -52,21 +53,6 @@ void bd_gltf_json_uint(struct bd_gltf_json *json, const char *key, uint64_t valu
 
 // --- text -----------------------------------------------------------------------------------
 
-// The bytes of the character at `at`, 0 if it is no UTF-8 (overlong forms, surrogates and all
-// beyond U+10FFFF included).
-static size_t character_bytes(const unsigned char *at)
-{
-    if (at[0] < 0x80) return 1;
-    const size_t size = at[0] >= 0xf0 ? 4 : at[0] >= 0xe0 ? 3 : 2;
-    if (at[0] < 0xc2 || at[0] > 0xf4) return 0;
-    for (size_t i = 1; i < size; i++)
-        if ((at[i] & 0xc0) != 0x80) return 0;
-    if (at[0] == 0xe0 && at[1] < 0xa0) return 0;
-    if (at[0] == 0xed && at[1] > 0x9f) return 0;
-    if (at[0] == 0xf0 && at[1] < 0x90) return 0;
-    return at[0] == 0xf4 && at[1] > 0x8f ? 0 : size;
-}
-
 void bd_gltf_json_text(struct bd_gltf_json *json, const char *key, const char *text)
 {
     const unsigned char *at = (const unsigned char *)text;
@@ -74,7 +60,7 @@ void bd_gltf_json_text(struct bd_gltf_json *json, const char *key, const char *t
     put(json, "\"", 1);
     while (*at) {
         char escaped[8];
-        const size_t size = character_bytes(at);
+        const size_t size = bd_text_character_bytes(at);
         if (size == 0)
             put(json, "\xef\xbf\xbd", 3);
         else if (*at == '"' || *at == '\\')
