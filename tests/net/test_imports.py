@@ -4,12 +4,12 @@ import pathlib
 import struct
 import subprocess
 import threading
-import time
 import zlib
 
 import bounced_pb2 as pb
 import pytest
 from conftest import IS_SANITIZED, SCENES
+from stopwatch import Stopwatch
 from test_framed import envelope
 
 SCHED_OTHER, SCHED_BATCH = 0, 3
@@ -45,10 +45,11 @@ def png(side_px):
 
 
 class Stat:
-    """A process or a thread, of /proc/.../stat."""
+    """A process or a thread, of /proc/.../stat, and the words that the process was started with."""
 
     def __init__(self, folder):
         text = (folder / "stat").read_text()
+        self.started_with = (folder / "cmdline").read_bytes()
         words = text[text.rindex(")") + 2:].split()
         self.parent, self.nice, self.policy = int(words[1]), int(words[16]), int(words[38])
 
@@ -62,8 +63,10 @@ def stats_of(folders):
 
 
 def children(pid):
+    """Those that import: one that is about to has the daemon's words yet, and one that ended has none."""
     found = stats_of(p for p in pathlib.Path("/proc").iterdir() if p.name.isdigit())
-    return [(folder, stat) for folder, stat in found if stat.parent == pid]
+    return [(folder, stat) for folder, stat in found
+            if stat.parent == pid and b"--import" in stat.started_with]
 
 
 def disk_priority(folder):
@@ -87,20 +90,21 @@ def while_importing(daemon, bodies):
 
 def test_a_child_and_its_thread_have_low_priority(start):
     daemon = start()
-    blob = daemon.put_blob(glb(8))
     own = Stat(pathlib.Path(f"/proc/{daemon.process.pid}"))
-    seen, threads, disks = set(), set(), set()
-    for _ in while_importing(daemon, [("/v1/scenes", {"blob": blob})]):
-        for folder, stat in children(daemon.process.pid):
-            if b"--import" not in (folder / "cmdline").read_bytes():
-                continue  # it is about to become the child
-            seen.add((stat.nice, stat.policy))
-            disks.add(disk_priority(folder))
-        tasks = pathlib.Path(f"/proc/{daemon.process.pid}/task").iterdir()
-        threads |= {(stat.nice, stat.policy) for _, stat in stats_of(tasks)}
-    assert seen == {(max(own.nice, 10), SCHED_BATCH)}
-    assert (own.nice, SCHED_OTHER) in threads and (max(own.nice, 10), SCHED_BATCH) in threads
-    assert disks - {""} <= {"best-effort: prio 7\n"} and disks
+    low, seen, threads, disks = (max(own.nice, 10), SCHED_BATCH), set(), set(), set()
+    for attempt in range(20):  # on a busy machine an import may be over before anybody looks
+        blob = daemon.put_blob(glb(8, attempt))
+        for _ in while_importing(daemon, [("/v1/scenes", {"blob": blob})]):
+            for folder, stat in children(daemon.process.pid):
+                seen.add((stat.nice, stat.policy))
+                disks.add(disk_priority(folder))
+            tasks = pathlib.Path(f"/proc/{daemon.process.pid}/task").iterdir()
+            threads |= {(stat.nice, stat.policy) for _, stat in stats_of(tasks)}
+        if seen and low in threads and disks - {""}:
+            break
+    assert seen == {low}
+    assert (own.nice, SCHED_OTHER) in threads and low in threads
+    assert disks - {""} == {"best-effort: prio 7\n"}
     # And when it is over, all who are left are as they were.
     tasks = pathlib.Path(f"/proc/{daemon.process.pid}/task").iterdir()
     assert {stat.nice for _, stat in stats_of(tasks)} == {own.nice}
@@ -126,11 +130,11 @@ def test_frames_and_edits_go_on_while_all_imports_are_taken(start):
     blobs = [daemon.put_blob(glb(4, seed)) for seed in range(3)]
     slowest = 0
     for _ in while_importing(daemon, [("/v1/scenes", {"blob": blob}) for blob in blobs]):
-        begun = time.time()
+        watch = Stopwatch()
         assert daemon.request("GET", f"/v1/scenes/{scene}/frame.png?size=8x8")[0] == 200
         assert daemon.json("POST", f"/v1/scenes/{scene}/edits",
                            {"ops": [{"set_light": {"light": 0, "intensity": 5}}]})[0] == 200
-        slowest = max(slowest, time.time() - begun)
+        slowest = max(slowest, watch.own_s())
     assert slowest < 2
 
 

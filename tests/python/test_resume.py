@@ -8,6 +8,7 @@ import pytest
 from conftest import SCENES
 from fake_peer import FakePeer
 from proxy import Proxy
+from stopwatch import Stopwatch
 
 
 @pytest.fixture(params=["tcp", "http"])
@@ -172,12 +173,12 @@ def test_a_daemon_that_ends_is_not_waited_for(serve, slow):
     served = serve()
     client = bounced.connect("unix:" + served.path)
     client.scenes.add(SCENES / "cornell.glb")
-    began = time.monotonic()
+    watch = Stopwatch()
     served.process.kill()
     with pytest.raises(bounced.Unreachable):
         while True:
             client.stats()
-    assert time.monotonic() - began < 3
+    assert watch.own_s() < 3
     client.close()
     served.process.wait()
     served.stop = lambda: None
@@ -193,11 +194,11 @@ def test_closing_leaves_nothing_under_way(monkeypatch, serve):
         view = scene.view(size=(4, 4))
         scene.render_later(size=(8, 8))
         wait_until(lambda: watcher.stats()["jobs_running"])
-        began = time.monotonic()
+        watch = Stopwatch()
         client.close()
         wait_until(lambda: watcher.stats()["jobs_cancelled"] >= 1)
-        wait_until(lambda: not watcher.stats()["jobs_running"], 5)
-        assert time.monotonic() - began < 5
+        wait_until(lambda: not watcher.stats()["jobs_running"])
+        assert watch.own_s() < 5
         with pytest.raises(bounced.Unreachable):
             view.next(5)
 
