@@ -18,6 +18,7 @@ import tempfile
 SUFFIXES = ('.comp', '.vert', '.frag', '.glsl', '.h')
 COMBINATIONS_MAX = 16
 VALIDATOR = 'glslangValidator'
+BATCH = 32  # programs of one stage to a run of it
 
 
 def choices_of(word):
@@ -55,29 +56,50 @@ def read_table(path):
         return [parse_row(line) for line in lines if line]
 
 
-def validate(texts):
-    """Compiles {file name: text} as one program. The validator's complaints, empty if none."""
+def run_validator(options, texts):
+    """Of [(file name, text)]. Its complaints, empty if none."""
     with tempfile.TemporaryDirectory() as folder:
         paths = []
-        for name, text in texts.items():
-            paths.append(os.path.join(folder, os.path.basename(name)))
+        for i, (name, text) in enumerate(texts):
+            paths.append(os.path.join(folder, f'{i}.{os.path.basename(name)}'))
             with open(paths[-1], 'w', encoding='utf-8') as file:
                 file.write(text)
-        run = subprocess.run([VALIDATOR, '-l', *paths], capture_output=True, text=True,
+        run = subprocess.run([VALIDATOR, *options, *paths], capture_output=True, text=True,
                              check=False)
     return run.stdout + run.stderr if run.returncode else ''
 
 
+def validate(program):
+    """Compiles [(file name, text)] as one program, its stages linked to each other."""
+    return run_validator(['-l'], program)
+
+
+def validate_many(programs):
+    """[complaint of each]. Programs of one stage need no linking: one run of the validator, most of whose time
+    is its own start, does for all of them, and they are told apart only if one is wrong."""
+    one_stage = all(len(program) == 1 for program in programs)
+    if one_stage and not run_validator([], [program[0] for program in programs]):
+        return [''] * len(programs)
+    return [validate(program) for program in programs]
+
+
+def batches(programs):
+    """[names of programs that go through the validator together]"""
+    alone = [[name] for name, program in programs.items() if len(program) > 1]
+    together = [name for name, program in programs.items() if len(program) == 1]
+    return alone + [together[i:i + BATCH] for i in range(0, len(together), BATCH)]
+
+
 def assembled(assemble, device, files, defines, used):
-    """{file: text that a driver would get}; notes the files that it was made of."""
-    texts = {}
+    """[(file, text that a driver would get)]; notes the files that it was made of."""
+    texts = []
     for name in files:
         run = subprocess.run([assemble, device, name, *defines], capture_output=True, text=True,
                              check=False)
         if run.returncode:
             sys.exit(f'{" ".join(files)}: {run.stderr}')
         used.update(run.stderr.split())
-        texts[name] = run.stdout
+        texts.append((name, run.stdout))
     return texts
 
 
@@ -93,8 +115,10 @@ def main():
     if not shutil.which(VALIDATOR):
         print(f'skipped: no {VALIDATOR} on this machine')
         return 77
-    # The validator itself: one program that it must refuse.
-    if not validate({'bad.comp': '#version 450 core\nvoid main() { x = 1; }\n'}):
+    # The validator itself: a program that it must refuse, alone and among others.
+    good = [('good.comp', '#version 450 core\nvoid main() {}\n')]
+    bad = [('bad.comp', '#version 450 core\nvoid main() { x = 1; }\n')]
+    if [bool(complaint) for complaint in validate_many([good, bad, good])] != [False, True, False]:
         print(f'{VALIDATOR} accepts a program that is wrong')
         return 1
     programs, used = {}, set()
@@ -103,12 +127,14 @@ def main():
             name = f'{" ".join(files)} {" ".join(defines)} ({device})'
             programs[name] = assembled(assemble, device, files, defines, used)
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
-        complaints = list(pool.map(validate, programs.values()))
+        groups = batches(programs)
+        answers = pool.map(validate_many, ([programs[name] for name in group] for group in groups))
     failed = 0
-    for name, complaint in zip(programs, complaints):
-        if complaint:
-            failed += 1
-            print(f'{name}:\n{complaint}')
+    for group, complaints in zip(groups, answers):
+        for name, complaint in zip(group, complaints):
+            if complaint:
+                failed += 1
+                print(f'{name}:\n{complaint}')
     for name in sorted(set(shader_files(folder)) - used):
         failed += 1
         print(f'shaders/{name}: no program of {os.path.basename(table)} uses it')

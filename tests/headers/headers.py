@@ -5,6 +5,7 @@ usage: headers.py SOURCE_ROOT BUILD_ROOT C_COMPILER CPP_COMPILER
 As C17, and as C++17 too if it offers itself to C++ by an extern "C" block.
 """
 
+import concurrent.futures
 import glob
 import json
 import os
@@ -44,16 +45,18 @@ def compiles(compiler, language, standard, flags, path, build_root):
 def main():
     source_root, build_root, c_compiler, cpp_compiler = sys.argv[1:]
     flags = include_flags(build_root)
-    failed, count = 0, 0
-    for path in sorted(sum((glob.glob(os.path.join(source_root, p)) for p in PATTERNS), [])):
+    paths = sorted(sum((glob.glob(os.path.join(source_root, p)) for p in PATTERNS), []))
+
+    def stands_alone(path):
         with open(path, encoding='utf-8') as file:
             for_cpp = 'extern "C"' in file.read()
-        count += 1
-        failed += not compiles(c_compiler, 'c', 'c17', flags, path, build_root)
-        if for_cpp:
-            failed += not compiles(cpp_compiler, 'c++', 'c++17', flags, path, build_root)
-    print(f'{count} headers, {failed} do not stand alone')
-    return 1 if failed or count < 10 else 0
+        return compiles(c_compiler, 'c', 'c17', flags, path, build_root) and (
+            not for_cpp or compiles(cpp_compiler, 'c++', 'c++17', flags, path, build_root))
+
+    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+        failed = list(pool.map(stands_alone, paths)).count(False)
+    print(f'{len(paths)} headers, {failed} do not stand alone')
+    return 1 if failed or len(paths) < 10 else 0
 
 
 sys.exit(main())
