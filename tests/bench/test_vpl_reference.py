@@ -10,6 +10,11 @@ import vpl_reference
 from harness.daemon import Daemon, NoDevice
 
 SCENES = Path(__file__).resolve().parents[1] / "scenes"
+IS_LONG = "BD_LONG" in os.environ
+CASES = [("cornell.glb", {"vpls": "64"}), ("two_lights.glb", {"vpls": "64", "vpl_kernel": "disk"})]
+if IS_LONG:
+    CASES = [(scene, settings) for scene in ("cornell.glb", "two_lights.glb")
+             for settings in ({"vpls": "4096"}, {"vpls": "64"}, {"vpls": "64", "vpl_kernel": "disk"})]
 
 
 @pytest.fixture(scope="module")
@@ -34,9 +39,7 @@ def indirect(daemon, scene, size, **settings):
     return frame.layer("indirect").astype(float)
 
 
-@pytest.mark.parametrize("scene", ["cornell.glb", "two_lights.glb"])
-@pytest.mark.parametrize("settings", [{"vpls": "4096"}, {"vpls": "64"}, {"vpls": "64",
-                                                                         "vpl_kernel": "disk"}])
+@pytest.mark.parametrize("scene,settings", CASES)
 def test_all_pixels_are_those_of_rsm(daemon, tmp_path, scene, settings):
     """With few VPLs many are near, and integrated as patches."""
     size = (48, 40)
@@ -50,6 +53,7 @@ def test_all_pixels_are_those_of_rsm(daemon, tmp_path, scene, settings):
     assert rebuilt == pytest.approx(seen, rel=1e-3, abs=1e-5 * seen.mean())
 
 
+@pytest.mark.skipif(not IS_LONG, reason="eight runs of the tool: suite long")
 def test_sampled_pixels_stand_for_all_of_them(daemon, tmp_path):
     """Weighed by one over their probability, the mean over seeds is the picture's, and that of a part
     of the picture is the part's: within four standard errors."""

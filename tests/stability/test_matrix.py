@@ -5,7 +5,7 @@ import signal
 import subprocess
 import time
 
-from conftest import BOUNCE, IS_SANITIZED, SOURCE
+from conftest import BOUNCE, SOURCE
 from harness.hazards import ROWS
 
 
@@ -14,9 +14,9 @@ def failures(results):
                      f"    {o['command']}" for o in results if o["status"] == "FAIL")
 
 
-# Under the sanitizers memory and arithmetic are what is tested: between them, these two run every
-# stage of the techniques. What all of them answer is the other build's to judge.
-TECHNIQUES = ["hisr", "multires_splat"] if IS_SANITIZED else []
+# Between them, these two run every stage of the techniques, and `rsm` has the rows of stages below. The suite
+# `long` has them all (BD_LONG).
+TECHNIQUES = [] if os.environ.get("BD_LONG") else ["hisr", "multires_splat"]
 
 
 def test_every_technique_and_every_hazard(bounce):
