@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "base/text.h"
 #include "protocol/json_internal.h"
 
 #define EXACT_IN_DOUBLE (1ull << 53)
@@ -174,7 +175,7 @@ char *bd_json_text_from_message(const ProtobufCMessage *message)
 {
     json_t *json = bd_json_from_message(message);
     // Fifteen digits hide the noise of the last bit: 0.1 is written as 0.1.
-    char *text = json_dumps(json, JSON_COMPACT | JSON_REAL_PRECISION(15));
+    char *text = bd_text_escape_json(json_dumps(json, JSON_COMPACT | JSON_REAL_PRECISION(15)));
     json_decref(json);
     return text;
 }

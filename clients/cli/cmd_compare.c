@@ -8,6 +8,7 @@
 #include "clients/cli/compare.h"
 #include "clients/cli/help.h"
 #include "clients/cli/output.h"
+#include "clients/cli/print.h"
 #include "image/error_map.h"
 #include "image/png.h"
 
@@ -126,10 +127,9 @@ static enum bd_err compare_all(struct comparing *comparing, struct bd_fault *fau
     if (!err) err = open_report(comparing, fault);
     for (uint32_t i = 0; !err && i < asked->layer_count; i++)
         err = compare_layer(comparing, asked->layers[i], fault);
-    if (!err && comparing->report) {
-        json_dumpf(comparing->report, stdout, JSON_INDENT(2) | JSON_REAL_PRECISION(9));
-        putchar('\n');
-    }
+    if (!err && comparing->report &&
+        !bd_cli_print_json_line(stdout, comparing->report, JSON_INDENT(2) | JSON_REAL_PRECISION(9)))
+        err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "", "no memory for the report");
     return err;
 }
 

@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "clients/cli/commands.h"
+#include "clients/cli/print.h"
 
 void bd_cmd_name_scene(const char *scene, struct bd_fault *fault)
 {
@@ -26,8 +27,7 @@ int bd_cmd_fail(enum bd_err err, const struct bd_fault *fault, bool json)
     fprintf(stderr, "bounce: %s\n", fault->message[0] ? fault->message : bd_err_name(err));
     if (json) {
         json_t *object = bd_cmd_fault_json(err, fault);
-        if (object) json_dumpf(object, stdout, JSON_INDENT(2));
-        putchar('\n');
+        if (!object || !bd_cli_print_json_line(stdout, object, JSON_INDENT(2))) putchar('\n');
         json_decref(object);
     }
     return bd_err_exit_code(err);

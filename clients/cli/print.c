@@ -33,3 +33,13 @@ void bd_cli_print_line(FILE *out, const char *format, ...)
     va_end(args);
     putc('\n', out);
 }
+
+bool bd_cli_print_json_line(FILE *out, const json_t *json, size_t flags)
+{
+    char *text = bd_text_escape_json(json_dumps(json, flags));
+    if (!text) return false;
+    fputs(text, out);
+    putc('\n', out);
+    free(text);
+    return true;
+}

@@ -3,6 +3,8 @@
 #ifndef BD_CLI_PRINT_H
 #define BD_CLI_PRINT_H
 
+#include <jansson.h>
+#include <stdbool.h>
 #include <stdio.h>
 
 #include "base/err.h"
@@ -14,5 +16,9 @@ void bd_cli_print(FILE *out, const char *format, ...) BD_PRINTF(2, 3);
 
 // The whole line.
 void bd_cli_print_line(FILE *out, const char *format, ...) BD_PRINTF(2, 3);
+
+// As json_dumpf, with escapes for what would not be plain, and a line's end. False only without
+// memory.
+bool bd_cli_print_json_line(FILE *out, const json_t *json, size_t flags);
 
 #endif

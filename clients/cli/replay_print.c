@@ -66,10 +66,9 @@ static bool print_json(const struct bd_cli_player *player, const struct bd_cli_r
     if (line->of) json_object_set_new(object, "of", json_integer((json_int_t)line->of));
     if (player->options->check) json_object_set_new(object, "same", json_boolean(line->is_same));
     if (line->frame) json_object_set_new(object, "frame", json_string(line->frame));
-    json_dumpf(object, stdout, JSON_COMPACT);
-    putchar('\n');
+    bool printed = bd_cli_print_json_line(stdout, object, JSON_COMPACT);
     json_decref(object);
-    return true;
+    return printed;
 }
 
 enum bd_err bd_cli_replay_print(const struct bd_cli_player *player,

@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/text.h"
 #include "clients/cli/print.h"
 #include "protocol/json.h"
 
@@ -14,7 +15,7 @@ char *bd_cli_report_json(const ProtobufCMessage *message)
 {
     json_t *json = bd_json_from_message(message);
     if (!json) return NULL;
-    char *text = json_dumps(json, JSON_INDENT(2));
+    char *text = bd_text_escape_json(json_dumps(json, JSON_INDENT(2)));
     json_decref(json);
     char *line = text ? realloc(text, strlen(text) + 2) : NULL;
     if (!line) free(text);

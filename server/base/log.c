@@ -6,6 +6,8 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "base/text.h"
+
 static enum bd_log_level least_level = BD_LOG_INFO;
 static bool json_lines;
 
@@ -52,6 +54,8 @@ void bd_log(enum bd_log_level level, const char *area, const char *format, ...)
     va_start(args, format);
     vsnprintf(message, sizeof message, format, args);
     va_end(args);
+    bd_text_make_plain(
+        message); // names and messages of others make no line, and command no terminal
 
     char line[2600];
     int length;
@@ -64,8 +68,8 @@ void bd_log(enum bd_log_level level, const char *area, const char *format, ...)
                           "{\"time\":\"%s\",\"level\":\"%s\",\"area\":\"%s\",\"message\":\"%s\"}\n",
                           when, level_names[level], area, escaped);
     } else {
-        length = snprintf(line, sizeof line, "bounced: %s: %s: %s\n", level_names[level], area,
-                          message);
+        length =
+            snprintf(line, sizeof line, "bounced: %s: %s: %s\n", level_names[level], area, message);
     }
     // One write a line keeps the lines of several threads whole.
     if (write(STDERR_FILENO, line, (size_t)length) < 0) return;

@@ -9,9 +9,15 @@
 extern "C" {
 #endif
 
-// Control characters, which are commands to a terminal, and bytes that are no UTF-8, as where a
-// text was cut inside a character, become '?', in place.
+// Control characters, which are commands to a terminal, what is not seen and yet changes the line
+// (it turns the direction of writing, joins, hides, or ends lines: U+202E, U+200B, U+2028 and
+// their kin), and bytes that are no UTF-8, as where a text was cut inside a character, become '?',
+// in place.
 void bd_text_make_plain(char *text);
+
+// JSON that says the same, with the same characters as escapes wherever they stand. Takes `json`,
+// malloc'ed UTF-8; the caller frees the result. NULL for NULL, and without memory.
+char *bd_text_escape_json(char *json);
 
 // The bytes of the character at `at`, of a text that ends in a zero; 0 if it is no UTF-8 (overlong
 // forms, surrogates and all beyond U+10FFFF included).

@@ -1,6 +1,7 @@
 // What others wrote, in a line for people: no command to a terminal, and always UTF-8.
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "base/err.h"
@@ -34,6 +35,38 @@ static void control_characters_go(void **state)
            "a??2Jb??");
 }
 
+// U+202E writes "gnp.exe" as "exe.png"; a zero-width space makes two names look the same.
+static void what_turns_or_hides_goes(void **state)
+{
+    (void)state;
+    expect("a\xe2\x80\xae"
+           "b",
+           "a???b");
+    expect("\xe2\x81\xa6\xe2\x81\xa9\xe2\x80\x8f\xd8\x9c\xc2\xad", "?????????????");
+    expect("\xe2\x80\x8b\xe2\x80\x8d\xef\xbb\xbf\xe2\x81\xa0\xe3\x85\xa4", "???????????????");
+    expect("\xe2\x80\xa8\xe2\x80\xa9\xf3\xa0\x81\x81\xf3\xa0\x84\x80", "??????????????");
+    // Their neighbours: a thin space, a hyphen, a dash, a prime; Arabic; an emoji with its look.
+    const char *seen = "\xe2\x80\x8a\xe2\x80\x90\xe2\x80\xa7\xe2\x80\xb2 \xd8\xa7\xd9\x84 "
+                       "\xe2\x9d\xa4\xef\xb8\x8f";
+    expect(seen, seen);
+}
+
+static void expect_json(const char *json, const char *want)
+{
+    char *text = bd_text_escape_json(strdup(json));
+    assert_string_equal(text, want);
+    free(text);
+}
+
+static void json_says_the_same_in_escapes(void **state)
+{
+    (void)state;
+    expect_json("{\n\t\"a\": \"K\xc3\xbc\"}", "{\n\t\"a\": \"K\xc3\xbc\"}");
+    expect_json("{\"\xe2\x80\xae\":\"\x7f\xc2\x9b\xf3\xa0\x81\x81z\"}",
+                "{\"\\u202e\":\"\\u007f\\u009b\\udb40\\udc41z\"}");
+    assert_null(bd_text_escape_json(NULL));
+}
+
 static void what_is_no_utf8_goes(void **state)
 {
     (void)state;
@@ -61,6 +94,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(what_is_plain_stays),
                                        cmocka_unit_test(control_characters_go),
+                                       cmocka_unit_test(what_turns_or_hides_goes),
+                                       cmocka_unit_test(json_says_the_same_in_escapes),
                                        cmocka_unit_test(what_is_no_utf8_goes),
                                        cmocka_unit_test(a_fault_is_utf8_wherever_it_was_cut)};
     return cmocka_run_group_tests(tests, NULL, NULL);
