@@ -37,9 +37,19 @@ void bd_decoder_finish(struct bd_decoder *decoder)
     *decoder = (struct bd_decoder){0};
 }
 
+void bd_decoder_bound(struct bd_decoder *decoder, uint64_t bytes_max, const char *name)
+{
+    decoder->bound_bytes = bytes_max;
+    decoder->bound_name = name;
+}
+
 static enum bd_err check_total(const struct bd_decoder *decoder, struct bd_fault *fault)
 {
     uint32_t total = read_u32(decoder->prefix);
+    if (decoder->bound_bytes > 0 && total > decoder->bound_bytes)
+        return bd_fault_set(fault, BD_ERR_LIMIT, decoder->bound_name,
+                            "a message of %u bytes is above the limit %s of %llu", total,
+                            decoder->bound_name, (unsigned long long)decoder->bound_bytes);
     if (total > decoder->message_bytes_max)
         return bd_fault_set(fault, BD_ERR_LIMIT, "message_bytes",
                             "a message of %u bytes is above the limit message_bytes of %llu", total,
@@ -131,7 +141,10 @@ bool bd_decoder_take(struct bd_decoder *decoder, struct bd_message *out)
                                .header_bytes = decoder->header_bytes,
                                .payload = start + decoder->header_bytes,
                                .payload_bytes = decoder->wanted - decoder->header_bytes};
-    bd_decoder_init(decoder, decoder->message_bytes_max, decoder->header_bytes_max);
+    *decoder = (struct bd_decoder){.message_bytes_max = decoder->message_bytes_max,
+                                   .header_bytes_max = decoder->header_bytes_max,
+                                   .bound_bytes = decoder->bound_bytes,
+                                   .bound_name = decoder->bound_name};
     return true;
 }
 

@@ -40,6 +40,8 @@ void bd_message_finish(struct bd_message *message);
 struct bd_decoder {
     uint64_t message_bytes_max; // header, payload and header_len together
     uint64_t header_bytes_max;
+    uint64_t bound_bytes; // stricter than message_bytes_max, and told as `bound_name`; 0 = none
+    const char *bound_name;
     uint8_t prefix[BD_FRAMING_PREFIX_BYTES];
     size_t prefix_used;
     uint8_t *buffer; // header and payload
@@ -50,6 +52,10 @@ struct bd_decoder {
 void bd_decoder_init(struct bd_decoder *decoder, uint64_t message_bytes_max,
                      uint64_t header_bytes_max);
 void bd_decoder_finish(struct bd_decoder *decoder);
+
+// Messages from the next one on are no longer than `bytes_max`, a limit of this name (static).
+// 0: than message_bytes_max again.
+void bd_decoder_bound(struct bd_decoder *decoder, uint64_t bytes_max, const char *name);
 
 // Takes bytes up to the end of one message and says how many it took. All of them, unless a
 // message became complete: take it, then feed the rest. BD_ERR_LIMIT for a length that is too

@@ -72,6 +72,10 @@ extern "C" {
     X(connections_per_client, 128, 1, 65536)                                                       \
     /* The head of an HTTP request. */                                                             \
     X(head_bytes, 32 * 1024, 1024, 65536)                                                          \
+    /* What a connection may have in our memory before its hello, or before a request that may ask \
+     */                                                                                            \
+    /* (of an HTTP head: head_bytes): its message, what it sends ahead, answers that it leaves. */ \
+    X(hello_bytes, 4096, 1024, BD_MIB)                                                             \
     /* To send the HTTP headers, or the hello of a framed connection. */                           \
     X(header_seconds, 10, 1, 3600)                                                                 \
     /* Without a byte either way while nothing is being computed for the peer. */                  \

@@ -15,6 +15,9 @@
 // Once our side is shut, so long for the peer to take notice.
 #define LINGER_NS   2000000000u
 #define KEEPALIVE_S 60
+// Pieces that have not left, or of which the loop has not heard yet that they did.
+#define WRITES_MAX           1024
+#define STRANGERS_WRITES_MAX 16
 
 struct write_request {
     uv_write_t uv;
@@ -58,11 +61,11 @@ void bd_conn_kill(struct bd_conn *conn)
 
 static void on_alloc(uv_handle_t *handle, size_t suggested, uv_buf_t *buf)
 {
-    (void)handle;
+    const struct bd_conn *conn = handle->data;
     (void)suggested;
     // One buffer is enough: libuv reads and calls back before it reads the next connection.
     static char bytes[READ_BYTES];
-    *buf = uv_buf_init(bytes, sizeof bytes);
+    *buf = uv_buf_init(bytes, (unsigned)bd_conn_room_bytes(conn, sizeof bytes));
 }
 
 static void on_read(uv_stream_t *stream, ssize_t size, const uv_buf_t *buf)
@@ -112,13 +115,24 @@ static void shut_if_written(struct bd_conn *conn)
     }
 }
 
+bool bd_conn_takes_more(const struct bd_conn *conn, size_t most)
+{
+    return bd_conn_unsent_bytes(conn) < bd_conn_room_bytes(conn, most) &&
+           conn->writes < (conn->is_known ? WRITES_MAX : STRANGERS_WRITES_MAX);
+}
+
+static void free_request(struct write_request *request)
+{
+    free(request->first);
+    free(request->second);
+    free(request);
+}
+
 static void on_written(uv_write_t *uv, int status)
 {
     struct write_request *request = uv->data;
     struct bd_conn *conn = request->conn;
-    free(request->first);
-    free(request->second);
-    free(request);
+    free_request(request);
     conn->writes--;
     if (conn->state == BD_CONN_CLOSED) return;
     if (status < 0)
@@ -129,33 +143,56 @@ static void on_written(uv_write_t *uv, int status)
         shut_if_written(conn);
 }
 
-void bd_conn_write(struct bd_conn *conn, uint8_t *first, size_t first_bytes, uint8_t *second,
-                   size_t second_bytes)
+// Takes the request with what it owns.
+static void write_bufs(struct write_request *request, const uv_buf_t bufs[2])
 {
+    struct bd_conn *conn = request->conn;
+    const size_t size = bufs[0].len + bufs[1].len;
     if (conn->state != BD_CONN_OPEN) {
-        free(first);
-        free(second);
+        free_request(request);
         return;
     }
+    request->uv.data = request;
+    conn->writes++;
+    if (!conn->clock_runs) bd_conn_touch(conn);
+    conn->net->stats.bytes_out += size;
+    conn->out_bytes += size;
+    if (uv_write(&request->uv, &conn->uv.stream, bufs, bufs[1].base ? 2 : 1, on_written) < 0) {
+        conn->writes--;
+        free_request(request);
+        conn->is_broken = true;
+    }
+}
+
+static struct write_request *new_request(struct bd_conn *conn, uint8_t *first, uint8_t *second)
+{
     struct write_request *request = malloc(sizeof *request);
     BD_ASSERT(request);
     *request = (struct write_request){.conn = conn, .first = first, .second = second};
-    request->uv.data = request;
-    uv_buf_t bufs[2] = {
-        uv_buf_init((char *)first, (unsigned)first_bytes),
-        uv_buf_init((char *)second, (unsigned)second_bytes),
-    };
-    conn->writes++;
-    if (!conn->clock_runs) bd_conn_touch(conn);
-    conn->net->stats.bytes_out += first_bytes + second_bytes;
-    conn->out_bytes += first_bytes + second_bytes;
-    if (uv_write(&request->uv, &conn->uv.stream, bufs, second ? 2 : 1, on_written) < 0) {
-        conn->writes--;
-        free(first);
-        free(second);
-        free(request);
-        conn->is_broken = true;
-    }
+    return request;
+}
+
+void bd_conn_write(struct bd_conn *conn, uint8_t *first, size_t first_bytes, uint8_t *second,
+                   size_t second_bytes)
+{
+    const uv_buf_t bufs[2] = {uv_buf_init((char *)first, (unsigned)first_bytes),
+                              uv_buf_init((char *)second, (unsigned)second_bytes)};
+    write_bufs(new_request(conn, first, second), bufs);
+}
+
+void bd_conn_write_static(struct bd_conn *conn, uint8_t *first, size_t first_bytes,
+                          const uint8_t *second, size_t second_bytes)
+{
+    // libuv writes from it, and takes no const.
+    const uv_buf_t bufs[2] = {uv_buf_init((char *)first, (unsigned)first_bytes),
+                              uv_buf_init((char *)(uintptr_t)second, (unsigned)second_bytes)};
+    write_bufs(new_request(conn, first, NULL), bufs);
+}
+
+size_t bd_conn_room_bytes(const struct bd_conn *conn, size_t most)
+{
+    const uint64_t stranger = conn->net->options.limits.hello_bytes;
+    return conn->is_known || most < stranger ? most : (size_t)stranger;
 }
 
 size_t bd_conn_unsent_bytes(const struct bd_conn *conn)
@@ -212,7 +249,8 @@ void bd_conn_tick(struct bd_conn *conn)
     size_t unsent = bd_conn_unsent_bytes(conn);
     if (unsent != conn->unsent_bytes) {
         conn->unsent_bytes = unsent;
-        conn->active_ns = now_ns;
+        // Who reads a pong a minute has not said hello yet.
+        if (conn->is_known || !conn->session) conn->active_ns = now_ns;
         conn->finishing_ns = now_ns;
     }
     look_at_pace(conn, now_ns, unsent);

@@ -63,6 +63,9 @@ struct bd_conn {
     struct bd_conn *previous, *next;
     enum bd_conn_state state;
     struct bd_session *session; // of those faces that speak in envelopes
+    // Said hello, or asked for something that it may have: until then it is a stranger, of which
+    // next to nothing is kept (limit hello_bytes).
+    bool is_known;
     bool reading;
     bool clock_runs; // what comes and goes is no sign of life: a phase with a deadline
     bool is_shut;    // our side was shut down
@@ -93,6 +96,15 @@ void bd_conn_read(struct bd_conn *conn, bool wanted);
 // Sends `first` and then `second` (NULL: nothing), both malloc'ed and owned from now on.
 void bd_conn_write(struct bd_conn *conn, uint8_t *first, size_t first_bytes, uint8_t *second,
                    size_t second_bytes);
+// The same, but `second` lives as long as the program.
+void bd_conn_write_static(struct bd_conn *conn, uint8_t *first, size_t first_bytes,
+                          const uint8_t *second, size_t second_bytes);
+
+// What may be kept for this connection of one kind of bytes: `most`, for a stranger hello_bytes.
+size_t bd_conn_room_bytes(const struct bd_conn *conn, size_t most);
+// Whether more answers may be made for it: fewer than `most` bytes of that room wait for the peer
+// to read, and not too many pieces, each of which has a few hundred bytes of ours around it.
+bool bd_conn_takes_more(const struct bd_conn *conn, size_t most);
 
 // Bytes that wait for the peer to read.
 size_t bd_conn_unsent_bytes(const struct bd_conn *conn);

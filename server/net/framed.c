@@ -48,6 +48,7 @@ static void on_bytes(struct bd_conn *conn, const uint8_t *bytes, size_t size)
         if (!bd_decoder_take(&framed->decoder, &message)) continue;
         bd_session_message(conn->session, &message);
         bd_message_finish(&message);
+        if (conn->is_known) bd_decoder_bound(&framed->decoder, 0, NULL);
     }
     if (conn->state == BD_CONN_OPEN) bd_session_update_reading(conn->session);
 }
@@ -82,6 +83,7 @@ static struct bd_framed *create(const struct bd_net *net)
     framed->conn.ops = &framed_ops;
     bd_decoder_init(&framed->decoder, net->options.limits.message_bytes,
                     net->options.limits.header_bytes);
+    bd_decoder_bound(&framed->decoder, net->options.limits.hello_bytes, "hello_bytes");
     return framed;
 }
 

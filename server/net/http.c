@@ -155,7 +155,12 @@ static size_t feed(struct bd_http *http, const uint8_t *bytes, size_t size)
 static bool may_feed(const struct bd_http *http)
 {
     return http->conn.state == BD_CONN_OPEN && http->phase != BD_HTTP_PHASE_BUSY &&
-           bd_conn_unsent_bytes(&http->conn) < UNSENT_BYTES_MAX;
+           bd_conn_takes_more(&http->conn, UNSENT_BYTES_MAX);
+}
+
+static bool stash_has_room(const struct bd_http *http)
+{
+    return http->stash_bytes <= bd_conn_room_bytes(&http->conn, STASH_BYTES_MAX);
 }
 
 static void stash(struct bd_http *http, const uint8_t *bytes, size_t size)
@@ -167,7 +172,7 @@ static void stash(struct bd_http *http, const uint8_t *bytes, size_t size)
     http->stash_bytes += size;
     // Reading goes on while we compute, or we would not notice that the peer left; but not for
     // ever.
-    if (http->stash_bytes > STASH_BYTES_MAX) bd_conn_read(&http->conn, false);
+    if (!stash_has_room(http)) bd_conn_read(&http->conn, false);
 }
 
 // What came behind the handshake belongs to whatever the connection is now.
@@ -202,7 +207,7 @@ static void pump(struct bd_http *http)
         free(http->stash);
         http->stash = NULL;
     }
-    if (http->stash_bytes <= STASH_BYTES_MAX && !(http->spool && bd_spool_is_full(http->spool)))
+    if (stash_has_room(http) && !(http->spool && bd_spool_is_full(http->spool)))
         bd_conn_read(&http->conn, true);
 }
 

@@ -97,5 +97,6 @@ enum bd_err bd_http_check_head(struct bd_http *http)
     if (!err) err = bd_grant_check_role(http->grant, role_for(http), &http->refusal.fault);
     if (!err) err = check_blob_name(http);
     if (!err) err = check_body_size(http);
+    http->conn.is_known |= !err && guard.needs_token;
     return err;
 }

@@ -62,15 +62,24 @@ static struct head begin_head(const struct bd_http *http, int status, const char
     return begin_head_cached(http, status, type, body_bytes, "no-store");
 }
 
+// Cut to its length: it stays until the peer has read it.
+static uint8_t *end_head(struct head *head)
+{
+    add(head, "\r\n");
+    uint8_t *text = realloc(head->text, head->used);
+    BD_ASSERT(text);
+    return text;
+}
+
 // Takes `body`.
 static void send_reply(struct bd_http *http, struct head *head, uint8_t *body, size_t body_bytes)
 {
-    add(head, "\r\n");
+    uint8_t *text = end_head(head);
     if (http->method == BD_HTTP_HEAD) {
         free(body);
         body = NULL;
     }
-    bd_conn_write(&http->conn, (uint8_t *)head->text, head->used, body, body_bytes);
+    bd_conn_write(&http->conn, text, head->used, body, body ? body_bytes : 0);
     bd_http_next(http);
 }
 
@@ -125,13 +134,13 @@ void bd_http_send_file(struct bd_http *http, const struct bd_viewer_file *file)
     const char *held = http->head.values[BD_HTTP_IF_NONE_MATCH];
     bool is_held = held && strstr(held, file->etag);
     size_t size = is_held ? 0 : file->size_bytes;
-    struct head head =
-        begin_head_cached(http, is_held ? 304 : 200, file->type, size, "no-cache");
+    struct head head = begin_head_cached(http, is_held ? 304 : 200, file->type, size, "no-cache");
     add(&head, "ETag: %s\r\n" VIEWER_POLICY, file->etag);
-    uint8_t *body = size ? malloc(size) : NULL;
-    BD_ASSERT(body || !size);
-    if (body) memcpy(body, file->bytes, size);
-    send_reply(http, &head, body, size);
+    const bool has_body = size > 0 && http->method != BD_HTTP_HEAD;
+    uint8_t *text = end_head(&head);
+    bd_conn_write_static(&http->conn, text, head.used, has_body ? file->bytes : NULL,
+                         has_body ? size : 0);
+    bd_http_next(http);
 }
 
 // --- frames ---------------------------------------------------------------------------------

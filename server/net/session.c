@@ -8,10 +8,8 @@
 #include "net/session_internal.h"
 #include "protocol/wire.h"
 
-// A peer that does not read its answers sends no more requests. However small an answer is, it has
-// a few hundred bytes of ours around it until it has left.
-#define UNSENT_BYTES_MAX  (64u << 20)
-#define UNSENT_WRITES_MAX 1024
+// A peer that does not read its answers sends no more requests.
+#define UNSENT_BYTES_MAX (64u << 20)
 
 // One request under way.
 struct bd_session_request {
@@ -69,8 +67,8 @@ void bd_session_update_reading(struct bd_session *session)
 {
     struct bd_conn *conn = session->conn;
     if (!conn || conn->state != BD_CONN_OPEN) return;
-    bool has_room = bd_conn_unsent_bytes(conn) < UNSENT_BYTES_MAX &&
-                    conn->writes < UNSENT_WRITES_MAX && bd_session_uploads_have_room(session);
+    bool has_room =
+        bd_conn_takes_more(conn, UNSENT_BYTES_MAX) && bd_session_uploads_have_room(session);
     bd_conn_read(conn, has_room);
 }
 

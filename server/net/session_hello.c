@@ -64,8 +64,9 @@ static void add_limits(Bounced__HelloReply *reply, const struct bd_limits *limit
 static void add_capabilities(Bounced__HelloReply *reply)
 {
     static const char *const names[] = {
-        "blobs", "scenes", "render", "progress", "cancel", "devices",   "stats", "techniques", "views", "watches",
-        "pose",  "half",   "resume", "under_way", "edits", "transient", "undo",  "log",        "export", "replay",
+        "blobs",      "scenes",    "render",  "progress", "cancel", "devices", "stats",
+        "techniques", "views",     "watches", "pose",     "half",   "resume",  "under_way",
+        "edits",      "transient", "undo",    "log",      "export", "replay",
     };
     reply->capabilities = calloc(sizeof names / sizeof names[0], sizeof(char *));
     BD_ASSERT(reply->capabilities);
@@ -110,6 +111,7 @@ void bd_session_welcome(struct bd_session *session, uint64_t request_id,
 {
     session->greeted = true;
     session->conn->clock_runs = false;
+    session->conn->is_known = true;
     struct bd_answer answer = hello_reply(session->net);
     Bounced__HelloReply *reply = answer.envelope->hello_reply;
     // Where the end of a stream is all the goodbye there is, who means to come back says so.

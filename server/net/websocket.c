@@ -170,7 +170,10 @@ static void on_frame_start(wslay_event_context_ptr events,
     (void)events;
     struct bd_websocket *websocket = user;
     struct bd_fault fault;
-    uint64_t most = websocket->conn->net->options.limits.message_bytes;
+    const struct bd_limits *limits = &websocket->conn->net->options.limits;
+    const bool is_known = websocket->conn->is_known;
+    const uint64_t most = is_known ? limits->message_bytes : limits->hello_bytes;
+    const char *name = is_known ? "message_bytes" : "hello_bytes";
     if (wslay_is_ctrl_frame(frame->opcode)) {
         websocket->opcode = frame->opcode;
         return;
@@ -182,15 +185,16 @@ static void on_frame_start(wslay_event_context_ptr events,
         close_with(websocket, WSLAY_CODE_UNSUPPORTED_DATA, "messages here are binary");
         bd_conn_finish(websocket->conn);
     } else if (frame->payload_length > most - websocket->used) {
-        bd_fault_set(&fault, BD_ERR_LIMIT, "message_bytes",
-                     "a message of more than %llu bytes is above the limit message_bytes",
-                     (unsigned long long)most);
+        bd_fault_set(&fault, BD_ERR_LIMIT, name,
+                     "a message of more than %llu bytes is above the limit %s",
+                     (unsigned long long)most, name);
         refuse(websocket, &fault);
     }
 }
 
 static void append(struct bd_websocket *websocket, const uint8_t *bytes, size_t size)
 {
+    if (size == 0) return; // the first fragment may be empty, and there is no buffer yet
     size_t needed = websocket->used + size;
     if (needed > websocket->room) {
         size_t room = websocket->room ? 2 * websocket->room : FIRST_ROOM_BYTES;
@@ -367,6 +371,7 @@ void bd_websocket_begin(struct bd_http *http)
     send_accept(http);
     http->websocket = create(&http->conn);
     http->conn.ops = &websocket_ops;
+    http->conn.is_known = false; // until hello, as on every face
     bd_session_begin(&http->conn, &start);
     bd_conn_touch(&http->conn);
 }

@@ -281,6 +281,15 @@ def test_breaches_are_closed_with_their_code(shared, data, code, error):
     assert shared.healthy()
 
 
+def test_an_empty_first_fragment(shared):
+    """It begins a message of nothing, to which there is nothing to copy."""
+    raw = Raw(shared, mask(2, b"", fin=False) + mask(0, b"", fin=False) + mask(0, unit(HELLO)))
+    assert parse(raw.frame()[1])[0].HasField("hello_reply")
+    raw.sock.sendall(mask(2, b"", fin=False) + mask(0, unit(STATS)))
+    assert parse(raw.frame()[1])[0].HasField("stats_reply")
+    raw.sock.close()
+
+
 def test_a_message_in_pieces_is_bounded_too(start):
     daemon = start("--limit", "message_bytes=4096")
     raw = Raw(daemon, mask(2, unit(HELLO)))
