@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/nearest.h"
 #include "protocol/json_internal.h"
 
 // Where we are, "frame.size[1]", kept while walking down and cut back while walking up.
@@ -269,11 +270,56 @@ static enum bd_err read_field(struct reader *reader, json_t *json,
     return err;
 }
 
+// "transform.translation" for "translation": what is asked for one level too high is the commonest
+// mistake, and no matter of spelling. False if no field's message has that name.
+static bool find_below(const ProtobufCMessageDescriptor *descriptor, const char *name, char *out,
+                       size_t size)
+{
+    for (unsigned i = 0; i < descriptor->n_fields; i++) {
+        const ProtobufCFieldDescriptor *field = &descriptor->fields[i];
+        if (field->type != PROTOBUF_C_TYPE_MESSAGE || bd_json_is_table(field) ||
+            !protobuf_c_message_descriptor_get_field_by_name(field->descriptor, name))
+            continue;
+        snprintf(out, size, "%s%s.%s", field->name,
+                 field->label == PROTOBUF_C_LABEL_REPEATED ? "[]" : "", name);
+        return true;
+    }
+    return false;
+}
+
+static enum bd_err refuse_name(struct reader *reader, const char *name,
+                               const ProtobufCMessageDescriptor *descriptor)
+{
+    char hint[BD_NEAREST_HINT_BYTES], below[BD_NEAREST_HINT_BYTES / 2];
+    struct bd_nearest nearest;
+    bd_nearest_begin(&nearest, name);
+    for (unsigned i = 0; i < descriptor->n_fields; i++)
+        bd_nearest_consider(&nearest, descriptor->fields[i].name);
+    if (!nearest.name && find_below(descriptor, name, below, sizeof below)) nearest.name = below;
+    path_push(reader, "%s%s", reader->path[0] ? "." : "", name);
+    return bd_fault_set(reader->fault, BD_ERR_USAGE, reader->path, "%s: there is no such name%s",
+                        reader->path, bd_nearest_hint(&nearest, hint));
+}
+
+static enum bd_err check_names(struct reader *reader, const json_t *json,
+                               const ProtobufCMessageDescriptor *descriptor)
+{
+    const char *name;
+    json_t *value;
+    json_object_foreach((json_t *)json, name, value)
+    {
+        if (!protobuf_c_message_descriptor_get_field_by_name(descriptor, name))
+            return refuse_name(reader, name, descriptor);
+    }
+    return BD_ERR_OK;
+}
+
 static enum bd_err read_message(struct reader *reader, const json_t *json,
                                 const ProtobufCMessageDescriptor *descriptor,
                                 ProtobufCMessage **out)
 {
     if (!json_is_object(json)) return refuse(reader, json, "an object");
+    if (check_names(reader, json, descriptor)) return BD_ERR_USAGE;
     ProtobufCMessage *message = calloc(1, descriptor->sizeof_message);
     if (!message) return refuse_memory(reader);
     protobuf_c_message_init(descriptor, message);

@@ -1,9 +1,12 @@
 #include "protocol/wire.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 
 #include "base/assert.h"
 #include "protocol/framing.h"
+
+#define PATH_BYTES 128 // what is longer is cut
 
 static void *capped_alloc(void *data, size_t size)
 {
@@ -51,6 +54,62 @@ void bd_envelope_free(Bounced__Envelope **envelope)
     bd_wire_alloc_init(&alloc, 0);
     bounced__envelope__free_unpacked(*envelope, &alloc.allocator);
     *envelope = NULL;
+}
+
+// --- what is not known ----------------------------------------------------------------------
+
+// The message of a field that is none of the oneof's others; NULL if it is not set.
+static const ProtobufCMessage *message_at(const ProtobufCMessage *message,
+                                          const ProtobufCFieldDescriptor *field)
+{
+    const char *base = (const char *)message;
+    if ((field->flags & PROTOBUF_C_FIELD_FLAG_ONEOF) &&
+        *(const uint32_t *)(const void *)(base + field->quantifier_offset) != field->id)
+        return NULL;
+    return *(ProtobufCMessage *const *)(const void *)(base + field->offset);
+}
+
+static enum bd_err check_list(const ProtobufCMessage *message,
+                              const ProtobufCFieldDescriptor *field, const char *path,
+                              struct bd_fault *fault)
+{
+    const char *base = (const char *)message;
+    const size_t count = *(const size_t *)(const void *)(base + field->quantifier_offset);
+    ProtobufCMessage *const *list =
+        *(ProtobufCMessage * *const *)(const void *)(base + field->offset);
+    char place[PATH_BYTES];
+    enum bd_err err = BD_ERR_OK;
+    for (size_t i = 0; !err && i < count; i++) {
+        snprintf(place, sizeof place, "%s.%s[%zu]", path, field->name, i);
+        err = bd_wire_check_known(list[i], place, fault);
+    }
+    return err;
+}
+
+static enum bd_err check_field(const ProtobufCMessage *message,
+                               const ProtobufCFieldDescriptor *field, const char *path,
+                               struct bd_fault *fault)
+{
+    if (field->type != PROTOBUF_C_TYPE_MESSAGE) return BD_ERR_OK;
+    if (field->label == PROTOBUF_C_LABEL_REPEATED) return check_list(message, field, path, fault);
+    const ProtobufCMessage *inner = message_at(message, field);
+    if (!inner) return BD_ERR_OK;
+    char place[PATH_BYTES];
+    snprintf(place, sizeof place, "%s.%s", path, field->name);
+    return bd_wire_check_known(inner, place, fault);
+}
+
+enum bd_err bd_wire_check_known(const ProtobufCMessage *message, const char *path,
+                                struct bd_fault *fault)
+{
+    if (message->n_unknown_fields > 0)
+        return bd_fault_set(fault, BD_ERR_UNSUPPORTED, path,
+                            "%s: this server knows no field %u of a %s", path,
+                            message->unknown_fields[0].tag, message->descriptor->short_name);
+    enum bd_err err = BD_ERR_OK;
+    for (unsigned i = 0; !err && i < message->descriptor->n_fields; i++)
+        err = check_field(message, &message->descriptor->fields[i], path, fault);
+    return err;
 }
 
 void bd_envelope_encode(const Bounced__Envelope *envelope, size_t payload_bytes, uint8_t **out,

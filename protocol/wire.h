@@ -41,6 +41,13 @@ enum bd_err bd_envelope_decode(const void *bytes, size_t size, Bounced__Envelope
                                struct bd_fault *fault);
 void bd_envelope_free(Bounced__Envelope **envelope); // takes NULL
 
+// BD_ERR_UNSUPPORTED if the message or one in it has a field that this build does not know: for
+// messages that are not to be done by half. `fault` names the path behind `path`
+// ("ops[0].set_light") and the field's number.
+BD_MUST_CHECK
+enum bd_err bd_wire_check_known(const ProtobufCMessage *message, const char *path,
+                                struct bd_fault *fault);
+
 // The whole unit's start: prefix and packed header, for a payload of `payload_bytes` to follow it.
 // The caller frees `*out`. Aborts without memory, as nothing sensible can be said then.
 void bd_envelope_encode(const Bounced__Envelope *envelope, size_t payload_bytes, uint8_t **out,

@@ -9,11 +9,11 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "base/text.h"
 #include "clients/cli/commands.h"
 #include "clients/cli/conn.h"
 #include "clients/cli/feed.h"
 #include "clients/cli/help.h"
-#include "clients/cli/json_names.h"
 #include "clients/cli/options.h"
 #include "protocol/json.h"
 
@@ -39,7 +39,7 @@ static enum bd_err print_failure(enum bd_err err, const struct bd_fault *failure
                                  struct bd_fault *fault)
 {
     json_t *object = bd_cmd_fault_json(err, failure);
-    char *text = object ? json_dumps(object, JSON_COMPACT) : NULL;
+    char *text = object ? bd_text_escape_json(json_dumps(object, JSON_COMPACT)) : NULL;
     json_decref(object);
     return print_line(text, fault);
 }
@@ -67,8 +67,6 @@ static enum bd_err to_batch(struct edit *edit, json_t *json, Bounced__EditBatch 
     if (named && strcmp(named, id) != 0)
         return bd_fault_set(fault, BD_ERR_USAGE, "scene",
                             "scene: the document is for %.60s, the command for %.60s", named, id);
-    enum bd_err err = bd_cli_check_json_names(json, descriptor, fault);
-    if (err) return err;
     if (json_object_set_new(json, "scene", json_string(id)))
         return bd_fault_set(fault, BD_ERR_USAGE, "scene", "scene: an id is UTF-8");
     return bd_json_to_message(json, descriptor, (ProtobufCMessage **)out, fault);

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/assert.h"
+#include "protocol/wire.h"
 
 // Where a fault lies, for all that one operation holds.
 struct decoding {
@@ -333,6 +334,11 @@ enum bd_err bd_edit_decode(size_t index, const Bounced__EditOp *op, struct bd_ed
     if (!kind_of(op, &out->kind))
         return bd_fault_set(fault, BD_ERR_UNSUPPORTED, path.text,
                             "this server knows no such operation");
+    // The path has the operation's name; its own unknown fields would be others beside it.
+    char place[32];
+    snprintf(place, sizeof place, "ops[%zu]", index);
+    enum bd_err err = bd_wire_check_known(&op->base, place, fault);
+    if (err) return err;
     struct decoding at = {.path = path.text, .fault = fault};
     decode_one(&at, op, out);
     return at.err;

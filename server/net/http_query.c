@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/assert.h"
+#include "base/nearest.h"
 #include "net/answer.h"
 #include "net/http_route.h"
 
@@ -285,6 +286,17 @@ static enum bd_err refuse(const char *name, const char *wanted, const char *valu
     return bd_fault_set(fault, BD_ERR_USAGE, name, "%s is %s, not \"%.60s\"", name, wanted, value);
 }
 
+static enum bd_err refuse_name(const char *name, size_t option_count, struct bd_fault *fault)
+{
+    char hint[BD_NEAREST_HINT_BYTES];
+    struct bd_nearest nearest;
+    bd_nearest_begin(&nearest, name);
+    bd_nearest_consider(&nearest, "environment");
+    for (size_t i = 0; i < option_count; i++) bd_nearest_consider(&nearest, options[i].name);
+    return bd_fault_set(fault, BD_ERR_USAGE, name, "there is no option \"%.60s\"%s", name,
+                        bd_nearest_hint(&nearest, hint));
+}
+
 static enum bd_err set_pair(const char *name, char *value, size_t option_count,
                             Bounced__Render *render, struct bd_fault *fault)
 {
@@ -298,7 +310,7 @@ static enum bd_err set_pair(const char *name, char *value, size_t option_count,
         if (options[i].set(value, render->frame)) return BD_ERR_OK;
         return refuse(name, options[i].wanted, value, fault);
     }
-    return bd_fault_set(fault, BD_ERR_USAGE, name, "there is no option \"%.60s\"", name);
+    return refuse_name(name, option_count, fault);
 }
 
 static enum bd_err read_pairs(char *text, size_t option_count, Bounced__Render *render,

@@ -112,13 +112,36 @@ static unsigned methods_of(const struct bd_http_target *target)
     return 0;
 }
 
+// The viewer's files come whatever stands behind their name: that is for the page to read.
+static bool takes_query(const struct bd_http_target *target, int method)
+{
+    switch (target->route) {
+    case BD_HTTP_ROUTE_FRAME:
+    case BD_HTTP_ROUTE_RENDER:
+    case BD_HTTP_ROUTE_MJPEG:
+    case BD_HTTP_ROUTE_VIEWER:
+        return true;
+    case BD_HTTP_ROUTE_EDIT:
+    case BD_HTTP_ROUTE_SCENE:
+        return method == BD_HTTP_GET;
+    default:
+        return false;
+    }
+}
+
 enum bd_err bd_http_route_check(const struct bd_http_target *target, int method,
                                 struct bd_http_refusal *refusal)
 {
     *refusal = (struct bd_http_refusal){0};
     if (target->route == BD_HTTP_ROUTE_NONE)
         return bd_fault_set(&refusal->fault, BD_ERR_NOT_FOUND, "path", "there is nothing here");
-    if (method >= 0 && methods_of(target) & 1u << method) return BD_ERR_OK;
-    refusal->status = 405;
-    return bd_fault_set(&refusal->fault, BD_ERR_USAGE, "method", "not by this method");
+    if (method < 0 || !(methods_of(target) & 1u << method)) {
+        refusal->status = 405;
+        return bd_fault_set(&refusal->fault, BD_ERR_USAGE, "method", "not by this method");
+    }
+    if (!target->query[0] || takes_query(target, method)) return BD_ERR_OK;
+    char name[64];
+    snprintf(name, sizeof name, "%.*s", (int)strcspn(target->query, "=&"), target->query);
+    return bd_fault_set(&refusal->fault, BD_ERR_USAGE, name,
+                        "there is no option \"%s\": this request takes none", name);
 }

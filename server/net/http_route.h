@@ -49,7 +49,8 @@ struct bd_http_target {
 // The route alone, before any check: health is asked for without a token.
 void bd_http_route_find(const char *url, struct bd_http_target *out);
 
-// Path unknown: 404. Method not offered there, or unknown (`method` < 0): 405.
+// Path unknown: 404. Method not offered there, or unknown (`method` < 0): 405. A query where none
+// is read: 400, with the name that it begins with.
 BD_MUST_CHECK
 enum bd_err bd_http_route_check(const struct bd_http_target *target, int method,
                                 struct bd_http_refusal *refusal);

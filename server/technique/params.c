@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/assert.h"
+#include "base/nearest.h"
 #include "technique/technique.h"
 
 enum param_type {
@@ -27,8 +28,11 @@ struct param_row {
     const char *choices[4];
 };
 
-#define UNLIMITED    "inf"
-#define OFF_ON       {"off", "on"}
+#define UNLIMITED "inf"
+#define OFF_ON                                                                                     \
+    {                                                                                              \
+        "off", "on"                                                                                \
+    }
 #define NO_TECHNIQUE "none"
 #define ALL_LIGHTS   7
 #define SPP_MAX      (1u << 24)
@@ -43,45 +47,60 @@ static const struct param_row table[BD_PARAM_COUNT] = {
     [BD_PARAM_VPLS] = {"vpls", PARAM_COUNT, FIELD(vpls), 1, 1u << 24, 1024, {0}},
     [BD_PARAM_VPL_BUDGET] = {"vpl_budget", PARAM_COUNT, FIELD(vpl_budget), 0, 1u << 24, 0, {0}},
     [BD_PARAM_RSM_SIZE] = {"rsm_size", PARAM_COUNT, FIELD(rsm_size), 8, 4096, 256, {0}},
-    [BD_PARAM_VPL_KERNEL] = {"vpl_kernel", PARAM_CHOICE, FIELD(vpl_kernel), 0, 0, 0,
-                             {"patch", "disk", "point"}},
+    [BD_PARAM_VPL_KERNEL] =
+        {"vpl_kernel", PARAM_CHOICE, FIELD(vpl_kernel), 0, 0, 0, {"patch", "disk", "point"}},
     [BD_PARAM_NEAR_FIELD] = {"near_field", PARAM_REAL, FIELD(near_field), 0, 1000, 5, {0}},
     [BD_PARAM_PAPER_MODE] = {"paper_mode", PARAM_COUNT, FIELD(paper_mode), 0, 1, 0, {0}},
     [BD_PARAM_SPLAT_SHARE] = {"splat_share", PARAM_REAL, FIELD(splat_share), 1e-6, 1, 0.05, {0}},
-    [BD_PARAM_DEPTH_TEST] = {"depth_test", PARAM_CHOICE, FIELD(depth_test), 0, 0, 0,
+    [BD_PARAM_DEPTH_TEST] = {"depth_test",
+                             PARAM_CHOICE,
+                             FIELD(depth_test),
+                             0,
+                             0,
+                             0,
                              {"minmax", "derivative", "off", "step"}},
-    [BD_PARAM_DEPTH_THRESHOLD] = {"depth_threshold", PARAM_REAL, FIELD(depth_threshold), 0, 1e6,
-                                  0.05, {0}},
-    [BD_PARAM_NORMAL_TEST] = {"normal_test", PARAM_CHOICE, FIELD(normal_test), 0, 0, 0,
-                              {"minmax", "chord", "off"}},
-    [BD_PARAM_NORMAL_THRESHOLD] = {"normal_threshold", PARAM_REAL, FIELD(normal_threshold), 0, 2,
-                                   0.25, {0}},
-    [BD_PARAM_NEIGHBOURHOOD] = {"neighbourhood", PARAM_CHOICE, FIELD(neighbourhood), 0, 0, 0,
+    [BD_PARAM_DEPTH_THRESHOLD] =
+        {"depth_threshold", PARAM_REAL, FIELD(depth_threshold), 0, 1e6, 0.05, {0}},
+    [BD_PARAM_NORMAL_TEST] =
+        {"normal_test", PARAM_CHOICE, FIELD(normal_test), 0, 0, 0, {"minmax", "chord", "off"}},
+    [BD_PARAM_NORMAL_THRESHOLD] =
+        {"normal_threshold", PARAM_REAL, FIELD(normal_threshold), 0, 2, 0.25, {0}},
+    [BD_PARAM_NEIGHBOURHOOD] = {"neighbourhood",
+                                PARAM_CHOICE,
+                                FIELD(neighbourhood),
+                                0,
+                                0,
+                                0,
                                 {"plain", "diagonal", "adjacent"}},
     [BD_PARAM_COARSEST] = {"coarsest", PARAM_COUNT, FIELD(coarsest), 1, 16384, 64, {0}},
-    [BD_PARAM_FINEST] = {"finest", PARAM_CHOICE, FIELD(finest_level), 0, 0, 0,
-                         {"1", "2", "4", "8"}},
-    [BD_PARAM_LIGHT_THRESHOLD] = {"light_threshold", PARAM_REAL, FIELD(light_threshold), 0, 1e6,
-                                  INFINITY, {0}},
-    [BD_PARAM_SURFACE_DETAIL] = {"surface_detail", PARAM_CHOICE, FIELD(surface_detail), 0, 0, 1,
+    [BD_PARAM_FINEST] =
+        {"finest", PARAM_CHOICE, FIELD(finest_level), 0, 0, 0, {"1", "2", "4", "8"}},
+    [BD_PARAM_LIGHT_THRESHOLD] =
+        {"light_threshold", PARAM_REAL, FIELD(light_threshold), 0, 1e6, INFINITY, {0}},
+    [BD_PARAM_SURFACE_DETAIL] = {"surface_detail",
+                                 PARAM_CHOICE,
+                                 FIELD(surface_detail),
+                                 0,
+                                 0,
+                                 1,
                                  {"off", "direction", "paper"}},
     [BD_PARAM_VISIT] = {"visit", PARAM_CHOICE, FIELD(visit), 0, 0, 0, {"list", "mask"}},
-    [BD_PARAM_RADIANCE_TEST] = {"radiance_test", PARAM_CHOICE, FIELD(radiance_test), 0, 0, 0,
-                                {"relative", "absolute"}},
-    [BD_PARAM_RADIANCE_THRESHOLD] = {"radiance_threshold", PARAM_REAL, FIELD(radiance_threshold),
-                                     0, 1e12, 0.25, {0}},
-    [BD_PARAM_MATERIAL_THRESHOLD] = {"material_threshold", PARAM_REAL, FIELD(material_threshold),
-                                     0, 1, 0.1, {0}},
-    [BD_PARAM_SUBSPLAT_LIMIT] = {"subsplat_limit", PARAM_COUNT, FIELD(subsplat_limit), 64,
-                                 SUBSPLATS_MAX, 1u << 18, {0}},
-    [BD_PARAM_CLUSTER_LEVELS] = {"cluster_levels", PARAM_COUNT, FIELD(cluster_levels), 0, 12, 3,
-                                 {0}},
-    [BD_PARAM_CLUSTER_DEPTH_THRESHOLD] = {"cluster_depth_threshold", PARAM_REAL,
-                                          FIELD(cluster_depth_threshold), 0, 1e6, 0.3, {0}},
-    [BD_PARAM_CLUSTER_NORMAL_THRESHOLD] = {"cluster_normal_threshold", PARAM_REAL,
-                                           FIELD(cluster_normal_threshold), 0, 2, 0.3, {0}},
-    [BD_PARAM_TREE_CUT] = {"tree_cut", PARAM_CHOICE, FIELD(tree_cut), 0, 0, 0,
-                           {"lightcuts", "bound", "level"}},
+    [BD_PARAM_RADIANCE_TEST] =
+        {"radiance_test", PARAM_CHOICE, FIELD(radiance_test), 0, 0, 0, {"relative", "absolute"}},
+    [BD_PARAM_RADIANCE_THRESHOLD] =
+        {"radiance_threshold", PARAM_REAL, FIELD(radiance_threshold), 0, 1e12, 0.25, {0}},
+    [BD_PARAM_MATERIAL_THRESHOLD] =
+        {"material_threshold", PARAM_REAL, FIELD(material_threshold), 0, 1, 0.1, {0}},
+    [BD_PARAM_SUBSPLAT_LIMIT] =
+        {"subsplat_limit", PARAM_COUNT, FIELD(subsplat_limit), 64, SUBSPLATS_MAX, 1u << 18, {0}},
+    [BD_PARAM_CLUSTER_LEVELS] =
+        {"cluster_levels", PARAM_COUNT, FIELD(cluster_levels), 0, 12, 3, {0}},
+    [BD_PARAM_CLUSTER_DEPTH_THRESHOLD] =
+        {"cluster_depth_threshold", PARAM_REAL, FIELD(cluster_depth_threshold), 0, 1e6, 0.3, {0}},
+    [BD_PARAM_CLUSTER_NORMAL_THRESHOLD] =
+        {"cluster_normal_threshold", PARAM_REAL, FIELD(cluster_normal_threshold), 0, 2, 0.3, {0}},
+    [BD_PARAM_TREE_CUT] =
+        {"tree_cut", PARAM_CHOICE, FIELD(tree_cut), 0, 0, 0, {"lightcuts", "bound", "level"}},
     [BD_PARAM_TAU] = {"tau", PARAM_REAL, FIELD(tau), 0, 1, 0.03, {0}},
     [BD_PARAM_TREE_ROOTS] = {"tree_roots", PARAM_COUNT, FIELD(tree_roots), 1, 1u << 24, 256, {0}},
     [BD_PARAM_MODEL_OF] = {"model_of", PARAM_TECHNIQUE, FIELD(model_of), 0, 0, 0, {0}},
@@ -90,14 +109,19 @@ static const struct param_row table[BD_PARAM_COUNT] = {
     [BD_PARAM_BOUNCES] = {"bounces", PARAM_COUNT, FIELD(bounces), 0, 64, INFINITY, {0}},
     [BD_PARAM_INDIRECT_VISIBILITY] = {"indirect_visibility", PARAM_CHOICE,
                                       FIELD(indirect_visibility), 0, 0, 1, OFF_ON},
-    [BD_PARAM_LIGHTS] = {"lights", PARAM_LIGHTS, FIELD(lights), 0, 0, ALL_LIGHTS,
+    [BD_PARAM_LIGHTS] = {"lights",
+                         PARAM_LIGHTS,
+                         FIELD(lights),
+                         0,
+                         0,
+                         ALL_LIGHTS,
                          {"punctual", "emissive", "environment", "all"}},
     [BD_PARAM_FILTER] = {"filter", PARAM_CHOICE, FIELD(filter), 0, 0, 0, {"point", "box"}},
-    [BD_PARAM_ALPHA] = {"alpha", PARAM_CHOICE, FIELD(alpha_coverage), 0, 0, 1,
-                        {"mask", "coverage"}},
+    [BD_PARAM_ALPHA] =
+        {"alpha", PARAM_CHOICE, FIELD(alpha_coverage), 0, 0, 1, {"mask", "coverage"}},
     [BD_PARAM_CLAMP] = {"clamp", PARAM_REAL, FIELD(clamp_per_m2), 0, 1e12, INFINITY, {0}},
-    [BD_PARAM_SENDERS] = {"senders", PARAM_CHOICE, FIELD(senders_lambert), 0, 0, 0,
-                          {"full", "lambert"}},
+    [BD_PARAM_SENDERS] =
+        {"senders", PARAM_CHOICE, FIELD(senders_lambert), 0, 0, 0, {"full", "lambert"}},
     [BD_PARAM_TRANSMISSION] = {"transmission", PARAM_CHOICE, FIELD(transmission), 0, 0, 1, OFF_ON},
     [BD_PARAM_LIGHT_VERTICES] = {"light_vertices", PARAM_CHOICE, FIELD(light_vertices), 0, 0, 1,
                                  OFF_ON},
@@ -106,13 +130,11 @@ static const struct param_row table[BD_PARAM_COUNT] = {
 // Numbers that may be "inf" too.
 static bool is_unlimited(const struct param_row *row)
 {
-    const uint64_t unlimited = BD_READS(BD_PARAM_BOUNCES) | BD_READS(BD_PARAM_CLAMP) |
-                               BD_READS(BD_PARAM_DEPTH_THRESHOLD) |
-                               BD_READS(BD_PARAM_NORMAL_THRESHOLD) |
-                               BD_READS(BD_PARAM_MATERIAL_THRESHOLD) |
-                               BD_READS(BD_PARAM_LIGHT_THRESHOLD) |
-                               BD_READS(BD_PARAM_CLUSTER_DEPTH_THRESHOLD) |
-                               BD_READS(BD_PARAM_CLUSTER_NORMAL_THRESHOLD);
+    const uint64_t unlimited =
+        BD_READS(BD_PARAM_BOUNCES) | BD_READS(BD_PARAM_CLAMP) | BD_READS(BD_PARAM_DEPTH_THRESHOLD) |
+        BD_READS(BD_PARAM_NORMAL_THRESHOLD) | BD_READS(BD_PARAM_MATERIAL_THRESHOLD) |
+        BD_READS(BD_PARAM_LIGHT_THRESHOLD) | BD_READS(BD_PARAM_CLUSTER_DEPTH_THRESHOLD) |
+        BD_READS(BD_PARAM_CLUSTER_NORMAL_THRESHOLD);
     return unlimited >> (row - table) & 1;
 }
 
@@ -234,10 +256,14 @@ static enum bd_err read_value(const struct param_row *row, const char *value, st
     switch (row->type) {
     case PARAM_COUNT:
     case PARAM_EVEN:
-    case PARAM_REAL: return read_number(row, value, out, fault);
-    case PARAM_CHOICE: return read_choice(row, value, out, fault);
-    case PARAM_LIGHTS: return read_lights(row, value, out, fault);
-    case PARAM_TECHNIQUE: return read_technique(row, value, out, fault);
+    case PARAM_REAL:
+        return read_number(row, value, out, fault);
+    case PARAM_CHOICE:
+        return read_choice(row, value, out, fault);
+    case PARAM_LIGHTS:
+        return read_lights(row, value, out, fault);
+    case PARAM_TECHNIQUE:
+        return read_technique(row, value, out, fault);
     }
     BD_ASSERT(!"no such type of parameter");
     return BD_ERR_INTERNAL;
@@ -246,6 +272,18 @@ static enum bd_err read_value(const struct param_row *row, const char *value, st
 static bool is_read(const struct bd_technique *technique, int param)
 {
     return technique->params_read >> param & 1;
+}
+
+static enum bd_err refuse_key(const char *key, const struct bd_technique *technique,
+                              struct bd_fault *fault)
+{
+    char hint[BD_NEAREST_HINT_BYTES];
+    struct bd_nearest nearest;
+    bd_nearest_begin(&nearest, key);
+    for (int i = 0; i < BD_PARAM_COUNT; i++)
+        if (is_read(technique, i)) bd_nearest_consider(&nearest, table[i].key);
+    return bd_fault_set(fault, BD_ERR_USAGE, key, "%s: no such parameter%s", key,
+                        bd_nearest_hint(&nearest, hint));
 }
 
 static enum bd_err read_pair(const char *key, const char *value,
@@ -259,7 +297,7 @@ static enum bd_err read_pair(const char *key, const char *value,
                                 technique->name);
         return read_value(&table[i], value, out, fault);
     }
-    return bd_fault_set(fault, BD_ERR_USAGE, key, "%s: no such parameter", key);
+    return refuse_key(key, technique, fault);
 }
 
 static void preset(const struct bd_model *model, struct bd_params *out)
@@ -336,10 +374,18 @@ static void write_value(const struct param_row *row, struct bd_params *params, c
     uint32_t count = row->type == PARAM_REAL ? 0 : *count_at(params, row->offset);
     switch (row->type) {
     case PARAM_COUNT:
-    case PARAM_EVEN: write_count(row, count, text, size); break;
-    case PARAM_REAL: snprintf(text, size, "%.9g", *real_at(params, row->offset)); break;
-    case PARAM_CHOICE: snprintf(text, size, "%s", row->choices[count]); break;
-    case PARAM_LIGHTS: write_lights(row, count, text, size); break;
+    case PARAM_EVEN:
+        write_count(row, count, text, size);
+        break;
+    case PARAM_REAL:
+        snprintf(text, size, "%.9g", *real_at(params, row->offset));
+        break;
+    case PARAM_CHOICE:
+        snprintf(text, size, "%s", row->choices[count]);
+        break;
+    case PARAM_LIGHTS:
+        write_lights(row, count, text, size);
+        break;
     case PARAM_TECHNIQUE:
         snprintf(text, size, "%s", count ? bd_technique_at(count - 1)->name : NO_TECHNIQUE);
         break;

@@ -119,6 +119,52 @@ def test_refusals_name_the_field(scene, op, code, field):
     assert scene.get().revision == 1
 
 
+@pytest.mark.parametrize("path, body, field, hint", [
+    ("edits", {"ops": [{"set_light": {"light": 0, "intensity": 5}},
+                       {"set_node": {"node": 0, "translation": [1, 2, 3]}}]},
+     "ops[1].set_node.translation", "transform.translation"),
+    ("edits", {"ops": [{"set_light": {"light": 0, "intensty": 5}}]}, "ops[0].set_light.intensty", "intensity"),
+    ("edits", {"ops": [{"set_lihgt": {"light": 0}}]}, "ops[0].set_lihgt", "set_light"),
+    ("edits", {"ops": [{"add_mesh": {"primitives": [{"positons": {}}]}}]},
+     "ops[0].add_mesh.primitives[0].positons", "positions"),
+    ("edits", {"ops": [{"set_light": {"light": 0}}], "dry_rnu": True}, "dry_rnu", "dry_run"),
+    ("edits", {"ops": [{"set_light": {"light": 0}}], "somewhere": {}}, "somewhere", None),
+    ("undo", {"redo": True, "n": 1}, "n", None), ("revert", {"revison": 1}, "revison", "revision"),
+    ("names", {"revision": 1, "nmae": "x"}, "nmae", "name"), ("commit", {"x": 1}, "x", None),
+])
+def test_a_name_that_is_not_there_moves_nothing(scene, path, body, field, hint):
+    status, error = scene.daemon.json("POST", f"/v1/scenes/{scene.id}/{path}", body)
+    assert (status, error["code"], error["details"]["field"]) == (400, "usage", field), error
+    assert field in error["message"] and (f'did you mean "{hint}"?' in error["message"]) == bool(hint), error
+    assert scene.get().revision == 1 and scene.intensity() != 5
+
+
+# A number that no message of ours uses, with a text behind it.
+UNKNOWN = b"\xfa\x3f\x03abc"  # field 1023
+
+
+def with_unknown(message):
+    return type(message).FromString(message.SerializeToString() + UNKNOWN)
+
+
+def test_an_unknown_field_is_refused_within_an_operation_alone(scene):
+    light = pb.LightEdit(light=0, intensity=5)
+    mesh = pb.MeshEdit(primitives=[with_unknown(pb.PrimitiveEdit(positions=pb.Data(values=[0] * 9)))])
+    for op, field in ((pb.EditOp(set_light=with_unknown(light)), "ops[0].set_light"),
+                      (with_unknown(pb.EditOp(set_light=light)), "ops[0]"),
+                      (pb.EditOp(add_mesh=mesh), "ops[0].add_mesh.primitives[0]")):
+        batch = pb.EditBatch(scene=scene.id, ops=[op])
+        answer = scene.ask(edit_batch=batch)
+        assert fault_of(answer) == ("unsupported", field) and "1023" in answer.error.message
+        status, _, text = scene.daemon.request(
+            "POST", f"/v1/scenes/{scene.id}/edits", batch.SerializeToString(),
+            {"Content-Type": "application/x-protobuf"})
+        assert status == 400 and field in json.loads(text)["message"]
+        assert scene.get().revision == 1
+    batch = with_unknown(pb.EditBatch(scene=scene.id, ops=[pb.EditOp(set_light=light)]))
+    assert scene.ask(edit_batch=batch).edit_reply.revision == 2
+
+
 def test_an_empty_batch_and_a_missing_scene(scene):
     assert fault_of(scene.edit()) == ("usage", "ops")
     assert fault_of(scene.ask(edit_batch=pb.EditBatch(scene="nowhere"))) == ("not_found", "scene")

@@ -266,3 +266,42 @@ def test_exr_layers(shared):
     _, _, image = shared.request("GET", f"/v1/scenes/{scene}/frame.exr?size=8x8&layers=direct,depth")
     assert b"direct.R" in image and b"depth.Z" in image and b"indirect.R" not in image
     assert struct.unpack("<I", image[:4])[0] == 20000630
+
+
+@pytest.mark.parametrize("method,path,field", [
+    ("GET", "/healthz?x=1", "x"), ("GET", "/readyz?probe", "probe"), ("GET", "/metrics?name[]=a", "name[]"),
+    ("GET", "/v1/devices?x=1", "x"), ("GET", "/v1/stats?x=1", "x"), ("GET", "/v1/techniques?name=rsm", "name"),
+    ("GET", "/v1/scenes?prefix=a", "prefix"), ("POST", "/v1/scenes?name=a", "name"),
+    ("GET", "/v1/scenes/{id}?objcts=1", "objcts"), ("DELETE", "/v1/scenes/{id}?force=1", "force"),
+    ("GET", "/v1/scenes/{id}/frame.png?size=8x8&siez=9x9", "siez"),
+    ("GET", "/v1/scenes/{id}/stream.mjpeg?size=8x8&framerate=1", "framerate"),
+    ("GET", "/v1/scenes/{id}/events?after=1", "after"), ("GET", "/v1/events?x=1", "x"),
+    ("GET", "/v1/scenes/{id}/log?befor=1", "befor"), ("GET", "/v1/scenes/{id}/export?format=glb", "format"),
+    ("POST", "/v1/scenes/{id}/edits?dry_run=1", "dry_run"), ("POST", "/v1/scenes/{id}/undo?n=1", "n"),
+    ("HEAD", "/v1/blobs/sha256:" + "0" * 64 + "?x=1", None), ("GET", "/v1/socket?token=x", "token"),
+    ("POST", "/v1/render?sizes=8x8", "sizes"),
+])
+def test_a_name_that_is_not_there_is_refused(shared, method, path, field):
+    """In a query of every path; `frame.png?siez=` gave another picture than was meant."""
+    scene = shared.add_scene()
+    kind = {"Content-Type": "application/json" if "render" not in path else "model/gltf-binary"}
+    body = None if method in ("GET", "HEAD") else b"{}" if "render" not in path else GLB
+    status, _, text = shared.request(method, path.replace("{id}", scene), body, kind)
+    assert status == 400, text
+    if field:
+        assert json.loads(text)["details"]["field"] == field, text
+    assert shared.json("GET", "/v1/scenes/" + scene)[1]["revision"] == 1
+
+
+def test_a_name_that_is_not_there_in_a_body(shared):
+    blob = shared.put_blob(GLB)
+    status, error = shared.json("POST", "/v1/scenes", {"blob": blob, "nmae": "x"})
+    assert (status, error["details"]["field"]) == (400, "nmae") and 'mean "name"' in error["message"]
+    status, error = shared.json("POST", "/v1/scenes", {"blob": blob, "environment": {"radience": [1, 1, 1]}})
+    assert (status, error["details"]["field"]) == (400, "environment.radience"), error
+
+
+def test_a_misspelt_option_is_told_which_was_meant(shared):
+    scene = shared.add_scene()
+    error = shared.json("GET", f"/v1/scenes/{scene}/frame.png?siez=8x8")[1]
+    assert error["message"] == 'there is no option "siez"; did you mean "size"?'

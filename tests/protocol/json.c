@@ -49,7 +49,7 @@ static void tables_are_objects(void **state)
 {
     (void)state;
     assert_round_trip(&bounced__scene_add__descriptor,
-                      "{\"files\":{\"a b.bin\":\"sha256:1\",\"c\":\"sha256:2\"},\"new\":[1]}",
+                      "{\"files\":{\"a b.bin\":\"sha256:1\",\"c\":\"sha256:2\"}}",
                       "{\"files\":{\"a b.bin\":\"sha256:1\",\"c\":\"sha256:2\"}}");
     assert_round_trip(&bounced__frame_request__descriptor,
                       "{\"parameters\":{\"vpls\":\"256\",\"x\":0.1,\"y\":\"1e9999\"},\"aa\":null}",
@@ -143,6 +143,32 @@ static void wrong_types_are_refused_with_their_path(void **state)
     }
 }
 
+static void unknown_names_are_refused_with_their_path(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *text, *path, *hint;
+    } bad[] = {
+        {"{\"ops\":[{},{\"set_node\":{\"translation\":[1,2,3]}}]}", "ops[1].set_node.translation",
+         "; did you mean \"transform.translation\"?"},
+        {"{\"ops\":[{\"set_nod\":{}}]}", "ops[0].set_nod", "; did you mean \"set_node\"?"},
+        {"{\"scnee\":\"x\"}", "scnee", "; did you mean \"scene\"?"},
+        {"{\"\":1}", "", "name"},
+        {"{\"nothing_like_it\":null}", "nothing_like_it", "such name"},
+    };
+    for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
+        ProtobufCMessage *message = NULL;
+        struct bd_fault fault = {0};
+        assert_int_equal(read_text(bad[i].text, &bounced__edit_batch__descriptor, &message, &fault),
+                         BD_ERR_USAGE);
+        assert_null(message);
+        assert_string_equal(fault.field, bad[i].path);
+        const size_t length = strlen(fault.message), end = strlen(bad[i].hint);
+        assert_true(length >= end);
+        assert_string_equal(fault.message + length - end, bad[i].hint);
+    }
+}
+
 // A request without a body has no text at all.
 static void no_body_is_an_empty_one(void **state)
 {
@@ -174,6 +200,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(report_has_the_documented_shape),
         cmocka_unit_test(tables_are_objects),
+        cmocka_unit_test(unknown_names_are_refused_with_their_path),
         cmocka_unit_test(wide_numbers_are_strings),
         cmocka_unit_test(numbers_beyond_json_are_null),
         cmocka_unit_test(text_that_is_not_utf8_is_replaced),
