@@ -52,8 +52,11 @@ extern "C" {
     /* Jobs waiting for the GPU, and jobs under way of one client. */                              \
     X(jobs_waiting, 128, 1, 65536)                                                                 \
     X(jobs_per_client, 64, 1, 65536)                                                               \
-    /* A client is an address, or a user on a Unix socket. Twice this is the burst. */             \
+    /* A client is a token, a user on a Unix socket, or, of strangers, an address (of IPv6 its */  \
+    /* first 64 bits). Twice this is the burst. */                                                 \
     X(requests_per_second, 500, 1, 1000000)                                                        \
+    /* Tokens that are none of ours, from one address. Half of it is the burst. */                 \
+    X(failed_logins_per_minute, 20, 2, 1000000)                                                    \
     /* Under way on one framed connection or WebSocket: requests, uploads, watches. */             \
     X(requests_per_connection, 256, 1, 65536)                                                      \
     X(uploads_per_connection, 16, 1, 4096)                                                         \

@@ -69,8 +69,8 @@ static enum bd_err open_sched(const struct bd_options *options, const char *data
 }
 
 static enum bd_err serve(const struct bd_options *options, struct bd_sched *sched,
-                         struct bd_blobs *blobs, struct bd_store *store,
-                         struct bd_journal *journal, struct bd_fault *fault)
+                         struct bd_blobs *blobs, struct bd_store *store, struct bd_journal *journal,
+                         struct bd_fault *fault)
 {
     struct bd_net_options net_options = {
         .http =
@@ -81,6 +81,9 @@ static enum bd_err serve(const struct bd_options *options, struct bd_sched *sche
         .has_socket_group = options->has_socket_group,
         .socket_group = options->socket_group,
         .limits = options->limits,
+        .argc = options->argc,
+        .argv = options->argv,
+        .fixed = {options->data, options->device, options->gpu_memory_mib, options->log_json},
         .sched = sched,
         .blobs = blobs,
         .store = store,
@@ -89,6 +92,8 @@ static enum bd_err serve(const struct bd_options *options, struct bd_sched *sche
     };
     memcpy(net_options.listens, options->listens, sizeof net_options.listens);
     memcpy(net_options.public_names, options->public_names, sizeof net_options.public_names);
+    memcpy(net_options.proxies, options->proxies, sizeof net_options.proxies);
+    net_options.proxy_count = options->proxy_count;
     struct bd_net *net;
     enum bd_err err = bd_net_create(&net_options, &net, fault);
     if (err) return err;

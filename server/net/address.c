@@ -86,6 +86,24 @@ void bd_sockaddr_host(const struct sockaddr_storage *address, char *out, size_t 
     if (!inet_ntop(address->ss_family, bytes, out, (socklen_t)size)) snprintf(out, size, "?");
 }
 
+void bd_sockaddr_stranger(const struct sockaddr_storage *address, char *out, size_t size)
+{
+    const struct in6_addr *v6 = &((const struct sockaddr_in6 *)address)->sin6_addr;
+    if (address->ss_family != AF_INET6 || IN6_IS_ADDR_LOOPBACK(v6)) {
+        bd_sockaddr_host(address, out, size);
+    } else if (IN6_IS_ADDR_V4MAPPED(v6)) {
+        if (!inet_ntop(AF_INET, v6->s6_addr + 12, out, (socklen_t)size)) snprintf(out, size, "?");
+    } else {
+        struct sockaddr_in6 net = {.sin6_family = AF_INET6};
+        struct sockaddr_storage whole = {0};
+        memcpy(net.sin6_addr.s6_addr, v6->s6_addr, 8);
+        memcpy(&whole, &net, sizeof net);
+        bd_sockaddr_host(&whole, out, size);
+        const size_t used = strlen(out);
+        snprintf(out + used, size - used, "/64");
+    }
+}
+
 void bd_address_text(const struct bd_address *address, char *out, size_t size)
 {
     char host[64];

@@ -31,4 +31,8 @@ void bd_address_text(const struct bd_address *address, char *out, size_t size);
 // The numeric host of a socket address without its port. `size` of 64 holds all.
 void bd_sockaddr_host(const struct sockaddr_storage *address, char *out, size_t size);
 
+// What a stranger of that address is known by: who has one IPv6 address has the 2^64 of its net, so
+// that those are one ("2001:db8:1:2::/64"). IPv4 in IPv6 is IPv4. `size` of 64 holds all.
+void bd_sockaddr_stranger(const struct sockaddr_storage *address, char *out, size_t size);
+
 #endif

@@ -18,6 +18,14 @@ const struct bd_grant bd_grant_of_all = {
 
 void bd_tokens_destroy(struct bd_tokens **tokens)
 {
+    if (!*tokens) return;
+    // One that was refused lies behind the last that counts.
+    for (size_t i = 0; i < BD_AUTH_ENTRIES_MAX; i++) free((*tokens)->entries[i]);
+    while ((*tokens)->revoked) {
+        struct bd_auth_entry *entry = (*tokens)->revoked;
+        (*tokens)->revoked = entry->next;
+        free(entry);
+    }
     free(*tokens);
     *tokens = NULL;
 }
@@ -30,7 +38,7 @@ bool bd_tokens_needed(const struct bd_tokens *tokens)
 bool bd_tokens_name_users(const struct bd_tokens *tokens)
 {
     for (size_t i = 0; i < tokens->count; i++)
-        if (tokens->entries[i].kind != BD_AUTH_TOKEN) return true;
+        if (tokens->entries[i]->kind != BD_AUTH_TOKEN) return true;
     return false;
 }
 
@@ -41,7 +49,7 @@ const struct bd_auth_entry *bd_auth_find_digest(const struct bd_tokens *tokens,
 {
     const struct bd_auth_entry *found = NULL;
     for (size_t i = 0; i < tokens->count; i++) {
-        const struct bd_auth_entry *entry = &tokens->entries[i];
+        const struct bd_auth_entry *entry = tokens->entries[i];
         uint8_t difference = entry->kind != BD_AUTH_TOKEN;
         for (size_t j = 0; j < BD_SHA256_BYTES; j++) difference |= digest[j] ^ entry->digest[j];
         if (difference == 0) found = entry;
@@ -82,7 +90,7 @@ static const struct bd_grant *find(const struct bd_tokens *tokens, enum bd_auth_
                                    const struct bd_peer *peer)
 {
     for (size_t i = 0; i < tokens->count; i++)
-        if (names(&tokens->entries[i], kind, peer)) return &tokens->entries[i].grant;
+        if (names(tokens->entries[i], kind, peer)) return &tokens->entries[i]->grant;
     return NULL;
 }
 

@@ -11,8 +11,9 @@
 //
 //     role=read|edit|admin  what it may do (default admin)
 //     scenes=PREFIX         it sees scenes whose names begin so, and no others (default: all)
-//     name=LABEL            for the log and as the owner of what it adds (default token-LINE, or
-//                           the entry as it is written)
+//     name=LABEL            for the log, as the owner of what it adds, and as the client that
+//                           limits are for: two tokens of one name are one (default token-LINE,
+//                           or the entry as it is written)
 //     max_scenes=N  max_bytes=N[K|M|G]  max_jobs=N    its quotas (default: the daemon's limits)
 //
 // A quota is the line's: those whom a gid: line names share it. On a Unix socket the user's own
@@ -20,7 +21,7 @@
 // of which the user is a member, then uid:*. Others need a token there, and are refused where there
 // is none.
 //
-// Thread: read once at start, then any.
+// Thread: read at start and again at SIGHUP, by the loop; looked at by any.
 
 #ifndef BD_NET_AUTH_H
 #define BD_NET_AUTH_H
@@ -45,11 +46,13 @@ enum bd_role {
 // What a line of the token file, or being trusted without one, allows.
 struct bd_grant {
     char name[BD_GRANT_NAME_BYTES];
+    bool is_token;   // it is one client, by its name, wherever it is shown
+    bool is_revoked; // a later token file has it no more, or with other rights
     enum bd_role role;
     char scene_prefix[BD_GRANT_PREFIX_BYTES]; // "": every scene
-    uint64_t scenes_max; // that it added and that are held
-    uint64_t bytes_max;  // of those scenes, as bd_scene_bytes counts them
-    uint64_t jobs_max;   // under way at once
+    uint64_t scenes_max;                      // that it added and that are held
+    uint64_t bytes_max;                       // of those scenes, as bd_scene_bytes counts them
+    uint64_t jobs_max;                        // under way at once
 };
 
 // For whoever needs no token: everything, without quotas of its own.
@@ -65,6 +68,12 @@ struct bd_tokens;
 BD_MUST_CHECK
 enum bd_err bd_tokens_read(const char *path, struct bd_tokens **out, struct bd_fault *fault);
 void bd_tokens_destroy(struct bd_tokens **tokens);
+
+// Reads the file again. What it names as before keeps its grants; grants that are gone, or whose
+// name, role or prefix is another, are revoked, and stay in memory for who still looks at them. On
+// a fault nothing is changed.
+BD_MUST_CHECK
+enum bd_err bd_tokens_reload(struct bd_tokens *tokens, const char *path, struct bd_fault *fault);
 
 // True if tokens are asked for: there is a token file. One of users alone lets nobody in by HTTP
 // or TCP.

@@ -98,7 +98,13 @@ static enum bd_err set_word(struct bd_grant *grant, const char *word, struct bd_
 
 static struct bd_auth_entry *next_entry(struct bd_tokens *tokens, struct bd_fault *fault)
 {
-    if (tokens->count < BD_AUTH_ENTRIES_MAX) return &tokens->entries[tokens->count];
+    if (tokens->count < BD_AUTH_ENTRIES_MAX) {
+        // One that was refused is written over.
+        struct bd_auth_entry **place = &tokens->entries[tokens->count];
+        if (!*place) *place = malloc(sizeof **place);
+        BD_ASSERT(*place);
+        return *place;
+    }
     (void)bd_fault_set(fault, BD_ERR_USAGE, "token-file", "there are more than %d entries",
                        BD_AUTH_ENTRIES_MAX);
     return NULL;
@@ -147,7 +153,7 @@ static bool find_group(const char *name, id_t *out)
 static bool has_peers(const struct bd_tokens *tokens, const struct bd_auth_entry *entry)
 {
     for (size_t i = 0; i < tokens->count; i++)
-        if (tokens->entries[i].kind == entry->kind && tokens->entries[i].id == entry->id)
+        if (tokens->entries[i]->kind == entry->kind && tokens->entries[i]->id == entry->id)
             return true;
     return false;
 }
@@ -185,6 +191,7 @@ static void begin_grant(struct bd_grant *grant, const char *word, unsigned numbe
         snprintf(grant->name, sizeof grant->name, "%s", word);
     else
         snprintf(grant->name, sizeof grant->name, "token-%u", number);
+    grant->is_token = !is_peers(word);
 }
 
 // --- the file -------------------------------------------------------------------------------
@@ -198,7 +205,7 @@ static enum bd_err read_line(struct bd_tokens *tokens, char *line, unsigned numb
     enum bd_err err =
         is_peers(word) ? add_peers(tokens, word, fault) : add_token(tokens, word, fault);
     if (err) return err;
-    struct bd_grant *grant = &tokens->entries[tokens->count - 1].grant;
+    struct bd_grant *grant = &tokens->entries[tokens->count - 1]->grant;
     begin_grant(grant, word, number);
     while (!err && (word = strtok_r(NULL, " \t\r\n", &rest))) err = set_word(grant, word, fault);
     return err;
@@ -226,26 +233,80 @@ static enum bd_err read_lines(FILE *file, struct bd_tokens *tokens, struct bd_fa
     return BD_ERR_OK;
 }
 
+static enum bd_err read_file(const char *path, struct bd_tokens *tokens, struct bd_fault *fault)
+{
+    FILE *file = fopen(path, "re");
+    struct stat info;
+    enum bd_err err;
+    if (!file || fstat(fileno(file), &info) < 0)
+        err = bd_fault_set(fault, BD_ERR_IO, "token-file", "%s: %s", path, strerror(errno));
+    else if (info.st_mode & (S_IRWXG | S_IRWXO))
+        err = bd_fault_set(fault, BD_ERR_USAGE, "token-file",
+                           "%s can be read by others: chmod 600 it", path);
+    else
+        err = read_lines(file, tokens, fault);
+    if (file) fclose(file);
+    return err;
+}
+
 enum bd_err bd_tokens_read(const char *path, struct bd_tokens **out, struct bd_fault *fault)
 {
     struct bd_tokens *tokens = calloc(1, sizeof *tokens);
     BD_ASSERT(tokens);
-    enum bd_err err = BD_ERR_OK;
-    if (path) {
-        FILE *file = fopen(path, "re");
-        struct stat info;
-        if (!file || fstat(fileno(file), &info) < 0)
-            err = bd_fault_set(fault, BD_ERR_IO, "token-file", "%s: %s", path, strerror(errno));
-        else if (info.st_mode & (S_IRWXG | S_IRWXO))
-            err = bd_fault_set(fault, BD_ERR_USAGE, "token-file",
-                               "%s can be read by others: chmod 600 it", path);
-        else
-            err = read_lines(file, tokens, fault);
-        if (file) fclose(file);
-    }
+    enum bd_err err = path ? read_file(path, tokens, fault) : BD_ERR_OK;
     if (err)
-        free(tokens);
+        bd_tokens_destroy(&tokens);
     else
         *out = tokens;
     return err;
+}
+
+// --- again ----------------------------------------------------------------------------------
+
+// Who has the one has the other, and may do the same: quotas alone may differ.
+static bool is_same(const struct bd_auth_entry *a, const struct bd_auth_entry *b)
+{
+    return a->kind == b->kind && a->id == b->id &&
+           memcmp(a->digest, b->digest, sizeof a->digest) == 0 && a->grant.role == b->grant.role &&
+           strcmp(a->grant.name, b->grant.name) == 0 &&
+           strcmp(a->grant.scene_prefix, b->grant.scene_prefix) == 0;
+}
+
+// Commands, sessions and cookies point at grants: the entry that was there takes the place of the
+// one that was read.
+static void keep_entry(struct bd_tokens *old, struct bd_tokens *read, size_t place)
+{
+    for (size_t i = 0; i < old->count; i++) {
+        struct bd_auth_entry *entry = old->entries[i];
+        if (!entry || !is_same(entry, read->entries[place])) continue;
+        entry->grant = read->entries[place]->grant;
+        free(read->entries[place]);
+        read->entries[place] = entry;
+        old->entries[i] = NULL;
+        return;
+    }
+}
+
+static void revoke_rest(struct bd_tokens *tokens)
+{
+    for (size_t i = 0; i < tokens->count; i++) {
+        struct bd_auth_entry *entry = tokens->entries[i];
+        if (!entry) continue;
+        entry->grant.is_revoked = true;
+        entry->next = tokens->revoked;
+        tokens->revoked = entry;
+    }
+}
+
+enum bd_err bd_tokens_reload(struct bd_tokens *tokens, const char *path, struct bd_fault *fault)
+{
+    struct bd_tokens *read;
+    enum bd_err err = bd_tokens_read(path, &read, fault);
+    if (err) return err;
+    for (size_t i = 0; i < read->count; i++) keep_entry(tokens, read, i);
+    revoke_rest(tokens);
+    read->revoked = tokens->revoked;
+    *tokens = *read;
+    free(read);
+    return BD_ERR_OK;
 }

@@ -20,11 +20,13 @@ struct bd_auth_entry {
     uint8_t digest[BD_SHA256_BYTES]; // of a token
     id_t id;                         // of a user or a group
     struct bd_grant grant;
+    struct bd_auth_entry *next; // of those that are revoked
 };
 
 struct bd_tokens {
     size_t count;
-    struct bd_auth_entry entries[BD_AUTH_ENTRIES_MAX]; // in the order of their lines
+    struct bd_auth_entry *entries[BD_AUTH_ENTRIES_MAX]; // in the order of their lines
+    struct bd_auth_entry *revoked;                      // of files before
 };
 
 // The names of roles, by enum bd_role.

@@ -33,18 +33,43 @@ void bd_clients_destroy(struct bd_clients **clients)
     *clients = NULL;
 }
 
-static double bucket_size(const struct bd_clients *clients)
+// What a bucket is filled with in a second, and what it holds.
+struct rate {
+    double per_second, size;
+};
+
+static struct rate request_rate(const struct bd_clients *clients)
 {
-    return 2.0 * (double)clients->limits->requests_per_second;
+    const double per_second = (double)clients->limits->requests_per_second;
+    return (struct rate){.per_second = per_second, .size = 2 * per_second};
 }
 
-static void refill(const struct bd_clients *clients, struct bd_client *client)
+static struct rate login_rate(const struct bd_clients *clients)
+{
+    const double per_minute = (double)clients->limits->failed_logins_per_minute;
+    return (struct rate){.per_second = per_minute / 60, .size = per_minute / 2};
+}
+
+static void refill(struct bd_bucket *bucket, struct rate rate)
 {
     uint64_t now_ns = bd_clock_ns();
-    double seconds = (double)(now_ns - client->refilled_ns) * 1e-9;
-    client->refilled_ns = now_ns;
-    client->tokens += seconds * (double)clients->limits->requests_per_second;
-    if (client->tokens > bucket_size(clients)) client->tokens = bucket_size(clients);
+    bucket->left += (double)(now_ns - bucket->refilled_ns) * 1e-9 * rate.per_second;
+    bucket->refilled_ns = now_ns;
+    if (bucket->left > rate.size) bucket->left = rate.size;
+}
+
+static bool take(struct bd_bucket *bucket, struct rate rate)
+{
+    refill(bucket, rate);
+    if (bucket->left < 1) return false;
+    bucket->left -= 1;
+    return true;
+}
+
+static bool is_full(struct bd_bucket *bucket, struct rate rate)
+{
+    refill(bucket, rate);
+    return bucket->left >= rate.size;
 }
 
 struct bd_client *bd_client_get(struct bd_clients *clients, const char *key)
@@ -55,8 +80,9 @@ struct bd_client *bd_client_get(struct bd_clients *clients, const char *key)
         client = calloc(1, sizeof *client);
         BD_ASSERT(client);
         snprintf(client->key, sizeof client->key, "%s", key);
-        client->tokens = bucket_size(clients);
-        client->refilled_ns = bd_clock_ns();
+        client->requests.left = request_rate(clients).size;
+        client->failed_logins.left = login_rate(clients).size;
+        client->requests.refilled_ns = client->failed_logins.refilled_ns = bd_clock_ns();
         client->next = clients->first;
         clients->first = client;
     }
@@ -80,13 +106,20 @@ void bd_client_release(struct bd_client **client)
 enum bd_err bd_client_take_request(struct bd_clients *clients, struct bd_client *client,
                                    struct bd_fault *fault)
 {
-    refill(clients, client);
-    if (client->tokens < 1)
-        return bd_fault_set(fault, BD_ERR_BUSY, "requests_per_second",
-                            "more than %llu requests a second (limit requests_per_second)",
-                            (unsigned long long)clients->limits->requests_per_second);
-    client->tokens -= 1;
-    return BD_ERR_OK;
+    if (take(&client->requests, request_rate(clients))) return BD_ERR_OK;
+    return bd_fault_set(fault, BD_ERR_BUSY, "requests_per_second",
+                        "more than %llu requests a second (limit requests_per_second)",
+                        (unsigned long long)clients->limits->requests_per_second);
+}
+
+enum bd_err bd_client_take_failed_login(struct bd_clients *clients, struct bd_client *client,
+                                        struct bd_fault *fault)
+{
+    if (take(&client->failed_logins, login_rate(clients))) return BD_ERR_OK;
+    return bd_fault_set(fault, BD_ERR_BUSY, "failed_logins_per_minute",
+                        "the token is not one of ours, and more than %llu such came in a minute "
+                        "(limit failed_logins_per_minute)",
+                        (unsigned long long)clients->limits->failed_logins_per_minute);
 }
 
 enum bd_err bd_client_begin_job(struct bd_clients *clients, struct bd_client *client,
@@ -129,8 +162,9 @@ void bd_clients_sweep(struct bd_clients *clients)
 {
     for (struct bd_client **at = &clients->first; *at;) {
         struct bd_client *client = *at;
-        refill(clients, client);
-        if (client->references > 0 || client->tokens < bucket_size(clients)) {
+        const bool is_rested = is_full(&client->requests, request_rate(clients)) &&
+                               is_full(&client->failed_logins, login_rate(clients));
+        if (client->references > 0 || !is_rested) {
             at = &client->next;
         } else {
             *at = client->next;

@@ -1,5 +1,7 @@
-// Who asks: one record for each address (or user, on a Unix socket), however many connections it
-// has. Holds its share of what is limited: requests a second, jobs under way, bytes of edits.
+// Who asks: one record for each token, user of a Unix socket or, of strangers, address, however
+// many connections it has. Holds its share of what is limited: requests a second, jobs under way,
+// bytes of edits. Tokens that are none of ours are an address's affair, and count apart from its
+// requests: whoever guesses takes nothing from those who share the address with it.
 //
 // Thread: the event loop's.
 
@@ -14,15 +16,19 @@
 
 struct bd_clients;
 
+struct bd_bucket {
+    double left;
+    uint64_t refilled_ns;
+};
+
 struct bd_client {
-    char key[64];         // "192.0.2.7", "uid:1000"
+    char key[80];         // "192.0.2.7", "uid:1000", "token:editor"
     uint32_t references;  // of connections, sessions, commands and views
     uint32_t connections; // open
     uint32_t jobs;        // under way: imports, exports and renders
     uint32_t views;       // open
     uint64_t edit_bytes;  // that edits under way have brought
-    double tokens;        // of the bucket
-    uint64_t refilled_ns;
+    struct bd_bucket requests, failed_logins;
     struct bd_client *next;
 };
 
@@ -40,6 +46,11 @@ void bd_client_release(struct bd_client **client);
 BD_MUST_CHECK
 enum bd_err bd_client_take_request(struct bd_clients *clients, struct bd_client *client,
                                    struct bd_fault *fault);
+
+// The same of a token that is none of ours. BD_ERR_BUSY, naming failed_logins_per_minute.
+BD_MUST_CHECK
+enum bd_err bd_client_take_failed_login(struct bd_clients *clients, struct bd_client *client,
+                                        struct bd_fault *fault);
 
 // Counts a job that starts. BD_ERR_BUSY, naming jobs_per_client. Paired with bd_client_end_job.
 BD_MUST_CHECK

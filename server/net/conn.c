@@ -9,6 +9,7 @@
 #include "net/address.h"
 #include "net/net_internal.h"
 #include "net/peer.h"
+#include "net/proxy.h"
 
 #define READ_BYTES         65536
 #define FINISH_PATIENCE_NS 5000000000u
@@ -34,6 +35,8 @@ static void on_closed(uv_handle_t *handle)
 {
     struct bd_conn *conn = handle->data;
     bd_client_release(&conn->client);
+    bd_client_release(&conn->origin);
+    free(conn->proxy);
     conn->ops->free(conn);
 }
 
@@ -59,6 +62,87 @@ void bd_conn_kill(struct bd_conn *conn)
     uv_close(&conn->uv.handle, on_closed);
 }
 
+// --- whose it is ----------------------------------------------------------------------------
+
+static const char *limit_of_client(const struct bd_conn *conn, const struct bd_client *client)
+{
+    return client->connections >= conn->net->options.limits.connections_per_client
+               ? "limit connections_per_client"
+               : NULL;
+}
+
+// Takes the reference.
+static void count_for(struct bd_conn *conn, struct bd_client *client)
+{
+    conn->client->connections--;
+    client->connections++;
+    bd_client_release(&conn->client);
+    conn->client = client;
+}
+
+enum bd_err bd_conn_identify(struct bd_conn *conn, const struct bd_grant *grant,
+                             struct bd_fault *fault)
+{
+    char key[sizeof conn->client->key];
+    struct bd_client *client = conn->origin;
+    if (grant && grant->is_token) {
+        snprintf(key, sizeof key, "token:%s", grant->name);
+        client = bd_client_get(conn->net->clients, key);
+    } else {
+        bd_client_retain(client);
+    }
+    // Who is known by an address again was counted for it when it came.
+    if (client != conn->client && client != conn->origin && limit_of_client(conn, client)) {
+        bd_fault_set(fault, BD_ERR_BUSY, "connections_per_client",
+                     "%u connections of \"%s\" are open (limit connections_per_client)",
+                     client->connections, grant->name);
+        bd_client_release(&client);
+        return BD_ERR_BUSY;
+    }
+    count_for(conn, client);
+    conn->grant = grant;
+    return BD_ERR_OK;
+}
+
+// The proxy has said for whom it asks. False, and the connection is closed, if that one has too
+// many already.
+static bool arrive(struct bd_conn *conn)
+{
+    char key[64];
+    if (conn->proxy->has_source) {
+        bd_sockaddr_stranger(&conn->proxy->source, key, sizeof key);
+        bd_client_release(&conn->origin);
+        conn->origin = bd_client_get(conn->net->clients, key);
+        const char *limit = limit_of_client(conn, conn->origin);
+        bd_client_retain(conn->origin);
+        count_for(conn, conn->origin);
+        if (limit) {
+            bd_log(BD_LOG_DEBUG, "net", "%s: a connection was closed at once (%s)", key, limit);
+            bd_net_count_refusal(conn->net);
+            bd_conn_kill(conn);
+            return false;
+        }
+    }
+    free(conn->proxy);
+    conn->proxy = NULL;
+    return true;
+}
+
+// Of the bytes that came, those that are the header's. False: more is to come, or it is closed.
+static bool take_proxy_header(struct bd_conn *conn, const uv_buf_t *buf, size_t size, size_t *taken)
+{
+    struct bd_fault fault;
+    if (bd_proxy_feed(conn->proxy, (const uint8_t *)buf->base, size, taken, &fault)) {
+        bd_log(BD_LOG_WARN, "net", "%s: %s; it was closed", conn->client->key, fault.message);
+        bd_net_count_refusal(conn->net);
+        bd_conn_kill(conn);
+        return false;
+    }
+    return conn->proxy->is_complete && arrive(conn);
+}
+
+// --- reading and writing --------------------------------------------------------------------
+
 static void on_alloc(uv_handle_t *handle, size_t suggested, uv_buf_t *buf)
 {
     const struct bd_conn *conn = handle->data;
@@ -70,6 +154,7 @@ static void on_alloc(uv_handle_t *handle, size_t suggested, uv_buf_t *buf)
 
 static void on_read(uv_stream_t *stream, ssize_t size, const uv_buf_t *buf)
 {
+    size_t taken = 0;
     struct bd_conn *conn = stream->data;
     if (size < 0) {
         bd_conn_kill(conn);
@@ -78,8 +163,10 @@ static void on_read(uv_stream_t *stream, ssize_t size, const uv_buf_t *buf)
         conn->in_bytes += (uint64_t)size;
         conn->heard_ns = bd_clock_ns();
         if (conn->state != BD_CONN_OPEN) return;
+        if (conn->proxy && !take_proxy_header(conn, buf, (size_t)size, &taken)) return;
         if (!conn->clock_runs) bd_conn_touch(conn);
-        conn->ops->bytes(conn, (const uint8_t *)buf->base, (size_t)size);
+        if (taken == (size_t)size) return;
+        conn->ops->bytes(conn, (const uint8_t *)buf->base + taken, (size_t)size - taken);
     }
 }
 
@@ -239,6 +326,11 @@ static void look_at_pace(struct bd_conn *conn, uint64_t now_ns, size_t unsent)
     conn->looked_out_bytes = taken;
 }
 
+static uint64_t proxy_patience_ns(const struct bd_conn *conn)
+{
+    return conn->net->options.limits.header_seconds * 1000000000u;
+}
+
 void bd_conn_tick(struct bd_conn *conn)
 {
     if (conn->is_broken) {
@@ -261,6 +353,12 @@ void bd_conn_tick(struct bd_conn *conn)
     if (conn->state == BD_CONN_FINISHING) {
         uint64_t patience_ns = conn->is_shut ? LINGER_NS : FINISH_PATIENCE_NS;
         if (now_ns - conn->finishing_ns > patience_ns) bd_conn_kill(conn);
+        return;
+    }
+    if (conn->proxy && now_ns - conn->begun_ns > proxy_patience_ns(conn)) {
+        bd_log(BD_LOG_WARN, "net", "%s: its PROXY header took too long (limit header_seconds)",
+               conn->client->key);
+        bd_conn_kill(conn);
         return;
     }
     if (conn->ops->tick) conn->ops->tick(conn);
@@ -298,24 +396,34 @@ static void name_pipe_peer(const struct bd_conn *conn, char *out, size_t size)
     bd_peer_finish(&peer);
 }
 
-static void name_tcp_peer(const struct bd_conn *conn, char *out, size_t size)
+static void name_tcp_peer(const struct bd_conn *conn, char *out, size_t size, bool *is_proxied)
 {
+    const struct bd_net_options *options = &conn->net->options;
     struct sockaddr_storage address = {0};
     int address_size = sizeof address;
-    if (uv_tcp_getpeername(&conn->uv.tcp, (struct sockaddr *)&address, &address_size) == 0)
-        bd_sockaddr_host(&address, out, size);
-    else
+    if (uv_tcp_getpeername(&conn->uv.tcp, (struct sockaddr *)&address, &address_size) == 0) {
+        bd_sockaddr_stranger(&address, out, size);
+        *is_proxied |= bd_proxy_has_address(options->proxies, options->proxy_count, &address);
+    } else {
         snprintf(out, size, "?");
+    }
 }
 
-static void name_peer(struct bd_conn *conn)
+// What a proxy itself has open is a count of its own, without a limit but that of all.
+static void name_peer(struct bd_conn *conn, bool is_proxied)
 {
-    char key[64];
+    char key[64], proxy[80];
     if (conn->uv.handle.type == UV_TCP)
-        name_tcp_peer(conn, key, sizeof key);
+        name_tcp_peer(conn, key, sizeof key, &is_proxied);
     else
         name_pipe_peer(conn, key, sizeof key);
-    conn->client = bd_client_get(conn->net->clients, key);
+    snprintf(proxy, sizeof proxy, "proxy:%s", key);
+    conn->origin = bd_client_get(conn->net->clients, is_proxied ? proxy : key);
+    conn->client = conn->origin;
+    bd_client_retain(conn->client);
+    if (!is_proxied) return;
+    conn->proxy = calloc(1, sizeof *conn->proxy);
+    BD_ASSERT(conn->proxy);
 }
 
 static void begin(struct bd_conn *conn)
@@ -325,7 +433,7 @@ static void begin(struct bd_conn *conn)
         uv_tcp_nodelay(&conn->uv.tcp, 1);
         uv_tcp_keepalive(&conn->uv.tcp, 1, KEEPALIVE_S); // notices a peer that vanished in silence
     }
-    conn->looked_ns = bd_clock_ns();
+    conn->begun_ns = conn->looked_ns = bd_clock_ns();
     conn->in_patience_s = conn->out_patience_s = (double)net->options.limits.idle_seconds;
     conn->client->connections++;
     conn->state = BD_CONN_OPEN;
@@ -357,18 +465,16 @@ static bool give_up(struct bd_conn *conn)
 // The limit that one more connection would pass; NULL: none.
 static const char *passed_limit(const struct bd_conn *conn)
 {
-    const struct bd_limits *limits = &conn->net->options.limits;
-    if (conn->net->conn_count >= limits->connections) return "limit connections";
-    return conn->client->connections >= limits->connections_per_client
-               ? "limit connections_per_client"
-               : NULL;
+    if (conn->net->conn_count >= conn->net->options.limits.connections) return "limit connections";
+    return conn->proxy ? NULL : limit_of_client(conn, conn->client);
 }
 
-bool bd_conn_accept(struct bd_net *net, struct bd_conn *conn, uv_stream_t *listener, bool is_pipe)
+bool bd_conn_accept(struct bd_net *net, struct bd_conn *conn, uv_stream_t *listener, bool is_pipe,
+                    bool is_proxied)
 {
     init_handle(net, conn, is_pipe);
     if (uv_accept(listener, &conn->uv.stream) < 0) return give_up(conn);
-    name_peer(conn);
+    name_peer(conn, is_proxied);
     // Accepted and closed at once: the peer learns it now instead of waiting in the backlog.
     const char *limit = passed_limit(conn);
     if (limit || net->draining) {
@@ -385,7 +491,7 @@ bool bd_conn_open_fd(struct bd_net *net, struct bd_conn *conn, int fd)
 {
     init_handle(net, conn, true);
     if (uv_pipe_open(&conn->uv.pipe, fd) < 0) return give_up(conn);
-    name_peer(conn);
+    name_peer(conn, false);
     begin(conn);
     return true;
 }

@@ -14,10 +14,14 @@
 #include <stdint.h>
 #include <uv.h>
 
+#include "base/err.h"
+
 struct bd_client;
 struct bd_conn;
+struct bd_grant;
 struct bd_net;
 struct bd_peer;
+struct bd_proxy_header;
 struct bd_session;
 
 struct bd_conn_ops {
@@ -59,7 +63,10 @@ struct bd_conn {
     struct bd_net *net;
     const struct bd_conn_ops *ops;
     union bd_socket uv;
-    struct bd_client *client;
+    struct bd_client *client;      // whose requests these are now, and whom it counts for
+    struct bd_client *origin;      // as a stranger, by its address or user
+    const struct bd_grant *grant;  // of the token that was shown last; NULL: none
+    struct bd_proxy_header *proxy; // that still has to come, from a proxy that is named
     struct bd_conn *previous, *next;
     enum bd_conn_state state;
     struct bd_session *session; // of those faces that speak in envelopes
@@ -70,7 +77,7 @@ struct bd_conn {
     bool clock_runs; // what comes and goes is no sign of life: a phase with a deadline
     bool is_shut;    // our side was shut down
     bool is_broken;  // libuv refused: the next tick ends it, so that no caller's ground gives way
-    uint64_t active_ns, finishing_ns;
+    uint64_t begun_ns, active_ns, finishing_ns;
     uint64_t heard_ns;   // when the last byte came
     size_t unsent_bytes; // at the last look: progress is a change
     uint64_t looked_ns, looked_in_bytes, looked_out_bytes;
@@ -83,12 +90,22 @@ struct bd_conn {
 
 // Accepts from `listener` into `conn`, which its face has allocated, zeroed, and given `ops`.
 // Frees it (ops->free) and returns false if it cannot be, or if there are too many connections.
-bool bd_conn_accept(struct bd_net *net, struct bd_conn *conn, uv_stream_t *listener, bool is_pipe);
+// `is_proxied`: whoever comes there is a proxy; at other places it may be by its address. Its
+// header comes first, and the face sees what is behind it.
+bool bd_conn_accept(struct bd_net *net, struct bd_conn *conn, uv_stream_t *listener, bool is_pipe,
+                    bool is_proxied);
 // The same for a descriptor that is open already.
 bool bd_conn_open_fd(struct bd_net *net, struct bd_conn *conn, int fd);
 
 // Who is at the other end of a Unix socket; false elsewhere. Free with bd_peer_finish.
 bool bd_conn_peer(const struct bd_conn *conn, struct bd_peer *out);
+
+// What comes now is asked by whoever has this grant: a token is one client wherever it is shown,
+// without one (NULL, or a user's) it is the address or user that connected. BD_ERR_BUSY, naming
+// connections_per_client, if that token has too many; the connection is then whose it was.
+BD_MUST_CHECK
+enum bd_err bd_conn_identify(struct bd_conn *conn, const struct bd_grant *grant,
+                             struct bd_fault *fault);
 
 // Starts or stops reading. A stopped connection does not notice that its peer left.
 void bd_conn_read(struct bd_conn *conn, bool wanted);

@@ -16,7 +16,8 @@ struct entry {
 
 struct bd_cookies {
     const struct bd_limits *limits;
-    struct entry *entries; // limits->cookies of them
+    uint64_t count; // as the limit was when the daemon started
+    struct entry *entries;
 };
 
 struct bd_cookies *bd_cookies_create(const struct bd_limits *limits)
@@ -24,7 +25,8 @@ struct bd_cookies *bd_cookies_create(const struct bd_limits *limits)
     struct bd_cookies *cookies = calloc(1, sizeof *cookies);
     BD_ASSERT(cookies);
     cookies->limits = limits;
-    cookies->entries = calloc(limits->cookies, sizeof *cookies->entries);
+    cookies->count = limits->cookies;
+    cookies->entries = calloc(cookies->count, sizeof *cookies->entries);
     BD_ASSERT(cookies->entries);
     return cookies;
 }
@@ -41,7 +43,7 @@ void bd_cookies_destroy(struct bd_cookies **cookies)
 static struct entry *choose_place(struct bd_cookies *cookies)
 {
     struct entry *place = &cookies->entries[0];
-    for (uint64_t i = 1; i < cookies->limits->cookies; i++)
+    for (uint64_t i = 1; i < cookies->count; i++)
         if (cookies->entries[i].until_ns < place->until_ns) place = &cookies->entries[i];
     return place;
 }
@@ -86,7 +88,7 @@ static struct entry *find(const struct bd_cookies *cookies, const char *header)
     bd_sha256_of(value, BD_COOKIE_BYTES - 1, digest);
     uint64_t now_ns = bd_clock_ns();
     struct entry *found = NULL;
-    for (uint64_t i = 0; i < cookies->limits->cookies; i++) {
+    for (uint64_t i = 0; i < cookies->count; i++) {
         struct entry *entry = &cookies->entries[i];
         uint8_t difference = entry->until_ns <= now_ns;
         for (size_t j = 0; j < BD_SHA256_BYTES; j++) difference |= digest[j] ^ entry->digest[j];
@@ -105,4 +107,12 @@ void bd_cookies_end(struct bd_cookies *cookies, const char *header)
 {
     struct entry *entry = find(cookies, header);
     if (entry) *entry = (struct entry){0};
+}
+
+void bd_cookies_revoke(struct bd_cookies *cookies)
+{
+    for (uint64_t i = 0; i < cookies->count; i++) {
+        struct entry *entry = &cookies->entries[i];
+        if (entry->until_ns > 0 && entry->grant->is_revoked) *entry = (struct entry){0};
+    }
 }

@@ -97,12 +97,13 @@ static const struct bd_grant *grant_of_user(const struct bd_conn *conn)
     return grant;
 }
 
-void bd_framed_accept(struct bd_net *net, uv_stream_t *listener, bool is_pipe)
+void bd_framed_accept(struct bd_net *net, uv_stream_t *listener, bool is_pipe, bool is_proxied)
 {
     struct bd_framed *framed = create(net);
-    if (!bd_conn_accept(net, &framed->conn, listener, is_pipe)) return;
-    struct bd_session_start start = {.face = &face, .is_user = is_pipe};
-    if (is_pipe) start.grant = grant_of_user(&framed->conn);
+    if (!bd_conn_accept(net, &framed->conn, listener, is_pipe, is_proxied)) return;
+    // A proxy on a Unix socket is no user: it asks for others.
+    struct bd_session_start start = {.face = &face, .is_user = is_pipe && !is_proxied};
+    if (start.is_user) start.grant = grant_of_user(&framed->conn);
     bd_session_begin(&framed->conn, &start);
 }
 

@@ -10,7 +10,7 @@
 
 struct bd_net;
 
-void bd_framed_accept(struct bd_net *net, uv_stream_t *listener, bool is_pipe);
+void bd_framed_accept(struct bd_net *net, uv_stream_t *listener, bool is_pipe, bool is_proxied);
 
 // The private daemon's one connection: trusted, and never silent for too long. False if the
 // descriptor is no stream socket.

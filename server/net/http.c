@@ -320,7 +320,7 @@ void bd_http_accept(struct bd_net *net, uv_stream_t *listener)
     struct bd_http *http = calloc(1, sizeof *http);
     BD_ASSERT(http);
     http->conn.ops = &http_ops;
-    if (!bd_conn_accept(net, &http->conn, listener, false)) return;
+    if (!bd_conn_accept(net, &http->conn, listener, false, false)) return;
     struct sockaddr_storage local = {0};
     int size = sizeof local;
     uv_tcp_getsockname(&http->conn.uv.tcp, (struct sockaddr *)&local, &size);

@@ -30,9 +30,16 @@ static enum bd_err check_body_size(struct bd_http *http)
                         (unsigned long long)size, name, (unsigned long long)most);
 }
 
-static enum bd_err check_rate(struct bd_http *http)
+// Who asks, and how often.
+static enum bd_err check_rate(struct bd_http *http, const struct bd_http_guard *guard)
 {
     struct bd_net *net = http->conn.net;
+    bool has_token;
+    const struct bd_grant *grant = bd_http_guard_grant(guard, &http->head, &has_token);
+    enum bd_err err = bd_conn_identify(&http->conn, grant, &http->refusal.fault);
+    if (err) return err;
+    if (!grant && has_token)
+        return bd_client_take_failed_login(net->clients, http->conn.origin, &http->refusal.fault);
     if (http->target.route == BD_HTTP_ROUTE_HEALTH || http->target.route == BD_HTTP_ROUTE_READY)
         return BD_ERR_OK;
     return bd_client_take_request(net->clients, http->conn.client, &http->refusal.fault);
@@ -84,7 +91,7 @@ enum bd_err bd_http_check_head(struct bd_http *http)
                                   .changes = changes_something(http)};
     http->refusal = (struct bd_http_refusal){0};
     // Before all that may be wrong with it: a flood of nonsense empties the bucket like any other.
-    enum bd_err err = check_rate(http);
+    enum bd_err err = check_rate(http, &guard);
     if (!err) err = check_version(http);
     if (!err) err = bd_http_guard_check(&guard, &http->head, &http->grant, &http->refusal);
     if (!err) err = bd_http_route_check(&http->target, http->method, &http->refusal);

@@ -89,17 +89,31 @@ static enum bd_err check_cookie_use(const struct bd_http_guard *guard,
                         "a request that changes something by cookie needs its page's Origin");
 }
 
+static const char *find_token(const struct bd_http_head *head)
+{
+    const char *value = head->values[BD_HTTP_AUTHORIZATION];
+    return value && strncasecmp(value, "Bearer ", 7) == 0 ? value + 7 : NULL;
+}
+
+const struct bd_grant *bd_http_guard_grant(const struct bd_http_guard *guard,
+                                           const struct bd_http_head *head, bool *has_token)
+{
+    const char *token = find_token(head);
+    *has_token = token != NULL;
+    if (!guard->needs_token) return &bd_grant_of_all;
+    const struct bd_grant *grant = bd_tokens_find(guard->tokens, token);
+    if (!grant && !token && !guard->wants_bearer)
+        grant = bd_cookies_find(guard->cookies, head->values[BD_HTTP_COOKIE]);
+    return grant;
+}
+
 static enum bd_err check_token(const struct bd_http_guard *guard, const struct bd_http_head *head,
                                const struct bd_grant **grant, struct bd_http_refusal *refusal)
 {
-    if (!guard->needs_token) return BD_ERR_OK;
-    const char *value = head->values[BD_HTTP_AUTHORIZATION];
-    const char *token = value && strncasecmp(value, "Bearer ", 7) == 0 ? value + 7 : NULL;
-    *grant = bd_tokens_find(guard->tokens, token);
-    if (*grant) return BD_ERR_OK;
-    if (!token && !guard->wants_bearer)
-        *grant = bd_cookies_find(guard->cookies, head->values[BD_HTTP_COOKIE]);
-    if (*grant) return check_cookie_use(guard, head, refusal);
+    bool token;
+    *grant = bd_http_guard_grant(guard, head, &token);
+    const bool is_by_cookie = !token && guard->needs_token && bd_tokens_needed(guard->tokens);
+    if (*grant) return is_by_cookie ? check_cookie_use(guard, head, refusal) : BD_ERR_OK;
     return bd_fault_set(&refusal->fault, BD_ERR_UNAUTHORIZED, "Authorization",
                         token ? "the token is not one of ours"
                               : "a token is needed: Authorization: Bearer TOKEN");

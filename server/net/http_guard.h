@@ -17,7 +17,7 @@ struct bd_http_guard {
     const char *local_host;          // the connection's own address, numeric, without a port
     const struct bd_tokens *tokens;
     const struct bd_cookies *cookies;
-    bool needs_token; // does this path?
+    bool needs_token;  // does this path?
     bool wants_bearer; // in place of which no cookie will do
     // A cookie goes with whatever page asks: what changes something by one needs our own Origin.
     bool changes;
@@ -29,9 +29,15 @@ struct bd_http_refusal {
     struct bd_fault fault;
 };
 
+// What the head's credentials allow: bd_grant_of_all where none are needed, NULL where there are
+// none or wrong ones; `*has_token`: there is a token in it, right or wrong.
+const struct bd_grant *bd_http_guard_grant(const struct bd_http_guard *guard,
+                                           const struct bd_http_head *head, bool *has_token);
+
 // The head alone: no header twice that must be there once, no Transfer-Encoding (411; with a
 // length 400), a Host that is us and an Origin that is none or our own (403), a token where one is
-// needed (401; a cookie will do, with our Origin where something is changed, 403), no Expect but 100-continue (417). `*grant`: what who asks may do.
+// needed (401; a cookie will do, with our Origin where something is changed, 403), no Expect but
+// 100-continue (417). `*grant`: what who asks may do.
 BD_MUST_CHECK
 enum bd_err bd_http_guard_check(const struct bd_http_guard *guard, const struct bd_http_head *head,
                                 const struct bd_grant **grant, struct bd_http_refusal *refusal);

@@ -27,6 +27,13 @@ struct bd_listener {
     struct bd_listener *next;
 };
 
+static bool is_proxied(const struct bd_listener *listener)
+{
+    const struct bd_net_options *options = &listener->net->options;
+    return listener->address.is_unix &&
+           bd_proxy_has_path(options->proxies, options->proxy_count, listener->address.path);
+}
+
 static void on_connection(uv_stream_t *stream, int status)
 {
     struct bd_listener *listener = stream->data;
@@ -35,7 +42,7 @@ static void on_connection(uv_stream_t *stream, int status)
     else if (listener->is_http)
         bd_http_accept(listener->net, stream);
     else
-        bd_framed_accept(listener->net, stream, listener->address.is_unix);
+        bd_framed_accept(listener->net, stream, listener->address.is_unix, is_proxied(listener));
 }
 
 // A socket file that nobody answers on was left by a process that was killed.
@@ -106,7 +113,11 @@ static void warn_of_closed_door(const struct bd_listener *listener)
 static enum bd_err check_reach(const struct bd_net *net, const struct bd_address *address,
                                const char *text, struct bd_fault *fault)
 {
-    if (bd_address_is_local(address) || bd_tokens_needed(net->tokens)) return BD_ERR_OK;
+    if (bd_tokens_needed(net->tokens)) return BD_ERR_OK;
+    if (net->options.proxy_count > 0)
+        return bd_fault_set(fault, BD_ERR_USAGE, "proxy",
+                            "--proxy lets in whomever the proxy lets in: that needs --token-file");
+    if (bd_address_is_local(address)) return BD_ERR_OK;
     return bd_fault_set(fault, BD_ERR_USAGE, "listen",
                         "%s can be reached from other machines: that needs --token-file", text);
 }

@@ -16,6 +16,7 @@
 #include "net/journal_turn.h"
 #include "net/listen.h"
 #include "net/net_internal.h"
+#include "net/reload.h"
 #include "net/session.h"
 #include "net/view.h"
 
@@ -107,6 +108,12 @@ static void on_signal(uv_signal_t *signal, int number)
     bd_net_begin_drain(signal->data);
 }
 
+static void on_reload(uv_signal_t *signal, int number)
+{
+    (void)number;
+    bd_net_reload(signal->data);
+}
+
 void bd_net_conn_joined(struct bd_net *net)
 {
     bd_heartbeat_set(&net->heart, true);
@@ -132,9 +139,12 @@ static void start_own_handles(struct bd_net *net)
     bd_views_begin(net);
     uv_signal_init(&net->loop, &net->sigterm);
     uv_signal_init(&net->loop, &net->sigint);
+    uv_signal_init(&net->loop, &net->sighup);
     net->frames_ended.data = net->tick.data = net->sigterm.data = net->sigint.data = net;
+    net->sighup.data = net;
     uv_timer_start(&net->tick, on_tick, 1000, 1000);
     uv_signal_start(&net->sigterm, on_signal, SIGTERM);
+    uv_signal_start(&net->sighup, on_reload, SIGHUP);
     // Ctrl-C reaches the client and its private daemon alike; the client says what is to be done.
     if (net->options.private_fd < 0)
         uv_signal_start(&net->sigint, on_signal, SIGINT);
@@ -205,10 +215,12 @@ void bd_net_destroy(struct bd_net **net_address)
     bd_views_finish(net);
     uv_close((uv_handle_t *)&net->sigterm, NULL);
     uv_close((uv_handle_t *)&net->sigint, NULL);
+    uv_close((uv_handle_t *)&net->sighup, NULL);
     // libuv gives the signals back to the system, which ends the process by them: one more from
     // somebody impatient must not cost the rooms below their orderly end.
     signal(SIGTERM, SIG_IGN);
     signal(SIGINT, SIG_IGN);
+    signal(SIGHUP, SIG_IGN);
     uv_run(&net->loop, UV_RUN_DEFAULT); // lets every handle hear that it is closed
     BD_ASSERT_CMP(uv_loop_close(&net->loop), ==, 0);
     uv_mutex_destroy(&net->ended_lock);
@@ -219,6 +231,7 @@ void bd_net_destroy(struct bd_net **net_address)
     bd_cookies_destroy(&net->cookies);
     bd_import_cache_destroy(&net->import_cache);
     bd_tokens_destroy(&net->tokens);
+    bd_options_finish(&net->reloaded);
     free(net);
     *net_address = NULL;
 }

@@ -14,6 +14,7 @@
 #include <sys/types.h>
 
 #include "base/err.h"
+#include "net/proxy.h"
 #include "protocol/limits.h"
 #include "scene/blobs.h"
 #include "scene/journal.h"
@@ -32,9 +33,19 @@ struct bd_net_options {
     mode_t socket_mode;                     // of the files of Unix sockets
     bool has_socket_group;                  // they belong to socket_group, not to our own
     gid_t socket_group;
-    const char *public_names[BD_NET_PUBLIC_NAME_MAX]; // Host names beside our addresses
+    const char *public_names[BD_NET_PUBLIC_NAME_MAX];  // Host names beside our addresses
+    struct bd_proxy_range proxies[BD_PROXY_RANGE_MAX]; // whose connections begin with a header
+    uint32_t proxy_count;
     struct bd_limits limits;
     const char *import_program; // for bd_import; NULL = this one
+    // What main was given, to be read again at SIGHUP; NULL: SIGHUP changes nothing.
+    int argc;
+    char **argv;
+    struct {
+        const char *data, *device;
+        uint32_t gpu_memory_mib;
+        bool log_json;
+    } fixed; // what others were given, for a word about what a reload cannot change
     // Borrowed for as long as the net lives.
     struct bd_sched *sched;
     struct bd_blobs *blobs;
@@ -52,10 +63,10 @@ BD_MUST_CHECK
 enum bd_err bd_net_create(const struct bd_net_options *options, struct bd_net **out,
                           struct bd_fault *fault);
 
-// Serves until SIGTERM or SIGINT, then drains: takes no new work, ends or (after
-// drain_seconds, or at a second signal) cancels what is under way, and a second later closes what
-// connections are left, whatever they still have to send. With private_fd: until the peer closes.
-// Every command has ended when it returns.
+// Serves until SIGTERM or SIGINT; reads options and tokens again at SIGHUP (net/reload.h). Then
+// drains: takes no new work, ends or (after drain_seconds, or at a second signal) cancels what is
+// under way, and a second later closes what connections are left, whatever they still have to send.
+// With private_fd: until the peer closes. Every command has ended when it returns.
 void bd_net_run(struct bd_net *net);
 
 void bd_net_destroy(struct bd_net **net);

@@ -11,6 +11,7 @@
 #include "net/conn.h"
 #include "net/heartbeat.h"
 #include "net/net.h"
+#include "net/options.h"
 
 struct bd_command;
 struct bd_commit;
@@ -68,14 +69,15 @@ struct bd_net {
 
     struct bd_commit *commit;
     struct bd_journal_turn *journal_turns; // the first one is under way
-    struct bd_upkeep *upkeep; // under way; others wait behind it
-    struct bd_edit_place *edit_places; // oldest first
-    uint64_t edit_changes;             // of that list
+    struct bd_upkeep *upkeep;              // under way; others wait behind it
+    struct bd_edit_place *edit_places;     // oldest first
+    uint64_t edit_changes;                 // of that list
     uv_timer_t quiet_timer;
 
     uv_timer_t tick;
     struct bd_heartbeat heart;
-    uv_signal_t sigterm, sigint;
+    uv_signal_t sigterm, sigint, sighup;
+    struct bd_options reloaded; // that `options` points into since the last SIGHUP
     bool draining, has_committed_rest;
     uint64_t drain_until_ns;
 };

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/assert.h"
+#include "base/nearest.h"
 
 #define CONFIG_LINE_MAX 4096
 
@@ -111,6 +112,14 @@ static enum bd_err set_public_name(struct bd_options *options, const char *value
     return BD_ERR_OK;
 }
 
+static enum bd_err set_proxy(struct bd_options *options, const char *value, struct bd_fault *fault)
+{
+    if (options->proxy_count == BD_PROXY_RANGE_MAX)
+        return bd_fault_set(fault, BD_ERR_USAGE, "proxy", "there are more than %d proxies",
+                            BD_PROXY_RANGE_MAX);
+    return bd_proxy_parse(value, &options->proxies[options->proxy_count++], fault);
+}
+
 static enum bd_err set_gpu_memory(struct bd_options *options, const char *value,
                                   struct bd_fault *fault)
 {
@@ -161,6 +170,9 @@ static const struct option {
      "                            not readable by others. On a Unix socket our own user and root "
      "need no line"},
     {"public-name", set_public_name, "NAME        a host name that browsers may call us by"},
+    {"proxy", set_proxy,
+     "ADDRESS[/BITS]|unix:PATH  whose connections begin with a PROXY header of version 2, "
+     "repeatable"},
     {"gpu-memory", set_gpu_memory, "MIB          what may be taken of the device's memory"},
     {"limit", set_limit, "NAME=VALUE        see protocol/limits.h; repeatable"},
     {"config", read_config, "FILE             more options, one `key value` a line"},
@@ -178,7 +190,13 @@ static enum bd_err set_option(struct bd_options *options, const char *name, size
             return bd_fault_set(fault, BD_ERR_USAGE, table[i].name, "--%s takes a value",
                                 table[i].name);
         }
-    return bd_fault_set(fault, BD_ERR_USAGE, "", "there is no option \"%.*s\"", (int)length, name);
+    char word[64], hint[BD_NEAREST_HINT_BYTES];
+    struct bd_nearest nearest;
+    snprintf(word, sizeof word, "%.*s", (int)length, name);
+    bd_nearest_begin(&nearest, word);
+    for (size_t i = 0; i < OPTION_COUNT; i++) bd_nearest_consider(&nearest, table[i].name);
+    return bd_fault_set(fault, BD_ERR_USAGE, "", "there is no option \"%s\"%s", word,
+                        bd_nearest_hint(&nearest, hint));
 }
 
 static enum bd_err read_config_line(struct bd_options *options, char *line, struct bd_fault *fault)
@@ -193,15 +211,28 @@ static enum bd_err read_config_line(struct bd_options *options, char *line, stru
     return set_option(options, key, length, *value ? value : NULL, fault);
 }
 
+// The fault of a line, with where it stands.
+static enum bd_err at_line(const char *path, unsigned number, struct bd_fault *fault)
+{
+    if (!fault) return BD_ERR_USAGE;
+    struct bd_fault inner = *fault;
+    return bd_fault_set(fault, inner.err, inner.field, "%s, line %u: %s", path, number,
+                        inner.message);
+}
+
 static enum bd_err read_config(struct bd_options *options, const char *path, struct bd_fault *fault)
 {
     FILE *file = fopen(path, "re");
     if (!file) return bd_fault_set(fault, BD_ERR_USAGE, "config", "%s: %s", path, strerror(errno));
     char line[CONFIG_LINE_MAX];
     enum bd_err err = BD_ERR_OK;
-    while (!err && fgets(line, sizeof line, file)) err = read_config_line(options, line, fault);
+    unsigned number = 0;
+    while (!err && fgets(line, sizeof line, file)) {
+        err = read_config_line(options, line, fault);
+        number++;
+    }
     fclose(file);
-    return err;
+    return err ? at_line(path, number, fault) : BD_ERR_OK;
 }
 
 static bool read_flag(struct bd_options *options, const char *argument)
@@ -226,7 +257,9 @@ enum bd_err bd_options_read(struct bd_options *options, int argc, char **argv,
                                    .device = "auto",
                                    .socket_mode = BD_NET_SOCKET_MODE,
                                    .limits = bd_limits_default,
-                                   .private_fd = -1};
+                                   .private_fd = -1,
+                                   .argc = argc,
+                                   .argv = argv};
     for (int i = 1; i < argc; i++) {
         if (read_flag(options, argv[i])) continue;
         if (strncmp(argv[i], "--", 2) != 0)
@@ -254,4 +287,14 @@ void bd_options_print_help(FILE *out)
     for (size_t i = 0; i < OPTION_COUNT; i++)
         fprintf(out, "  --%s %s\n", table[i].name, table[i].help);
     fputs("  --debug --list-devices --version --help\n", out);
+    fputs(
+        "\nSIGHUP reads the options' --config files and the token file again. Tokens, public "
+        "names,\n"
+        "proxies and the limits of peers and requests count from then on; connections and "
+        "sessions\n"
+        "of tokens that are gone, or have other rights, end. What else has changed is named in "
+        "the\n"
+        "log and needs a restart. A file with a fault changes nothing: one line says where it is.\n"
+        "SIGTERM ends the daemon in good order.\n",
+        out);
 }

@@ -25,11 +25,15 @@ struct bd_options {
     gid_t socket_group;
     const char *public_names[BD_NET_PUBLIC_NAME_MAX];
     uint32_t public_name_count;
+    struct bd_proxy_range proxies[BD_PROXY_RANGE_MAX];
+    uint32_t proxy_count;
     uint32_t gpu_memory_mib; // 0 = by the device
     struct bd_limits limits;
     bool log_json, log_debug;
     int private_fd; // -1 = none
     bool shows_version, shows_help, lists_devices;
+    int argc; // what was read, borrowed
+    char **argv;
     char **owned; // every text above
     uint32_t owned_count;
 };

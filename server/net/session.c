@@ -195,6 +195,8 @@ static enum bd_err take_request(struct bd_session *session, const Bounced__Envel
     struct bd_net *net = session->net;
     if (envelope->body_case == BOUNCED__ENVELOPE__BODY_CANCEL) return BD_ERR_OK;
     net->stats.requests++;
+    // Whose it is, hello says itself.
+    if (envelope->body_case == BOUNCED__ENVELOPE__BODY_HELLO) return BD_ERR_OK;
     return bd_client_take_request(net->clients, session->client, fault);
 }
 
@@ -375,6 +377,22 @@ static bool is_over(const struct bd_session *session)
 {
     if (session->has_ended || session->conn) return false;
     return session->net->draining || bd_clock_ns() > session->parked_until_ns;
+}
+
+void bd_sessions_revoke(struct bd_net *net)
+{
+    struct bd_fault fault;
+    bd_fault_set(&fault, BD_ERR_UNAUTHORIZED, "token",
+                 "the token is not one of ours any more, or has other rights: begin again");
+    // Giving up sends and closes, and takes nobody out of the list.
+    for (struct bd_session *session = net->sessions; session; session = session->next) {
+        if (session->has_ended || !session->grant || !session->grant->is_revoked) continue;
+        session->is_resumable = false;
+        if (session->conn)
+            bd_session_give_up(session, &fault);
+        else
+            bd_session_end(session);
+    }
 }
 
 void bd_sessions_sweep(struct bd_net *net)

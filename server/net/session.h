@@ -31,7 +31,7 @@ struct bd_session_face {
 struct bd_session_start {
     const struct bd_session_face *face;
     bool says_goodbye; // the face has a close of its own: what breaks without one may be resumed
-    bool is_private; // the private daemon's one connection: never silent for too long
+    bool is_private;   // the private daemon's one connection: never silent for too long
     const struct bd_grant *grant; // NULL: by the token that hello shows
     bool is_user; // of this machine, without a grant: refused where no token could give one
 };
@@ -60,6 +60,10 @@ void bd_session_written(struct bd_conn *conn);
 void bd_session_gone(struct bd_conn *conn);
 
 // Frees sessions that have ended. Not from within one of their callbacks.
+// Those whose grant is revoked end, and say why where they have a connection: it closes. Those that
+// wait for one are gone.
+void bd_sessions_revoke(struct bd_net *net);
+
 void bd_sessions_sweep(struct bd_net *net);
 
 #endif

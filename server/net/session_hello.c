@@ -30,18 +30,43 @@ static enum bd_err refuse_user(const struct bd_session *session, struct bd_fault
                         key, key);
 }
 
+static enum bd_err refuse_token(const struct bd_session *session, const Bounced__Hello *hello,
+                                struct bd_fault *fault)
+{
+    struct bd_clients *clients = session->net->clients;
+    enum bd_err err = hello->token
+                          ? bd_client_take_failed_login(clients, session->conn->origin, fault)
+                          : bd_client_take_request(clients, session->client, fault);
+    if (err) return err;
+    return bd_fault_set(fault, BD_ERR_UNAUTHORIZED, "token",
+                        hello->token ? "the token is not one of ours" : "a token is needed");
+}
+
+// From here on it is the token that asks, if there is one.
+static enum bd_err become(struct bd_session *session, const struct bd_grant *grant,
+                          struct bd_fault *fault)
+{
+    enum bd_err err = bd_conn_identify(session->conn, grant, fault);
+    if (err) return err;
+    session->grant = grant;
+    bd_client_retain(session->conn->client);
+    bd_client_release(&session->client);
+    session->client = session->conn->client;
+    return BD_ERR_OK;
+}
+
 static enum bd_err check_hello(struct bd_session *session, const Bounced__Hello *hello,
                                struct bd_fault *fault)
 {
     const struct bd_tokens *tokens = session->net->tokens;
-    enum bd_err err = check_version(hello, fault);
-    if (err || session->grant) return err;
-    bool has_token = hello->token && bd_tokens_needed(tokens);
-    if (session->is_user && !has_token) return refuse_user(session, fault);
-    session->grant = bd_tokens_find(tokens, hello->token);
-    if (session->grant) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_UNAUTHORIZED, "token",
-                        hello->token ? "the token is not one of ours" : "a token is needed");
+    const struct bd_grant *grant = session->grant;
+    if (!grant && session->is_user && !(hello->token && bd_tokens_needed(tokens)))
+        return refuse_user(session, fault);
+    if (!grant) grant = bd_tokens_find(tokens, hello->token);
+    if (!grant) return refuse_token(session, hello, fault);
+    enum bd_err err = become(session, grant, fault);
+    if (!err) err = bd_client_take_request(session->net->clients, session->client, fault);
+    return err ? err : check_version(hello, fault);
 }
 
 static void add_limits(Bounced__HelloReply *reply, const struct bd_limits *limits)
