@@ -70,13 +70,16 @@ extern const struct bd_check_options bd_check_options_default;
 
 struct bd_check_result {
     // Relative RMSE and its 95 % interval. An error that drowns in the reference's noise has value
-    // and low 0 and a finite high. Infinite where the image is not black and the reference is.
+    // and low 0 and a finite high.
     double value, low, high;
+    bool black; // no traced pixel has any light: all three are absolute, an RMSE in cd/m^2
     bool tail;             // 1 % of the samples carries over half of the sum: `high` is infinite
     uint32_t pixel_count;  // traced, or taken from the cache
     uint64_t sample_count; // traced now, both halves
     double noise_share;    // the reference's, of the variance behind the interval; 0 to 1
     double noise;          // its relative standard deviation in `value`
+    double sample_variance; // of one sample of the reference, as a part of mean_reference squared:
+                            // its own relative RMSE at n samples a pixel is the root of this / n
     double mean_square;    // the two estimates that make `value`; mean_square may be below 0
     double mean_reference;
 };

@@ -18,8 +18,10 @@
 struct measured {
     double square;       // debiased squared error d
     double error;        // I - R
+    double reference;    // R
     double square_noise; // variance of d by the reference's samples
     double error_noise;
+    double sample_noise; // variance of one sample of the reference
     double contribution; // to the mean of d, by what it stands for; 0 if it stands for itself alone
 };
 
@@ -49,6 +51,8 @@ static struct measured measure(const float *image, const struct bd_check_traced 
         double variance = fmax(sums->square_sum[c] / (2 * n) - mean * mean, 0) / n;
         out.square += from_a * from_b / 3;
         out.error += ((double)image[c] - mean) / 3;
+        out.reference += mean / 3;
+        out.sample_noise += variance * n / 3;
         square_deviation += sqrt(2 * fmax(from_a * from_b, 0) * variance + variance * variance) / 3;
         error_deviation += sqrt(variance / 2) / 3;
     }
@@ -58,11 +62,12 @@ static struct measured measure(const float *image, const struct bd_check_traced 
 }
 
 // Means over the whole frame: of d, and of R as the frame's own mean, which is known, less the mean
-// difference: the frame knows most of what makes pixels differ.
+// difference: the frame knows most of what makes pixels differ. Where that is no number that a mean
+// of light can be, by chance, the mean of what was traced.
 static void estimate_means(const struct bd_check_plan *plan, struct measured *measured,
                            struct bd_check_result *out)
 {
-    double square = 0, error = 0;
+    double square = 0, error = 0, reference = 0, sample_noise = 0;
     for (uint32_t s = 0; s < plan->stratum_count; s++) {
         const struct bd_check_stratum *stratum = &plan->strata[s];
         double weight = (double)stratum->pixel_count /
@@ -73,10 +78,22 @@ static void estimate_means(const struct bd_check_plan *plan, struct measured *me
             m->contribution = certain ? 0 : weight * m->square;
             square += weight * m->square;
             error += weight * m->error;
+            reference += weight * m->reference;
+            sample_noise += weight * m->sample_noise;
         }
     }
     out->mean_square = square;
-    out->mean_reference = plan->mean_image - error;
+    out->black = !(reference > 0);
+    out->mean_reference = out->black ? 0 : plan->mean_image - error;
+    if (!(out->mean_reference > 0)) out->mean_reference = reference;
+    if (!out->black)
+        out->sample_variance = sample_noise / (out->mean_reference * out->mean_reference);
+}
+
+// What errors are told in: the reference's mean, or cd/m^2 where that is nothing.
+static double unit_of(const struct bd_check_result *result)
+{
+    return result->black ? 1 : result->mean_reference;
 }
 
 // --- spread ---------------------------------------------------------------------------------
@@ -84,16 +101,16 @@ static void estimate_means(const struct bd_check_plan *plan, struct measured *me
 // The squared relative error q = S / M^2 changes by dS / M^2 - 2 S dM / M^3; what one pixel brings.
 static double influence(const struct measured *m, const struct bd_check_result *means)
 {
-    double mean = means->mean_reference;
-    return m->square / (mean * mean) +
-           2 * fmax(means->mean_square, 0) * m->error / (mean * mean * mean);
+    double unit = unit_of(means), by_square = m->square / (unit * unit);
+    if (means->black) return by_square;
+    return by_square + 2 * fmax(means->mean_square, 0) * m->error / (unit * unit * unit);
 }
 
 static double influence_noise(const struct measured *m, const struct bd_check_result *means)
 {
-    double mean = means->mean_reference;
-    double by_square = sqrt(m->square_noise) / (mean * mean);
-    double by_error = 2 * fmax(means->mean_square, 0) * sqrt(m->error_noise) / (mean * mean * mean);
+    double unit = unit_of(means);
+    double by_square = sqrt(m->square_noise) / (unit * unit);
+    double by_error = 2 * fmax(means->mean_square, 0) * sqrt(m->error_noise) / (unit * unit * unit);
     return (by_square + by_error) * (by_square + by_error);
 }
 
@@ -158,7 +175,7 @@ static struct spread spread_of(const struct bd_check_plan *plan, const struct me
     struct spread spread = {0};
     for (uint32_t s = 0; s < plan->stratum_count; s++)
         add_stratum(plan, &plan->strata[s], measured + plan->strata[s].first, means, &spread);
-    spread.unseen = unseen_square(plan, measured) / (means->mean_reference * means->mean_reference);
+    spread.unseen = unseen_square(plan, measured) / (unit_of(means) * unit_of(means));
     return spread;
 }
 
@@ -207,7 +224,7 @@ static bool is_noise(const struct bd_check_result *result)
 
 static void note_noise(const struct spread *spread, struct bd_check_result *out)
 {
-    double square = out->mean_square / (out->mean_reference * out->mean_reference);
+    double square = out->mean_square / (unit_of(out) * unit_of(out));
     out->noise_share = spread->variance > 0 ? spread->noise / spread->variance : 0;
     out->noise = square > 0 ? sqrt(spread->noise) / (2 * square) : INFINITY;
 }
@@ -216,7 +233,7 @@ static void note_noise(const struct spread *spread, struct bd_check_result *out)
 // where the reference's noise does, or nothing is left above it, on its square, which may be zero.
 static void make_interval(const struct spread *spread, struct bd_check_result *out)
 {
-    double square = out->mean_square / (out->mean_reference * out->mean_reference);
+    double square = out->mean_square / (unit_of(out) * unit_of(out));
     double deviation = sqrt(spread->variance);
     double freedom = spread->square_sum > 0
                          ? spread->variance * spread->variance / spread->square_sum
@@ -236,21 +253,13 @@ static void make_interval(const struct spread *spread, struct bd_check_result *o
     if (out->tail) out->high = INFINITY;
 }
 
-// The reference is black there, as far as one can see: no error can be relative to it.
-static void make_black(struct bd_check_result *out)
-{
-    bool black = out->mean_square == 0;
-    out->value = black ? 0 : INFINITY;
-    out->low = 0;
-    out->high = black ? 0 : INFINITY;
-}
-
 void bd_check_estimate(const struct bd_check_plan *plan, const struct bd_image *beauty,
                        const struct bd_check_traced *traced, struct bd_check_result *out)
 {
     out->pixel_count = plan->sample_count;
-    out->tail = false;
+    out->tail = out->black = false;
     out->noise_share = out->noise = out->mean_square = out->mean_reference = 0;
+    out->sample_variance = 0;
     if (plan->sample_count == 0) {
         out->value = out->low = 0;
         out->high = INFINITY;
@@ -262,14 +271,10 @@ void bd_check_estimate(const struct bd_check_plan *plan, const struct bd_image *
         measured[i] = measure(
             beauty->pixels + (size_t)plan->samples[i].index * beauty->channel_count, &traced[i]);
     estimate_means(plan, measured, out);
-    if (out->mean_reference <= 0) {
-        make_black(out);
-    } else {
-        struct spread spread = spread_of(plan, measured, out);
-        note_noise(&spread, out);
-        // Differences of noise have a sum near zero, of which any of them is a large part.
-        out->tail = !is_noise(out) && has_tail(plan, measured, out->mean_square);
-        make_interval(&spread, out);
-    }
+    struct spread spread = spread_of(plan, measured, out);
+    note_noise(&spread, out);
+    // Differences of noise have a sum near zero, of which any of them is a large part.
+    out->tail = !is_noise(out) && has_tail(plan, measured, out->mean_square);
+    make_interval(&spread, out);
     free(measured);
 }

@@ -21,9 +21,15 @@ void bd_refine_init(struct bd_refinement *refinement, double target, uint32_t pi
 static bool should_look(const struct bd_refinement *refinement,
                         const struct bd_check_result *result)
 {
-    bool may_do = result->value < refinement->target || isinf(result->high);
+    bool may_do = !result->black && (result->value < refinement->target || isinf(result->high));
     return may_do && result->pixel_count == refinement->pixel_count &&
            2 * refinement->pixel_count <= PIXELS_MOST;
+}
+
+// Nothing is a part of black: there the only error below a target is none.
+static bool is_reached(const struct bd_refinement *refinement, const struct bd_check_result *result)
+{
+    return result->black ? result->high == 0 : result->high < refinement->target;
 }
 
 enum bd_refine_next bd_refine_decide(struct bd_refinement *refinement,
@@ -31,7 +37,7 @@ enum bd_refine_next bd_refine_decide(struct bd_refinement *refinement,
                                      bool *is_better)
 {
     *is_better = result->high < refinement->lowest || isinf(refinement->lowest);
-    if (result->high < refinement->target) return BD_REFINE_REACHED;
+    if (is_reached(refinement, result)) return BD_REFINE_REACHED;
     if (should_look(refinement, result)) {
         refinement->pixel_count *= 2;
         return BD_REFINE_LOOK;

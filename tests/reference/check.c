@@ -268,13 +268,16 @@ static void test_black(void **state)
     memset(p.indirect->pixels, 0, 3 * COUNT * sizeof(float));
     struct bd_check_result result = check(&p, 256, 1, NULL);
     double full = full_error(&p); // all of the light is missing
-    assert_true(result.low <= full && full <= result.high);
+    assert_true(result.low <= full && full <= result.high && !result.black);
     memset(p.truth->pixels, 0, 3 * COUNT * sizeof(float));
     result = check(&p, 256, 1, NULL);
-    assert_true(result.value == 0 && result.low == 0 && result.high == 0);
+    assert_true(result.black && result.value == 0 && result.low == 0 && result.high == 0);
     p.beauty->pixels[0] = 1; // the brightest pixel of all: certain to be traced
     result = check(&p, 256, 1, NULL);
-    assert_true(isinf(result.value) && isinf(result.high));
+    // No part of nothing, but an error of so many cd/m^2.
+    assert_true(result.black);
+    assert_true(fabs(result.value - sqrt(1.0 / 3 / COUNT)) < 1e-9);
+    assert_true(result.low <= result.value && result.value <= result.high && isfinite(result.high));
     free_picture(&p);
 }
 

@@ -92,6 +92,22 @@ static void the_best_is_the_lowest_upper_end(void **state)
     }
 }
 
+// Nothing is a part of black, however small the figure is.
+static void against_black_only_no_error_is_below(void **state)
+{
+    (void)state;
+    struct bd_refinement refinement = begin();
+    struct bd_check_result result = found(1e-6, 2e-6, 256);
+    bool better;
+    result.black = true;
+    assert_int_equal(bd_refine_decide(&refinement, &result, true, &better), BD_REFINE_CLIMB);
+    assert_true(better);
+    result.high = INFINITY; // no number of pixels makes it relative
+    assert_int_equal(bd_refine_decide(&refinement, &result, true, &better), BD_REFINE_CLIMB);
+    result.value = result.high = 0;
+    assert_int_equal(bd_refine_decide(&refinement, &result, true, &better), BD_REFINE_REACHED);
+}
+
 // --- ladders --------------------------------------------------------------------------------
 
 static const char *const two_keys[] = {"vpls=16 rsm_size=32", "vpls=64 rsm_size=64",
@@ -191,6 +207,7 @@ int main(void)
         cmocka_unit_test(three_that_lower_nothing_are_the_floor),
         cmocka_unit_test(the_last_rung_is_the_floor),
         cmocka_unit_test(the_best_is_the_lowest_upper_end),
+        cmocka_unit_test(against_black_only_no_error_is_below),
         cmocka_unit_test(a_ladder_begins_at_its_foot),
         cmocka_unit_test(a_ladder_begins_above_what_was_given),
         cmocka_unit_test(a_ladder_may_fall),
