@@ -75,7 +75,7 @@ enum bd_err bd_cli_check_common(const struct bd_cli_common *common, struct bd_fa
     return BD_ERR_OK;
 }
 
-// Cuts ":model" or ":full" off a figure; they say what both options measure against.
+// Cuts ":full" or ":model" off a figure; they say what both options measure against.
 static enum bd_err parse_against(const char *option, const char *text, char *figure,
                                  size_t figure_size, struct bd_cli_render *out,
                                  struct bd_fault *fault)
@@ -88,7 +88,7 @@ static enum bd_err parse_against(const char *option, const char *text, char *fig
     if (!colon) return BD_ERR_OK;
     const char *against = colon + 1;
     if (strcmp(against, "model") != 0 && strcmp(against, "full") != 0)
-        return bd_fault_set(fault, BD_ERR_USAGE, option, "--%s %.40s: against is model or full",
+        return bd_fault_set(fault, BD_ERR_USAGE, option, "--%s %.40s: against is full or model",
                             option, text);
     if (out->against && strcmp(out->against, against) != 0)
         return bd_fault_set(fault, BD_ERR_USAGE, option,

@@ -14,6 +14,7 @@
 #define BD_REPORT_OMITTED_MAX 32
 #define BD_REPORT_FLAG_MAX    32
 #define BD_REPORT_ERROR_MAX   4
+#define BD_REPORT_FLAG_BYTES  192
 
 enum bd_pass_state { BD_PASS_RAN, BD_PASS_REUSED, BD_PASS_PLANNED };
 enum bd_stopped {
@@ -66,13 +67,13 @@ struct bd_report {
     double memory_gpu_mib, memory_gpu_peak_mib;
     double memory_reference_mib; // prepared for tracing, of all scenes together
     uint32_t flag_count;
-    char flags[BD_REPORT_FLAG_MAX][96];
+    char flags[BD_REPORT_FLAG_MAX][BD_REPORT_FLAG_BYTES];
     uint64_t nonfinite_pixels;
     uint32_t error_count; // estimates of how wrong the frame is, with 95 % intervals
     struct {
-        char metric[16];         // "rel_rmse"
-        char against[8];         // "model" or "full"
-        double value, low, high; // high = INFINITY: a few samples carry the error (`error_tail`)
+        char metric[16];         // "rel_rmse"; "rmse", in cd/m^2, where the reference is black
+        char against[8];         // "full" or "model"; what was asked for comes first
+        double value, low, high; // high = INFINITY: a few samples carry the error
         uint64_t samples;        // pixels that were traced
     } errors[BD_REPORT_ERROR_MAX];
     enum bd_stopped stopped;

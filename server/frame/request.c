@@ -86,8 +86,11 @@ const char *bd_fresh_name(enum bd_fresh fresh)
 const char *bd_against_name(enum bd_against against)
 {
     switch (against) {
-    case BD_AGAINST_MODEL: return "model";
     case BD_AGAINST_FULL: return "full";
+    case BD_AGAINST_MODEL:
+        return "model";
+    case BD_AGAINST_COUNT:
+        break;
     }
     return NULL;
 }

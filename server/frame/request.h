@@ -51,12 +51,13 @@ uint32_t bd_layers_named(const char *name);
 
 // What a frame's error is measured against.
 enum bd_against {
-    BD_AGAINST_MODEL, // the technique's own declared model: what no sample, but a design leaves out,
-                      // is no error
     BD_AGAINST_FULL,  // the whole rendering equation
+    BD_AGAINST_MODEL, // the technique's own declared model: what no sample, but a design leaves
+                      // out, is no error
+    BD_AGAINST_COUNT,
 };
 
-// "model", "full".
+// "full", "model"; NULL for an index out of range.
 const char *bd_against_name(enum bd_against against);
 
 struct bd_frame_request {
@@ -74,7 +75,7 @@ struct bd_frame_request {
     // Relative error to refine for, 0 = none: then `check_pixels` 0 stands for 512.
     uint32_t check_pixels;
     double target_error;
-    enum bd_against against;
+    enum bd_against against; // what decides; the other figure is in the report too
     enum bd_fresh fresh;
     bool plan_only;       // report what would run and what is left out; render nothing
 };

@@ -86,12 +86,14 @@ static enum bd_err read_check(const Bounced__FrameRequest *request, struct bd_fr
             return bd_fault_set(fault, BD_ERR_USAGE, "target_error", "%g: must be above 0",
                                 request->target_error);
     }
-    const char *against = request->against ? request->against : "model";
-    frame->against = strcmp(against, "full") == 0 ? BD_AGAINST_FULL : BD_AGAINST_MODEL;
-    if (strcmp(against, bd_against_name(frame->against)) != 0)
-        return bd_fault_set(fault, BD_ERR_USAGE, "against", "against is model or full, not \"%s\"",
-                            against);
-    return BD_ERR_OK;
+    if (!request->against) return BD_ERR_OK;
+    for (int against = 0; against < BD_AGAINST_COUNT; against++) {
+        if (strcmp(bd_against_name((enum bd_against)against), request->against) != 0) continue;
+        frame->against = (enum bd_against)against;
+        return BD_ERR_OK;
+    }
+    return bd_fault_set(fault, BD_ERR_USAGE, "against", "against is full or model, not \"%s\"",
+                        request->against);
 }
 
 static enum bd_err read_exposure(const char *text, struct bd_encode_request *encode,

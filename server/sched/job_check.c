@@ -1,6 +1,7 @@
 #include "sched/job_check.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -12,6 +13,12 @@
 
 #define PIXELS_USUAL 512
 
+// Of what reaches a target: more samples a pixel than these nobody waits for.
+#define SPP_MOST (1u << 20)
+
+// Another technique is worth naming where its floor is at most this part of the one that was met.
+#define LOWER_FLOOR 0.9
+
 static const uint32_t layers_read =
     1u << BD_LAYER_BEAUTY | 1u << BD_LAYER_INDIRECT | 1u << BD_LAYER_NORMAL | 1u << BD_LAYER_DEPTH;
 
@@ -20,7 +27,7 @@ struct kept {
     bool stands;
     struct bd_image *layers[BD_LAYER_COUNT];
     struct bd_report report;
-    double mean_reference; // of its check
+    struct bd_check_result checked;
 };
 
 struct bd_job_check {
@@ -64,22 +71,30 @@ void bd_job_check_destroy(struct bd_job_check **check)
 
 // --- the report -----------------------------------------------------------------------------
 
-static void report_error(const struct bd_job *job, const struct bd_check_result *result,
+// Behind those that are there.
+static void report_error(const struct bd_check_result *result, enum bd_against against,
                          struct bd_report *report)
+{
+    uint32_t at = report->error_count++;
+    BD_ASSERT_CMP(at, <, BD_REPORT_ERROR_MAX);
+    strcpy(report->errors[at].metric, result->black ? "rmse" : "rel_rmse");
+    strcpy(report->errors[at].against, bd_against_name(against));
+    report->errors[at].value = result->value;
+    report->errors[at].low = result->low;
+    report->errors[at].high = result->high;
+    report->errors[at].samples = result->pixel_count;
+}
+
+// What is said of a frame by its first figure, the one that decides.
+static void report_first_error(const struct bd_job *job, const struct bd_check_result *result,
+                               struct bd_report *report)
 {
     report->error_count = 0;
     report->flag_count = job->check->flag_count;
-    if (result->pixel_count == 0) {
+    if (result->pixel_count == 0)
         bd_report_flag(report, "error_unknown: no pixel is finite");
-        return;
-    }
-    strcpy(report->errors[0].metric, "rel_rmse");
-    strcpy(report->errors[0].against, bd_against_name(job->request.frame.against));
-    report->errors[0].value = result->value;
-    report->errors[0].low = result->low;
-    report->errors[0].high = result->high;
-    report->errors[0].samples = result->pixel_count;
-    report->error_count = 1;
+    else
+        report_error(result, job->request.frame.against, report);
     if (result->tail) bd_report_flag(report, "error_tail");
 }
 
@@ -95,14 +110,14 @@ static void add_time(struct bd_report_time *sum, const struct bd_report_time *ti
 
 // --- refining -------------------------------------------------------------------------------
 
-static void keep_best(struct bd_job *job, double mean_reference)
+static void keep_best(struct bd_job *job, const struct bd_check_result *checked)
 {
     struct kept *best = &job->check->best;
     free_layers(best->layers);
     memcpy(best->layers, job->result.layers, sizeof best->layers);
     memset(job->result.layers, 0, sizeof job->result.layers);
     best->report = job->result.report;
-    best->mean_reference = mean_reference;
+    best->checked = *checked;
     best->stands = true;
 }
 
@@ -137,98 +152,110 @@ static bool has_next_rung(const struct bd_job_check *check)
     return check->technique->ladder && check->technique->ladder[check->rung];
 }
 
-static struct bd_checked checked_of(struct bd_job *job, struct bd_image *const *layers)
+static struct bd_checked checked_of(struct bd_job *job, struct bd_image *const *layers,
+                                    enum bd_against against)
 {
     return (struct bd_checked){job, job->check->technique, layers,
-                               job->check->refinement.pixel_count};
+                               job->check->refinement.pixel_count, against};
 }
 
-// The first technique of the registry whose model goes below the floor, measured on the same
-// pixels; NULL if that is the reference alone.
-static const struct bd_technique *find_below(struct bd_reference_runner *runner, struct bd_job *job,
-                                             double floor, double *limit)
+static enum bd_err measure(struct bd_reference_runner *runner, struct bd_check_views *views,
+                           const struct bd_checked *checked, struct bd_check_result *out)
 {
-    const struct bd_checked checked = checked_of(job, job->check->best.layers);
-    const struct bd_technique *technique;
-    for (uint32_t i = 0; (technique = bd_technique_at(i)) != NULL; i++) {
-        if (technique->is_reference || technique == job->check->technique) continue;
-        *limit =
-            bd_job_check_model_limit(runner, &checked, technique, job->check->best.mean_reference);
-        if (*limit < floor) return technique;
-    }
-    return NULL;
-}
-
-// What goes below: against its own model, the reference with that model; against the whole
-// equation, a technique whose model leaves out less, or the reference, which leaves out nothing.
-static void report_floor(struct bd_reference_runner *runner, struct bd_job *job)
-{
-    struct bd_report *report = &job->check->best.report;
-    double floor = report->errors[0].value, limit;
-    if (report->error_count == 0) return;
-    if (job->request.frame.against == BD_AGAINST_MODEL) {
-        bd_report_flag(report, "error_floor: %.3g %% against model; below it: %s with model_of=%s",
-                       100 * floor, bd_technique_reference.name, job->check->technique->name);
-        return;
-    }
+    struct bd_job *job = checked->job;
     uint64_t start_ns = bd_clock_ns();
-    const struct bd_technique *below = find_below(runner, job, floor, &limit);
-    job->check->spent_ms.check += bd_ms_since(start_ns);
-    job->check->spent_ms.total += bd_ms_since(start_ns);
-    if (below)
-        bd_report_flag(report, "error_floor: %.3g %% against full; below it: %s, down to %.3g %%",
-                       100 * floor, below->name, 100 * limit);
-    else
-        bd_report_flag(report, "error_floor: %.3g %% against full; below it: %s alone", 100 * floor,
-                       bd_technique_reference.name);
-}
-
-// Whether to go on, and with what: true to render again.
-static bool decide(struct bd_reference_runner *runner, struct bd_job *job,
-                   const struct bd_check_result *measured, bool *look)
-{
-    struct bd_job_check *check = job->check;
-    bool is_better;
-    enum bd_refine_next next =
-        bd_refine_decide(&check->refinement, measured, has_next_rung(check), &is_better);
-    *look = next == BD_REFINE_LOOK;
-    if (*look) return false;
-    if (is_better) keep_best(job, measured->mean_reference);
-    switch (next) {
-    case BD_REFINE_LOOK:
-        break;
-    case BD_REFINE_CLIMB:
-        return climb(job);
-    case BD_REFINE_REACHED:
-        finish(job, BD_STOPPED_TARGET);
-        break;
-    case BD_REFINE_FLOOR:
-        report_floor(runner, job);
-        finish(job, BD_STOPPED_FLOOR);
-        break;
-    }
-    return false;
-}
-
-static enum bd_err measure_and_report(struct bd_reference_runner *runner,
-                                      struct bd_check_views *views, struct bd_job *job,
-                                      struct bd_check_result *measured)
-{
-    uint64_t start_ns = bd_clock_ns();
-    const struct bd_checked checked = checked_of(job, job->result.layers);
-    enum bd_err err = bd_job_check_measure(runner, views, &checked, measured, &job->result.fault);
+    enum bd_err err = bd_job_check_measure(runner, views, checked, out, &job->result.fault);
     double ms = bd_ms_since(start_ns);
     job->check->spent_ms.check += ms;
     job->check->spent_ms.total += ms;
-    if (!err) report_error(job, measured, &job->result.report);
     return err;
 }
+
+// --- the floor --------------------------------------------------------------------------------
+
+static bool is_same_model(const struct bd_technique *a, const struct bd_technique *b)
+{
+    const struct bd_model *x = &a->model, *y = &b->model;
+    return x->indirect_bounces == y->indirect_bounces &&
+           x->indirect_visibility == y->indirect_visibility && x->lights == y->lights &&
+           x->glossy_receivers == y->glossy_receivers && x->glossy_senders == y->glossy_senders &&
+           x->transmission == y->transmission && x->coverage == y->coverage;
+}
+
+// Whether one that stands before it in the registry, or the frame's own, leaves out the same.
+static bool is_model_known(const struct bd_technique *own, uint32_t index)
+{
+    const struct bd_technique *technique = bd_technique_at(index);
+    if (is_same_model(own, technique)) return true;
+    for (uint32_t i = 0; i < index; i++)
+        if (is_same_model(bd_technique_at(i), technique)) return true;
+    return false;
+}
+
+// The first technique of the registry whose model goes clearly below the floor, measured on the
+// same pixels; NULL if that is the reference alone.
+static const struct bd_technique *find_below(struct bd_reference_runner *runner, struct bd_job *job,
+                                             double floor, double *limit)
+{
+    const struct bd_checked checked =
+        checked_of(job, job->check->best.layers, job->request.frame.against);
+    const double mean_reference = job->check->best.checked.mean_reference;
+    const struct bd_technique *technique, *found = NULL;
+    uint64_t start_ns = bd_clock_ns();
+    for (uint32_t i = 0; !found && (technique = bd_technique_at(i)) != NULL; i++) {
+        if (technique->is_reference || is_model_known(job->check->technique, i)) continue;
+        *limit = bd_job_check_model_limit(runner, &checked, technique, mean_reference);
+        if (*limit < LOWER_FLOOR * floor) found = technique;
+    }
+    job->check->spent_ms.check += bd_ms_since(start_ns);
+    job->check->spent_ms.total += bd_ms_since(start_ns);
+    return found;
+}
+
+// Samples a pixel with which the reference's own noise is below the target: twice those that its
+// variance, known from some pixels only, asks for, on a step of its ladder's kind.
+static uint32_t samples_for(const struct bd_check_result *checked, double target)
+{
+    double wanted = 2 * checked->sample_variance / (target * target);
+    uint32_t spp = 4;
+    while (spp < wanted && spp < SPP_MOST) spp *= 2;
+    return spp;
+}
+
+// What reaches the target: the reference, in the words that ask for it. Against the whole equation
+// also a technique whose model leaves out less, if one goes below.
+static void report_floor(struct bd_reference_runner *runner, struct bd_job *job)
+{
+    struct kept *best = &job->check->best;
+    const enum bd_against against = job->request.frame.against;
+    const struct bd_checked checked = checked_of(job, best->layers, against);
+    if (best->report.error_count == 0) return;
+    const double floor = best->report.errors[0].value, target = job->request.frame.target_error;
+    char settings[96], below[64] = "", figure[48];
+    bd_job_check_settings(&checked, settings, sizeof settings);
+    if (best->checked.black)
+        snprintf(figure, sizeof figure, "%.3g cd/m^2", floor);
+    else
+        snprintf(figure, sizeof figure, "%.3g %%", 100 * floor);
+    double limit;
+    const struct bd_technique *technique =
+        against == BD_AGAINST_FULL ? find_below(runner, job, floor, &limit) : NULL;
+    if (technique)
+        snprintf(below, sizeof below, "; below it: %s, down to %.3g %%", technique->name,
+                 100 * limit);
+    bd_report_flag(&best->report, "error_floor: %s against %s; %.3g %% reached by: %s spp=%u%s%s%s",
+                   figure, bd_against_name(against), 100 * target, bd_technique_reference.name,
+                   samples_for(&best->checked, target), settings[0] ? " " : "", settings, below);
+}
+
+// --- the end ----------------------------------------------------------------------------------
 
 // A frame that has no estimate yet is as good as any, as long as there is no other.
 static void stop(struct bd_job *job, enum bd_err err)
 {
     if (err == BD_ERR_DEADLINE) {
-        if (!job->check->best.stands) keep_best(job, 0);
+        const struct bd_check_result unknown = {0};
+        if (!job->check->best.stands) keep_best(job, &unknown);
         finish(job, BD_STOPPED_DEADLINE);
         return;
     }
@@ -239,26 +266,78 @@ static void stop(struct bd_job *job, enum bd_err err)
     bd_job_describe_failure(job);
 }
 
+// The best frame's other figure, which decides nothing; then the end. Where time runs out meanwhile
+// the first one stands alone.
+static void conclude(struct bd_reference_runner *runner, struct bd_check_views *views,
+                     struct bd_job *job, enum bd_stopped stopped)
+{
+    struct kept *best = &job->check->best;
+    const enum bd_against other =
+        job->request.frame.against == BD_AGAINST_FULL ? BD_AGAINST_MODEL : BD_AGAINST_FULL;
+    const struct bd_checked checked = checked_of(job, best->layers, other);
+    struct bd_check_result result;
+    enum bd_err err = BD_ERR_OK;
+    if (best->report.error_count > 0) {
+        err = measure(runner, views, &checked, &result);
+        if (!err) report_error(&result, other, &best->report);
+    }
+    if (err && err != BD_ERR_DEADLINE)
+        stop(job, err);
+    else
+        finish(job, stopped);
+}
+
+// Whether to go on, and with what: true to render again.
+static bool decide(struct bd_reference_runner *runner, struct bd_check_views *views,
+                   struct bd_job *job, const struct bd_check_result *measured, bool *look)
+{
+    struct bd_job_check *check = job->check;
+    bool is_better;
+    enum bd_refine_next next =
+        bd_refine_decide(&check->refinement, measured, has_next_rung(check), &is_better);
+    *look = next == BD_REFINE_LOOK;
+    if (*look) return false;
+    if (is_better) keep_best(job, measured);
+    switch (next) {
+    case BD_REFINE_LOOK:
+        break;
+    case BD_REFINE_CLIMB:
+        return climb(job);
+    case BD_REFINE_REACHED:
+        conclude(runner, views, job, BD_STOPPED_TARGET);
+        break;
+    case BD_REFINE_FLOOR:
+        report_floor(runner, job);
+        conclude(runner, views, job, BD_STOPPED_FLOOR);
+        break;
+    }
+    return false;
+}
+
 bool bd_job_check_run(struct bd_reference_runner *runner, struct bd_check_views *views,
                       struct bd_job *job)
 {
     struct bd_check_result measured;
-    enum bd_err err;
     bool again = false, look = true;
     add_time(&job->check->spent_ms, &job->result.report.time_ms);
     job->check->flag_count = job->result.report.flag_count;
     atomic_store(&job->progress_ppm, 0);
     atomic_store(&job->checking, true);
     while (look) {
-        err = measure_and_report(runner, views, job, &measured);
+        const struct bd_checked checked =
+            checked_of(job, job->result.layers, job->request.frame.against);
+        enum bd_err err = measure(runner, views, &checked, &measured);
         look = false;
         if (err) {
             stop(job, err);
-        } else if (job->request.frame.target_error > 0) {
-            again = decide(runner, job, &measured, &look);
+            break;
+        }
+        report_first_error(job, &measured, &job->result.report);
+        if (job->request.frame.target_error > 0) {
+            again = decide(runner, views, job, &measured, &look);
         } else {
-            keep_best(job, measured.mean_reference);
-            finish(job, BD_STOPPED_COMPLETE);
+            keep_best(job, &measured);
+            conclude(runner, views, job, BD_STOPPED_COMPLETE);
         }
     }
     atomic_store(&job->checking, false);

@@ -1,6 +1,7 @@
 #include "sched/job_check_trace.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -57,24 +58,50 @@ static void show_progress(void *user, double share)
     atomic_store(&job->progress_ppm, (uint32_t)(1e6 * share));
 }
 
-// The same view and what is to be solved there, in the words of technique reference: one place
-// turns a technique's model into an integrand (technique/params.c). `model_of` NULL: all of the
-// rendering equation.
+// What is to be solved, in the words of technique reference: one place turns a technique's model
+// into an integrand (technique/params.c). `model_of` NULL: all of the rendering equation.
+static enum bd_err reference_params(const struct bd_checked *checked,
+                                    const struct bd_technique *model_of, struct bd_param_list *out,
+                                    struct bd_fault *fault)
+{
+    const struct bd_frame_request *request = &checked->job->request.frame;
+    struct bd_params params;
+    enum bd_err err = bd_params_read(&request->params, checked->technique, &params, fault);
+    char text[BD_PARAM_KEY_MAX + BD_PARAM_VALUE_MAX] = "model_of=";
+    out->count = 0;
+    if (!err && model_of) err = bd_param_list_add(out, strcat(text, model_of->name), fault);
+    if (!err && params.lambert) err = bd_param_list_add(out, "brdf=lambert", fault);
+    if (!err && request->aa > 1) err = bd_param_list_add(out, "filter=box", fault);
+    return err;
+}
+
+static const struct bd_technique *model_of(const struct bd_checked *checked)
+{
+    return checked->against == BD_AGAINST_MODEL ? checked->technique : NULL;
+}
+
+void bd_job_check_settings(const struct bd_checked *checked, char *out, size_t size)
+{
+    struct bd_param_list list;
+    struct bd_fault fault;
+    out[0] = 0;
+    if (reference_params(checked, model_of(checked), &list, &fault)) return;
+    for (uint32_t i = 0; i < list.count; i++) {
+        size_t used = strlen(out);
+        snprintf(out + used, size - used, "%s%s=%s", used ? " " : "", list.pairs[i].key,
+                 list.pairs[i].value);
+    }
+}
+
+// The same view, and what is to be solved there.
 static enum bd_err plan_reference(const struct bd_checked *checked,
                                   const struct bd_technique *model_of, struct tracing *tracing,
                                   struct bd_fault *fault)
 {
     const struct bd_job *job = checked->job;
     struct bd_frame_request request = job->request.frame;
-    struct bd_params params;
-    enum bd_err err = bd_params_read(&request.params, checked->technique, &params, fault);
-    if (err) return err;
+    enum bd_err err = reference_params(checked, model_of, &request.params, fault);
     strcpy(request.technique, bd_technique_reference.name);
-    request.params.count = 0;
-    char text[BD_PARAM_KEY_MAX + BD_PARAM_VALUE_MAX] = "model_of=";
-    if (model_of) err = bd_param_list_add(&request.params, strcat(text, model_of->name), fault);
-    if (!err && params.lambert) err = bd_param_list_add(&request.params, "brdf=lambert", fault);
-    if (!err && request.aa > 1) err = bd_param_list_add(&request.params, "filter=box", fault);
     request.aa = 1;
     struct bd_plan plan;
     struct bd_report *report = calloc(1, sizeof *report);
@@ -114,8 +141,8 @@ enum bd_err bd_job_check_measure(struct bd_reference_runner *runner, struct bd_c
 {
     struct bd_job *job = checked->job;
     struct tracing tracing = {.runner = runner, .job = job, .seed = job->request.frame.seed};
-    bool reused, model = job->request.frame.against == BD_AGAINST_MODEL;
-    enum bd_err err = plan_reference(checked, model ? checked->technique : NULL, &tracing, fault);
+    bool reused;
+    enum bd_err err = plan_reference(checked, model_of(checked), &tracing, fault);
     if (!err)
         err = bd_reference_runner_take(runner, job->request.scene, bd_job_should_stop, job,
                                        &tracing.reference, &reused, fault);

@@ -6,6 +6,8 @@
 #ifndef BD_SCHED_JOB_CHECK_TRACE_H
 #define BD_SCHED_JOB_CHECK_TRACE_H
 
+#include <stddef.h>
+
 #include "base/err.h"
 #include "frame/plan.h"
 #include "reference/check.h"
@@ -19,13 +21,18 @@ struct bd_checked {
     const struct bd_technique *technique; // of its frame
     struct bd_image *const *layers;       // BD_LAYER_COUNT of them
     uint32_t pixel_count;                 // to trace
+    enum bd_against against;
 };
 
-// Estimates the error of the frame against what its request says.
+// Estimates the error of the frame.
 BD_MUST_CHECK
 enum bd_err bd_job_check_measure(struct bd_reference_runner *runner, struct bd_check_views *views,
                                  const struct bd_checked *checked, struct bd_check_result *out,
                                  struct bd_fault *fault);
+
+// What technique reference is to be asked for to solve, for this view, what the frame is measured
+// against: "model_of=rsm filter=box"; "" for all of the rendering equation at pixel centres.
+void bd_job_check_settings(const struct bd_checked *checked, char *out, size_t size);
 
 // Upper end of the error that `other` would have against the whole equation with all the samples in
 // the world, by the same pixels; INFINITY where that cannot be told. `mean_reference` is of the

@@ -8,6 +8,7 @@
 #include "net/address.h"
 #include "net/auth.h"
 #include "net/client.h"
+#include "net/frame_options.h"
 #include "net/http_guard.h"
 #include "net/http_route.h"
 #include "net/multipart.h"
@@ -204,6 +205,31 @@ static void multipart_truncated_at_every_byte(void **state)
     assert_int_equal(bd_multipart_parse(body, whole, "b", 1, &parts, &count, NULL), BD_ERR_LIMIT);
 }
 
+// Whoever does not say is measured against all of the light, on every face: this is where requests
+// of all of them are read.
+static void errors_are_against_the_whole_equation(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *said;
+        enum bd_err err;
+        enum bd_against against;
+    } cases[] = {{NULL, BD_ERR_OK, BD_AGAINST_FULL},
+                 {"full", BD_ERR_OK, BD_AGAINST_FULL},
+                 {"model", BD_ERR_OK, BD_AGAINST_MODEL},
+                 {"", BD_ERR_USAGE, BD_AGAINST_FULL},
+                 {"truth", BD_ERR_USAGE, BD_AGAINST_FULL}};
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        Bounced__FrameRequest request = BOUNCED__FRAME_REQUEST__INIT;
+        struct bd_frame_options options;
+        struct bd_fault fault = {0};
+        request.against = (char *)cases[i].said;
+        assert_int_equal(bd_frame_options_read(&request, &options, &fault), cases[i].err);
+        assert_int_equal(options.frame.against, cases[i].against);
+        if (cases[i].err) assert_string_equal(fault.field, "against");
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -214,6 +240,7 @@ int main(void)
         cmocka_unit_test(queries),
         cmocka_unit_test(environments_in_queries),
         cmocka_unit_test(boundaries),
+        cmocka_unit_test(errors_are_against_the_whole_equation),
         cmocka_unit_test(multipart_truncated_at_every_byte),
     };
     return cmocka_run_group_tests_name("net units", tests, NULL, NULL);

@@ -115,10 +115,15 @@ static void assert_estimate(enum bd_against against, const char *reference_setti
     struct bd_job *job = run(&request);
     const struct bd_job_result *result = bd_job_result(job);
     const struct bd_report *report = &result->report;
-    assert_int_equal(report->error_count, 1);
+    // The other figure is there as well, and comes second.
+    bool is_full = against == BD_AGAINST_FULL;
+    assert_int_equal(report->error_count, 2);
     assert_string_equal(report->errors[0].metric, "rel_rmse");
-    assert_string_equal(report->errors[0].against, against == BD_AGAINST_FULL ? "full" : "model");
+    assert_string_equal(report->errors[0].against, is_full ? "full" : "model");
+    assert_string_equal(report->errors[1].against, is_full ? "model" : "full");
+    assert_true((report->errors[0].low > report->errors[1].high) == is_full);
     assert_int_equal(report->errors[0].samples, 200);
+    assert_int_equal(report->errors[1].samples, 200);
     assert_true(report->time_ms.check > 0);
     assert_true(report->time_ms.total > report->time_ms.check);
     assert_int_equal(report->stopped, BD_STOPPED_COMPLETE);
@@ -159,11 +164,13 @@ static void a_target_is_reached(void **state)
     struct bd_job_request request = request_of("rsm", NULL);
     request.frame.check_pixels = 128;
     request.frame.target_error = 0.02;
+    request.frame.against = BD_AGAINST_MODEL;
     struct bd_job *job = run(&request);
     const struct bd_report *report = &bd_job_result(job)->report;
     assert_int_equal(report->stopped, BD_STOPPED_TARGET);
-    assert_int_equal(report->error_count, 1);
+    assert_int_equal(report->error_count, 2);
     assert_true(report->errors[0].high < 0.02);
+    assert_true(report->errors[1].low > 0.02); // what its model leaves out is no such error
     assert_true(strtol(param(report, "vpls"), NULL, 10) > 16); // the ladder's foot does not do
     assert_non_null(bd_job_result(job)->layers[BD_LAYER_BEAUTY]);
     bd_job_release(&job);
@@ -171,25 +178,56 @@ static void a_target_is_reached(void **state)
     request = request_of("rsm", "vpls=5000");
     request.frame.check_pixels = 128;
     request.frame.target_error = 0.02;
+    request.frame.against = BD_AGAINST_MODEL;
     job = run(&request);
     assert_int_equal(bd_job_result(job)->report.stopped, BD_STOPPED_TARGET);
     assert_string_equal(param(&bd_job_result(job)->report, "vpls"), "5000");
     bd_job_release(&job);
 }
 
+// The setting of technique reference that the flag names.
+static uint32_t samples_named(const struct bd_report *report)
+{
+    for (uint32_t i = 0; i < report->flag_count; i++) {
+        const char *at = strstr(report->flags[i], "reached by: reference spp=");
+        if (at) return (uint32_t)strtoul(strrchr(at, '=') + 1, NULL, 10);
+    }
+    fail_msg("no flag names what reaches the target");
+    return 0;
+}
+
+// Relative RMSE of a reference of so many samples, against one of many.
+static double error_of_reference(uint32_t samples)
+{
+    char setting[32];
+    snprintf(setting, sizeof setting, "spp=%u", samples);
+    struct bd_job_request request = request_of("reference", setting);
+    struct bd_job *job = run(&request);
+    double error = full_error(bd_job_result(job)->layers[BD_LAYER_BEAUTY], NULL);
+    bd_job_release(&job);
+    return error;
+}
+
+// Unless something else is asked for, the whole rendering equation decides.
 static void a_floor_is_told(void **state)
 {
     (void)state;
     struct bd_job_request request = request_of("direct", NULL);
     request.frame.check_pixels = 128;
-    request.frame.target_error = 0.01;
-    request.frame.against = BD_AGAINST_FULL;
+    request.frame.target_error = 0.08;
     struct bd_job *job = run(&request);
     const struct bd_report *report = &bd_job_result(job)->report;
     assert_int_equal(report->stopped, BD_STOPPED_FLOOR);
+    assert_int_equal(report->error_count, 2);
+    assert_string_equal(report->errors[0].against, "full");
     assert_true(report->errors[0].low > 0.1); // there is no indirect light in it
+    assert_true(report->errors[1].high < 0.08);
     assert_true(has_flag(report, "error_floor: "));
     assert_non_null(bd_job_result(job)->layers[BD_LAYER_BEAUTY]);
+    // What is said to reach the target does, and is not a hundred times as much as it takes.
+    uint32_t samples = samples_named(report);
+    assert_true(error_of_reference(samples) < 0.08);
+    assert_true(error_of_reference(samples / 8) > 0.08);
     bd_job_release(&job);
 }
 

@@ -60,7 +60,7 @@ class FrameOptions(TypedDict, total=False):
     deadline_ms: int             # from the daemon's receipt
     check: int                   # pixels to be traced for an estimate of the error, 16 to 65536
     target_error: float          # per cent; refine until the interval's upper end is below
-    against: str                 # "model" (default) or "full": what the error is measured against
+    against: str                 # "full" (default) or "model": which error decides; both are told
     region: tuple[int, int, int, int]  # x, y, width, height; technique reference only
     fresh: str                   # "none" (default), "camera", "all"
     plan_only: bool              # what would run, without running it

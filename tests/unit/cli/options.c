@@ -116,9 +116,9 @@ static void refusals_name_the_option_and_its_range(void **state)
         assert_refused(WORDS("a.glb", "-o", "x.png", "--target-error", targets[i]), "target-error",
                        "1e-06 to 10000");
     assert_refused(WORDS("a.glb", "-o", "x.png", "--target-error", "3:half"), "target-error",
-                   "model or full");
+                   "full or model");
     assert_refused(WORDS("a.glb", "-o", "x.png", "--check", "15"), "check", "from 16 to 65536");
-    assert_refused(WORDS("a.glb", "-o", "x.png", "--check", "64:truth"), "check", "model or full");
+    assert_refused(WORDS("a.glb", "-o", "x.png", "--check", "64:truth"), "check", "full or model");
     assert_refused(WORDS("a.glb", "-o", "x.png", "--check", "64:full", "--target-error", "3:model"),
                    "target-error", "one thing");
 }
