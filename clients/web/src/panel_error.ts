@@ -17,7 +17,7 @@ export class ErrorPanel {
     const measure = el("input", { type: "checkbox" });
     measure.checked = settings.measure;
     const against = el("select", {});
-    options(against, [["model", "its own model"], ["full", "all of the light"]]);
+    options(against, [["full", "all of the light"], ["model", "its own model"]]);
     against.value = settings.against;
     const change = () => {
       settings.measure = measure.checked;

@@ -23,7 +23,7 @@ export const standard: Settings = {
   coarseInMotion: true,
   aa: "1",
   measure: false,
-  against: "model",
+  against: "full",
 };
 
 const KEY = "bounced.settings";

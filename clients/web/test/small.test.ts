@@ -116,6 +116,7 @@ test("settings that were stored by hand are taken as far as they fit", () => {
   assert.deepEqual(one, { ...standard, layer: "direct" });
   assert.deepEqual(readSettings("{"), standard);
   assert.deepEqual(readSettings("null"), standard);
+  assert.equal(standard.against, "full"); // what a technique leaves out is seen
 });
 
 test("a request names the technique's own parameters alone, and is cheap in motion", () => {
