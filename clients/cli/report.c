@@ -75,13 +75,16 @@ static void print_time(const Bounced__ReportTime *time, FILE *out)
 
 static void print_error(const Bounced__ReportError *error, FILE *out)
 {
-    double low = 100 * error->low, high = 100 * error->high;
-    fprintf(out, "error %.3g %%", 100 * error->value);
+    // Nothing is a part of black: there it is radiance.
+    bool relative = strcmp(or_none(error->metric), "rmse") != 0;
+    const char *unit = relative ? "%" : "cd/m^2", *truth = relative ? "" : ", which is black";
+    double scale = relative ? 100 : 1, low = scale * error->low, high = scale * error->high;
+    fprintf(out, "error %.3g %s", scale * error->value, unit);
     if (isfinite(high))
-        fprintf(out, " (%.3g - %.3g %%)", low, high);
+        fprintf(out, " (%.3g - %.3g %s)", low, high, unit);
     else
-        fprintf(out, " (%.3g %% or more: a few pixels carry it)", low);
-    bd_cli_print_line(out, " against %s, %" PRIu64 " pixels", or_none(error->against),
+        fprintf(out, " (%.3g %s or more: a few pixels carry it)", low, unit);
+    bd_cli_print_line(out, " against %s%s, %" PRIu64 " pixels", or_none(error->against), truth,
                       error->samples);
 }
 

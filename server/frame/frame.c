@@ -69,7 +69,7 @@ static enum bd_err run_light_side(struct bd_frame *frame)
 
 static bool wants(const struct bd_frame *frame, uint32_t layer)
 {
-    return layer == BD_LAYER_BEAUTY || (frame->request->layers >> layer & 1);
+    return frame->plan->layers >> layer & 1;
 }
 
 static enum bd_err create_layers(struct bd_frame *frame, struct bd_tex *layers[BD_LAYER_COUNT])

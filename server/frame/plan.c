@@ -176,6 +176,7 @@ static struct bd_model model_of(const struct bd_plan *plan)
     struct bd_model model = plan->technique->model;
     if (plan->technique->is_reference) {
         model.lights = plan->params.lights;
+        model.indirect_visibility = plan->params.indirect_visibility;
         model.transmission = plan->params.transmission;
         model.coverage = plan->params.alpha_coverage;
     }
@@ -189,6 +190,7 @@ static void flag_what_is_not_honoured(const struct bd_plan *plan, const struct b
     const struct bd_model model = model_of(plan);
     for (uint32_t i = 0; i < scene->flags.count; i++)
         bd_report_flag(report, "%s", scene->flags.text[i]);
+    if (plan->unoccluded) bd_report_flag(report, "%s", BD_FLAG_UNOCCLUDED);
     if (f->has_blend && !model.coverage) bd_report_flag(report, "blend_as_mask");
     if (f->has_transmissive && !model.transmission)
         bd_report_flag(report, "transmission_as_opaque");
@@ -204,6 +206,19 @@ static void flag_what_is_not_honoured(const struct bd_plan *plan, const struct b
     }
     if (f->has_environment && !(model.lights & BD_LIGHTS_ENVIRONMENT))
         bd_report_flag(report, "environment_not_lighting");
+}
+
+static bool has_indirect(const struct bd_plan *plan)
+{
+    return plan->technique->is_reference ? plan->params.bounces > 0 : plan->indirect;
+}
+
+static uint32_t layers_of(const struct bd_plan *plan, const struct bd_frame_request *request)
+{
+    uint32_t layers = request->layers | 1u << BD_LAYER_BEAUTY;
+    if (!plan->unoccluded || !request->auto_exposure) return layers;
+    uint32_t dark = plan->technique->is_reference || plan->emission ? 0 : 1u << BD_LAYER_EMISSION;
+    return layers | (BD_LAYERS_METERED & ~dark);
 }
 
 // A sample through the pixel's centre, or several over its area.
@@ -285,6 +300,9 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
                   f->has_glossy;
     out->emission = f->has_emissive || f->has_unlit;
     out->flux_lm = total_flux_lm(scene);
+    out->unoccluded = has_indirect(out) && !model_of(out).indirect_visibility;
+    out->layers = layers_of(out, request);
+    report->unoccluded = out->unoccluded;
     describe_request(out, scene, request, report);
     if (out->vpl_grid || out->vpl_clusters) report->counts.vpls = count_vpls(out, scene);
     list_passes(out, report);

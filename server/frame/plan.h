@@ -26,6 +26,8 @@ struct bd_plan {
     bool fragments;    // it is found at blocks of pixels
     bool glossy;       // receivers with a specular lobe worth its price
     bool emission;     // some surface emits or is unlit
+    bool unoccluded;   // there is indirect light, and nothing in the scene hides any of it
+    uint32_t layers;   // that are made: the request's, beauty, and what auto exposure reads
     double flux_lm;    // of all lights
 };
 

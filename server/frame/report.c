@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
+#include <string.h>
 
 const char *bd_pass_state_name(enum bd_pass_state state)
 {
@@ -33,6 +34,20 @@ void bd_report_flag(struct bd_report *report, const char *format, ...)
     va_start(args, format);
     vsnprintf(report->flags[report->flag_count++], sizeof report->flags[0], format, args);
     va_end(args);
+}
+
+void bd_report_reword(struct bd_report *report, const char *name, const char *format, ...)
+{
+    size_t length = strlen(name);
+    for (uint32_t i = 0; i < report->flag_count; i++) {
+        char *flag = report->flags[i];
+        if (strncmp(flag, name, length) != 0 || (flag[length] && flag[length] != ':')) continue;
+        va_list args;
+        va_start(args, format);
+        vsnprintf(flag, sizeof report->flags[0], format, args);
+        va_end(args);
+        return;
+    }
 }
 
 bool bd_report_inspect_row(struct bd_report *report, const struct bd_image *beauty, uint32_t row)

@@ -16,6 +16,9 @@
 #define BD_REPORT_ERROR_MAX   4
 #define BD_REPORT_FLAG_BYTES  192
 
+// The flag of frames whose indirect light goes through walls.
+#define BD_FLAG_UNOCCLUDED "no_indirect_visibility"
+
 enum bd_pass_state { BD_PASS_RAN, BD_PASS_REUSED, BD_PASS_PLANNED };
 enum bd_stopped {
     BD_STOPPED_COMPLETE,
@@ -68,6 +71,7 @@ struct bd_report {
     double memory_reference_mib; // prepared for tracing, of all scenes together
     uint32_t flag_count;
     char flags[BD_REPORT_FLAG_MAX][BD_REPORT_FLAG_BYTES];
+    bool unoccluded; // indirect light that nothing hides (`no_indirect_visibility`)
     uint64_t nonfinite_pixels;
     uint32_t error_count; // estimates of how wrong the frame is, with 95 % intervals
     struct {
@@ -81,6 +85,10 @@ struct bd_report {
 
 // Appends a flag; drops it silently once the list is full.
 void bd_report_flag(struct bd_report *report, const char *format, ...) BD_PRINTF(2, 3);
+
+// Says something else of what a flag names, its first word; nothing where it is not there.
+void bd_report_reword(struct bd_report *report, const char *name, const char *format, ...)
+    BD_PRINTF(3, 4);
 
 // Counts pixels that are not finite, and flags those and a blank picture.
 void bd_report_inspect(struct bd_report *report, const struct bd_image *beauty);

@@ -35,6 +35,9 @@ enum bd_layer {
     BD_LAYER_COUNT,
 };
 
+// What auto exposure is measured on where indirect light comes through walls.
+#define BD_LAYERS_METERED (1u << BD_LAYER_DIRECT | 1u << BD_LAYER_EMISSION)
+
 // What is made anew although an earlier frame's output would do: for measuring what a frame costs
 // after the camera moved, or after everything did. Uploaded meshes and textures always stay.
 enum bd_fresh { BD_FRESH_NONE, BD_FRESH_CAMERA, BD_FRESH_ALL };
@@ -67,6 +70,7 @@ struct bd_frame_request {
     char camera[64];  // node name, camera name or index; "" = the scene's first
     struct bd_pose pose; // instead of a camera
     uint32_t layers;  // bit (1 << enum bd_layer); beauty is always rendered
+    bool auto_exposure; // what it is measured on is rendered too (BD_LAYERS_METERED)
     uint32_t region[4]; // x, y, width, height of what technique reference traces; all 0 = all
     uint32_t aa;      // sub-frames averaged, 1 to 64
     uint64_t seed;

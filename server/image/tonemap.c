@@ -51,24 +51,46 @@ static void log_sum_add(struct log_sum *sum, const float *sample, uint32_t chann
     sum->count++;
 }
 
+// 0 where nothing was added.
+static float stops_of(const struct log_sum *sum)
+{
+    if (!sum->count) return 0;
+    // mean of exponents = whole + rest / count, with 0 <= rest < count.
+    int64_t whole = sum->exponents / sum->count;
+    int64_t rest = sum->exponents % sum->count;
+    if (rest < 0) {
+        whole--;
+        rest += sum->count;
+    }
+    double count = (double)sum->count;
+    double fraction = log2(0.18) - sum->mantissas / count - (double)rest / count;
+    double stops = floor(fraction * 1024) / 1024 - (double)whole;
+    return (float)fmin(fmax(stops, -BD_EXPOSURE_STOPS_MAX), BD_EXPOSURE_STOPS_MAX);
+}
+
 float bd_exposure_auto(const struct bd_image *image)
 {
     struct log_sum sum = {0};
     size_t pixel_count = (size_t)image->width_px * image->height_px;
     for (size_t p = 0; p < pixel_count; p++)
         log_sum_add(&sum, image->pixels + p * image->channel_count, image->channel_count);
-    if (!sum.count) return 0;
-    // mean of exponents = whole + rest / count, with 0 <= rest < count.
-    int64_t whole = sum.exponents / sum.count;
-    int64_t rest = sum.exponents % sum.count;
-    if (rest < 0) {
-        whole--;
-        rest += sum.count;
+    return stops_of(&sum);
+}
+
+float bd_exposure_auto_lit(const struct bd_image *direct, const struct bd_image *emission,
+                           const struct bd_image *all)
+{
+    struct log_sum sum = {0};
+    size_t pixel_count = (size_t)direct->width_px * direct->height_px;
+    for (size_t p = 0; p < pixel_count; p++) {
+        float rgb[3];
+        for (int c = 0; c < 3; c++) {
+            rgb[c] = direct->pixels[p * direct->channel_count + c];
+            if (emission) rgb[c] += emission->pixels[p * emission->channel_count + c];
+        }
+        log_sum_add(&sum, rgb, 3);
     }
-    double count = (double)sum.count;
-    double fraction = log2(0.18) - sum.mantissas / count - (double)rest / count;
-    double stops = floor(fraction * 1024) / 1024 - (double)whole;
-    return (float)fmin(fmax(stops, -BD_EXPOSURE_STOPS_MAX), BD_EXPOSURE_STOPS_MAX);
+    return sum.count ? stops_of(&sum) : fminf(bd_exposure_auto(all), 0);
 }
 
 // Curves.

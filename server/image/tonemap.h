@@ -39,6 +39,12 @@ bool bd_tonemap_from_name(const char *name, enum bd_tonemap *out);
 // gets exactly k stops less.
 float bd_exposure_auto(const struct bd_image *image);
 
+// The same from `direct` + `emission`, of one size, where `all` holds light that comes through
+// walls: what leaks into a dark room would be shown as bright as day. Where neither has any, the
+// exposure of `all`, but never above 0. `emission` may be NULL.
+float bd_exposure_auto_lit(const struct bd_image *direct, const struct bd_image *emission,
+                           const struct bd_image *all);
+
 // One colour through exposure and curve, still linear, within [0, 1].
 void bd_tonemap_apply(enum bd_tonemap tonemap, float exposure_scale, const float rgb[3],
                       float out[3]);

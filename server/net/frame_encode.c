@@ -80,6 +80,12 @@ static void add_layer(struct bd_named_layer *layers, size_t *count,
         (struct bd_named_layer){.name = bd_layer_name(layer), .image = result->layers[layer]};
 }
 
+// What the frame's own request did not ask for was made for the exposure.
+static bool is_asked(const struct bd_frame_options *options, enum bd_layer layer)
+{
+    return layer == BD_LAYER_BEAUTY || (options->frame.layers >> layer & 1);
+}
+
 // An EXR holds them all, beauty first. The others show one, and take the exposure from beauty.
 static size_t choose_layers(const struct bd_frame_options *options,
                             const struct bd_job_result *result,
@@ -88,13 +94,27 @@ static size_t choose_layers(const struct bd_frame_options *options,
     size_t count = 0;
     if (options->encode.format == BD_ENCODE_EXR) {
         for (int layer = 0; layer < BD_LAYER_COUNT; layer++)
-            add_layer(layers, &count, result, (enum bd_layer)layer);
+            if (is_asked(options, (enum bd_layer)layer))
+                add_layer(layers, &count, result, (enum bd_layer)layer);
         return count;
     }
     add_layer(layers, &count, result, options->shown);
     if (options->shown != BD_LAYER_BEAUTY)
         add_layer(layers, &count, result, BD_LAYER_BEAUTY);
     return count;
+}
+
+// Where indirect light comes through walls, automatic exposure follows the rest.
+static struct bd_encode_request encode_request_of(const struct bd_frame_encode *frame)
+{
+    struct bd_encode_request request = frame->options->encode;
+    struct bd_image *const *layers = frame->result->layers;
+    if (!request.exposure_auto || !frame->result->report.unoccluded || !layers[BD_LAYER_DIRECT])
+        return request;
+    request.exposure_auto = false;
+    request.exposure_stops = bd_exposure_auto_lit(
+        layers[BD_LAYER_DIRECT], layers[BD_LAYER_EMISSION], layers[BD_LAYER_BEAUTY]);
+    return request;
 }
 
 enum bd_err bd_frame_encode(const struct bd_frame_encode *frame, struct bd_encoded *out,
@@ -107,8 +127,8 @@ enum bd_err bd_frame_encode(const struct bd_frame_encode *frame, struct bd_encod
     fill_manifest(&manifest, &result->report, &frame->options->frame.pose, frame->revision);
     struct bd_manifest pairs = {.entries = manifest.entries, .count = manifest.count};
     uint64_t start_ns = bd_clock_ns();
-    enum bd_err err =
-        bd_encode(&frame->options->encode, layers, layer_count, &pairs, out, fault);
+    const struct bd_encode_request request = encode_request_of(frame);
+    enum bd_err err = bd_encode(&request, layers, layer_count, &pairs, out, fault);
     *encode_ms = bd_ms_since(start_ns);
     if (!err && out->bytes.size_bytes > frame->bytes_max)
         err = bd_fault_set(fault, BD_ERR_LIMIT, "reply_bytes",

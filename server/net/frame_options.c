@@ -199,6 +199,7 @@ enum bd_err bd_frame_options_read(const Bounced__FrameRequest *request,
     if (!err) err = read_fresh(request, frame, fault);
     if (!err) err = read_region(request, frame, fault);
     if (!err) err = read_encoding(request, out, fault);
+    frame->auto_exposure = out->wants_image && out->encode.exposure_auto;
     if (!err) err = read_check(request, frame, fault);
     if (request->has_aa) frame->aa = request->aa;
     if (request->has_seed) frame->seed = request->seed;

@@ -48,6 +48,7 @@ struct bd_job_check *bd_job_check_create(struct bd_frame_request *frame)
     check->technique = bd_technique_find(frame->technique[0] ? frame->technique : "rsm", NULL);
     check->given = frame->params;
     check->layers_asked = frame->layers | 1u << BD_LAYER_BEAUTY;
+    if (frame->auto_exposure) check->layers_asked |= BD_LAYERS_METERED;
     frame->layers |= layers_read;
     uint32_t pixels = frame->check_pixels ? frame->check_pixels : PIXELS_USUAL;
     bd_refine_init(&check->refinement, frame->target_error, pixels);
@@ -266,6 +267,24 @@ static void stop(struct bd_job *job, enum bd_err err)
     bd_job_describe_failure(job);
 }
 
+// How much of its indirect light a frame without occlusion would not have.
+static enum bd_err report_hidden(struct bd_reference_runner *runner,
+                                 const struct bd_checked *checked, struct bd_report *report)
+{
+    if (!report->unoccluded) return BD_ERR_OK;
+    uint64_t start_ns = bd_clock_ns();
+    double share;
+    enum bd_err err =
+        bd_job_check_hidden_share(runner, checked, &share, &checked->job->result.fault);
+    checked->job->check->spent_ms.check += bd_ms_since(start_ns);
+    checked->job->check->spent_ms.total += bd_ms_since(start_ns);
+    if (!err && !isnan(share))
+        bd_report_reword(report, BD_FLAG_UNOCCLUDED,
+                         BD_FLAG_UNOCCLUDED ": %.*f %% of the indirect light is hidden",
+                         share < 0.1, 100 * share);
+    return err;
+}
+
 // The best frame's other figure, which decides nothing; then the end. Where time runs out meanwhile
 // the first one stands alone.
 static void conclude(struct bd_reference_runner *runner, struct bd_check_views *views,
@@ -280,6 +299,7 @@ static void conclude(struct bd_reference_runner *runner, struct bd_check_views *
     if (best->report.error_count > 0) {
         err = measure(runner, views, &checked, &result);
         if (!err) report_error(&result, other, &best->report);
+        if (!err) err = report_hidden(runner, &checked, &best->report);
     }
     if (err && err != BD_ERR_DEADLINE)
         stop(job, err);

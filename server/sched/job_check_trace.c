@@ -157,6 +157,67 @@ enum bd_err bd_job_check_measure(struct bd_reference_runner *runner, struct bd_c
     return err;
 }
 
+// --- hidden light ---------------------------------------------------------------------------
+
+// A share is told to two digits: it needs far fewer samples than an error does.
+#define HIDDEN_SAMPLES_MAX (1u << 16)
+
+// Indirect light alone, in the place of all.
+static void trace_indirect(void *user, uint32_t x_px, uint32_t y_px, uint32_t first, uint32_t count,
+                           struct bd_reference_pixel *pixel)
+{
+    struct bd_reference_pixel all = {0};
+    trace(user, x_px, y_px, first, count, &all);
+    for (int c = 0; c < 3; c++) {
+        for (int half = 0; half < 2; half++)
+            pixel->sum[half][BD_PART_INDIRECT][c] += all.sum[half][BD_PART_INDIRECT][c];
+        pixel->beauty_square_sum[c] += all.square_sum[BD_PART_INDIRECT][c];
+    }
+    pixel->sample_count[0] += count;
+    pixel->sample_count[1] += count;
+}
+
+// The mean of indirect light over the picture, by the integrand; the frame's own indirect light
+// says where to look.
+static enum bd_err mean_indirect(const struct bd_checked *checked, struct tracing *tracing,
+                                 double *out, struct bd_fault *fault)
+{
+    const struct bd_check_frame frame = {
+        .beauty = checked->layers[BD_LAYER_INDIRECT],
+        .normal = checked->layers[BD_LAYER_NORMAL],
+        .depth = checked->layers[BD_LAYER_DEPTH],
+    };
+    struct bd_check_options options = options_of(checked);
+    options.samples_max = HIDDEN_SAMPLES_MAX;
+    options.progress = NULL;
+    const struct bd_check_tracer tracer = {trace_indirect, loop, tracing};
+    struct bd_check_result result;
+    enum bd_err err = bd_check_run(&frame, &options, &tracer, NULL, &result, fault);
+    *out = result.mean_reference;
+    return err;
+}
+
+enum bd_err bd_job_check_hidden_share(struct bd_reference_runner *runner,
+                                      const struct bd_checked *checked, double *out,
+                                      struct bd_fault *fault)
+{
+    struct bd_job *job = checked->job;
+    struct tracing tracing = {.runner = runner, .job = job, .seed = job->request.frame.seed};
+    double open = 0, seen = 0;
+    bool reused;
+    enum bd_err err = plan_reference(checked, checked->technique, &tracing, fault);
+    if (!err)
+        err = bd_reference_runner_take(runner, job->request.scene, bd_job_should_stop, job,
+                                       &tracing.reference, &reused, fault);
+    if (err) return err;
+    err = mean_indirect(checked, &tracing, &open, fault);
+    tracing.integrand.indirect_visibility = true;
+    if (!err && open > 0) err = mean_indirect(checked, &tracing, &seen, fault);
+    bd_reference_runner_give_back(runner, &tracing.reference);
+    *out = open > 0 ? fmin(fmax(1 - seen / open, 0), 1) : NAN;
+    return err;
+}
+
 // --- the limit of another technique's model -------------------------------------------------
 
 struct difference {

@@ -34,6 +34,14 @@ enum bd_err bd_job_check_measure(struct bd_reference_runner *runner, struct bd_c
 // against: "model_of=rsm filter=box"; "" for all of the rendering equation at pixel centres.
 void bd_job_check_settings(const struct bd_checked *checked, char *out, size_t size);
 
+// Which part of the indirect light that the frame's technique has (its model, with all the samples
+// in the world) the scene would hide from the surfaces that are seen; by the check's pixels. NAN
+// where there is no such light.
+BD_MUST_CHECK
+enum bd_err bd_job_check_hidden_share(struct bd_reference_runner *runner,
+                                      const struct bd_checked *checked, double *out,
+                                      struct bd_fault *fault);
+
 // Upper end of the error that `other` would have against the whole equation with all the samples in
 // the world, by the same pixels; INFINITY where that cannot be told. `mean_reference` is of the
 // frame's own check.

@@ -18,14 +18,14 @@ static enum bd_err create_layer(const struct bd_frame_request *request, uint32_t
     return BD_ERR_OK;
 }
 
-enum bd_err bd_reference_picture_create(const struct bd_frame_request *request,
+enum bd_err bd_reference_picture_create(const struct bd_frame_request *request, uint32_t wanted,
                                         enum bd_err (*should_stop)(void *user), void *user,
                                         struct bd_image *layers[BD_LAYER_COUNT],
                                         struct bd_fault *fault)
 {
     enum bd_err err = BD_ERR_OK;
     for (uint32_t l = 0; l < BD_LAYER_COUNT && !err; l++) {
-        if (l != BD_LAYER_BEAUTY && !(request->layers >> l & 1)) continue;
+        if (!(wanted >> l & 1)) continue;
         err = should_stop(user);
         if (!err) err = create_layer(request, l, &layers[l], fault);
     }

@@ -13,10 +13,10 @@
 #include "image/image.h"
 #include "reference/reference.h"
 
-// Makes the layers that a request asks for, and beauty: black, with nothing at any depth. Asks
+// Makes `wanted` layers (bits) of the request's size: black, with nothing at any depth. Asks
 // `should_stop` between them, since clearing all takes its time. All NULL after a failure.
 BD_MUST_CHECK
-enum bd_err bd_reference_picture_create(const struct bd_frame_request *request,
+enum bd_err bd_reference_picture_create(const struct bd_frame_request *request, uint32_t wanted,
                                         enum bd_err (*should_stop)(void *user), void *user,
                                         struct bd_image *layers[BD_LAYER_COUNT],
                                         struct bd_fault *fault);

@@ -177,8 +177,8 @@ static enum bd_err trace(struct bd_reference_runner *runner, struct tracing *tra
     double bvh_ms = bd_ms_since(start_ns);
     set_pass(&result->report, "bvh", reused ? 0 : bvh_ms, reused ? BD_PASS_REUSED : BD_PASS_RAN);
     result->report.time_ms.load = reused ? 0 : bvh_ms;
-    err = bd_reference_picture_create(&job->request.frame, bd_job_should_stop, job, result->layers,
-                                      &result->fault);
+    err = bd_reference_picture_create(&job->request.frame, tracing->plan.layers, bd_job_should_stop,
+                                      job, result->layers, &result->fault);
     start_ns = bd_clock_ns();
     if (!err) err = trace_bands(runner, tracing);
     set_pass(&result->report, "trace", bd_ms_since(start_ns), BD_PASS_RAN);

@@ -183,8 +183,10 @@ static void cube_room_with_a_vpl_a_wall(void **state)
             ASSERT_REL(first_bounce(*state, i, settings), M_PI / 6, 1e-3);
         const struct bd_report *report = &((struct world *)*state)->report;
         assert_int_equal(report->counts.vpls, 6);
-        assert_int_equal(report->flag_count, s < 3 ? 0 : 1);
-        if (s >= 3) assert_non_null(strstr(report->flags[0], "rsm_size_reduced"));
+        uint32_t reduced = 0;
+        for (uint32_t f = 0; f < report->flag_count; f++)
+            reduced += strncmp(report->flags[f], "rsm_size_reduced", 16) == 0;
+        assert_int_equal(reduced, s < 3 ? 0 : 1);
     }
 }
 

@@ -14,7 +14,8 @@ import numpy
 import pytest
 
 from conftest import BOUNCE, BUILD, HERE
-from harness import exr
+from harness import exr, shapes
+from harness.gltf import Writer
 from skips import skip_without_device
 from stopwatch import Stopwatch
 
@@ -76,6 +77,53 @@ def test_a_picture_with_its_manifest(bounce):
     assert texts[b"seed"] == b"7" and b"vpls=64" in texts[b"parameters"]
     assert texts[b"filter"] == b"box" and texts[b"technique"].decode() == report["technique"]
     assert float(texts[b"exposure_stops"]) == pytest.approx(report["exposure_stops"])
+
+
+def auto_stops(rgb):
+    luminance = rgb.astype(float) @ (0.2126, 0.7152, 0.0722)
+    return numpy.log2(0.18) - numpy.log2(luminance[luminance > 0]).mean()
+
+
+def closed_room(path):
+    """Two rooms that share no light, a lamp in one of them and a camera in each."""
+    w = Writer()
+    grey = w.material("grey", color=(0.6, 0.6, 0.6), doubleSided=True)
+    positions, normals, indices, _ = shapes.box((1, 1, 1))
+    walls = w.mesh("walls", positions, normals, indices, grey)
+    for x in (0, 3):
+        w.node(f"room {x}", mesh=walls, translation=[x, 0, 0])
+        w.camera(f"Camera{x}", (x, 0, 0.9), (0, 0, -1), yfov=1.2)
+    w.light("lamp", "point", 5, position=(3, 0.5, 0))
+    w.write_glb(path)
+
+
+def test_a_closed_room_is_not_shown_as_bright_as_day(bounce):
+    """Without occlusion of indirect light its walls let the other room's in: flagged, and what leaks does
+    not decide how bright the picture is."""
+    closed_room(bounce.folder / "rooms.glb")
+    def render(camera, *words, name="out.png", settings=SMALL):
+        ok(bounce("render", "rooms.glb", "-o", name, *settings, "--camera", camera, "--report", "r.json", *words))
+        return json.loads((bounce.folder / "r.json").read_text())
+
+    dark = render("Camera0", "--aa", "1")
+    assert dark["exposure_stops"] == 0 and dark["flags"] == ["no_indirect_visibility"]
+    lit = render("Camera3", "--aa", "1")
+    assert lit["flags"] == ["no_indirect_visibility"]
+    shown = render("Camera3", "--layers", "direct,indirect", name="out.exr")
+    planes, _ = exr.read((bounce.folder / "out.exr").read_bytes())
+    assert shown["exposure_stops"] == lit["exposure_stops"]
+    assert lit["exposure_stops"] == pytest.approx(auto_stops(exr.layer(planes, "direct")), abs=0.01)
+    assert lit["exposure_stops"] > auto_stops(exr.layer(planes, "beauty")) + 0.1
+    # What was made for the exposure alone is in no file.
+    render("Camera3", name="out.exr")
+    planes, _ = exr.read((bounce.folder / "out.exr").read_bytes())
+    assert set(planes) == set("RGBA")
+    # A technique with visibility is measured on all that it has.
+    traced = ("--size", "64x48", "--technique", "reference", "--set", "spp=4")
+    seen = render("Camera3", settings=traced, name="out.exr")
+    planes, _ = exr.read((bounce.folder / "out.exr").read_bytes())
+    assert seen["flags"] == []
+    assert seen["exposure_stops"] == pytest.approx(auto_stops(exr.layer(planes, "beauty")), abs=0.01)
 
 
 def test_the_report_has_the_promised_shape(bounce):

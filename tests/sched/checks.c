@@ -231,6 +231,49 @@ static void a_floor_is_told(void **state)
     bd_job_release(&job);
 }
 
+static double mean_indirect(const char *setting)
+{
+    struct bd_job_request request = request_of("reference", "model_of=rsm");
+    struct bd_fault fault;
+    request.frame.layers |= 1u << BD_LAYER_INDIRECT;
+    if (setting)
+        assert_int_equal(bd_param_list_add(&request.frame.params, setting, &fault), BD_ERR_OK);
+    struct bd_job *job = run(&request);
+    const struct bd_image *indirect = bd_job_result(job)->layers[BD_LAYER_INDIRECT];
+    double sum = 0;
+    for (size_t i = 0; i < (size_t)3 * SIDE * SIDE; i++) sum += (double)indirect->pixels[i];
+    // What has no visibility says so, the witness included.
+    assert_int_equal(has_flag(&bd_job_result(job)->report, "no_indirect_visibility"), !setting);
+    bd_job_release(&job);
+    return sum;
+}
+
+static void light_that_walls_would_hide_is_told(void **state)
+{
+    (void)state;
+    static const char *const says =
+        "no_indirect_visibility: %lf %% of the indirect light is hidden";
+    struct bd_job_request request = request_of("rsm", "vpls=96");
+    struct bd_job *job = run(&request);
+    double hidden = 100 * (1 - mean_indirect("indirect_visibility=on") / mean_indirect(NULL)), told;
+    assert_true(has_flag(&bd_job_result(job)->report, "no_indirect_visibility"));
+    bd_job_release(&job);
+    request.frame.check_pixels = 200;
+    job = run(&request);
+    const struct bd_report *report = &bd_job_result(job)->report;
+    uint32_t i = 0;
+    while (i < report->flag_count && sscanf(report->flags[i], says, &told) != 1) i++;
+    assert_true(i < report->flag_count);
+    printf("%s; all pixels %g %%\n", report->flags[i], hidden);
+    assert_true(hidden > 5 && fabs(told - hidden) < 0.1 * hidden);
+    bd_job_release(&job);
+    // Without indirect light there is none to hide.
+    request = request_of("direct", NULL);
+    job = run(&request);
+    assert_false(has_flag(&bd_job_result(job)->report, "no_indirect_visibility"));
+    bd_job_release(&job);
+}
+
 static void out_of_time_the_best_is_given(void **state)
 {
     (void)state;
@@ -369,6 +412,7 @@ int main(void)
         cmocka_unit_test(a_check_repeated_says_the_same),
         cmocka_unit_test(a_target_is_reached),
         cmocka_unit_test(a_floor_is_told),
+        cmocka_unit_test(light_that_walls_would_hide_is_told),
         cmocka_unit_test(out_of_time_the_best_is_given),
         cmocka_unit_test(a_cancelled_check_ends_soon),
         cmocka_unit_test(frames_go_on_beside_a_check),

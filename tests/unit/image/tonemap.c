@@ -173,6 +173,28 @@ static void auto_exposure_follows_the_light_exactly(void **state)
     bd_image_destroy(&image);
 }
 
+// Indirect light that comes through walls takes no part, however much there is.
+static void auto_exposure_of_lit_surfaces_alone(void **state)
+{
+    (void)state;
+    struct bd_image *direct = bd_image_create(2, 2, 3), *emission = bd_image_create(2, 2, 3);
+    struct bd_image *all = bd_image_create(2, 2, 4);
+    for (int i = 0; i < 4; i++) {
+        const float leaked[4] = {1e-3f, 1e-3f, 1e-3f, 1};
+        memcpy(all->pixels + 4 * i, leaked, sizeof leaked);
+    }
+    assert_true(bd_exposure_auto(all) > 7);
+    assert_true(bd_exposure_auto_lit(direct, emission, all) == 0); // a dark room stays dark
+    for (int i = 0; i < 16; i++) all->pixels[i] = 0.18f * 16;
+    assert_near(bd_exposure_auto_lit(direct, NULL, all), -4, 1.0 / 1024); // and is never too bright
+    for (int c = 0; c < 3; c++) direct->pixels[c] = emission->pixels[c] = 0.09f / 4;
+    assert_near(bd_exposure_auto_lit(direct, emission, all), 2, 1.0 / 512);
+    assert_near(bd_exposure_auto_lit(direct, NULL, all), 3, 1.0 / 512);
+    bd_image_destroy(&direct);
+    bd_image_destroy(&emission);
+    bd_image_destroy(&all);
+}
+
 static void auto_exposure_sees_covered_pixels_only(void **state)
 {
     (void)state;
@@ -212,6 +234,7 @@ int main(void)
         cmocka_unit_test(srgb_codes_round_to_nearest),
         cmocka_unit_test(auto_exposure_of_a_flat_grey),
         cmocka_unit_test(auto_exposure_follows_the_light_exactly),
+        cmocka_unit_test(auto_exposure_of_lit_surfaces_alone),
         cmocka_unit_test(auto_exposure_sees_covered_pixels_only),
         cmocka_unit_test(names_go_both_ways),
     };
