@@ -188,8 +188,10 @@ static void flag_what_is_not_honoured(const struct bd_plan *plan, const struct b
 {
     const struct bd_features *f = &scene->features;
     const struct bd_model model = model_of(plan);
+    bool rig_yields = bd_scene_lights_yield(scene) && model.lights & BD_LIGHTS_ENVIRONMENT;
     for (uint32_t i = 0; i < scene->flags.count; i++)
-        bd_report_flag(report, "%s", scene->flags.text[i]);
+        if (!rig_yields || strcmp(scene->flags.text[i], "default_lights") != 0)
+            bd_report_flag(report, "%s", scene->flags.text[i]);
     if (plan->unoccluded) bd_report_flag(report, "%s", BD_FLAG_UNOCCLUDED);
     if (f->has_blend && !model.coverage) bd_report_flag(report, "blend_as_mask");
     if (f->has_transmissive && !model.transmission)
@@ -205,7 +207,8 @@ static void flag_what_is_not_honoured(const struct bd_plan *plan, const struct b
                        total > 0 ? 100 * f->emissive_flux_lm / total : 0.0);
     }
     if (f->has_environment && !(model.lights & BD_LIGHTS_ENVIRONMENT))
-        bd_report_flag(report, "environment_not_lighting");
+        bd_report_flag(report, "environment_not_lighting%s",
+                       bd_scene_lights_yield(scene) ? ": the default lights shine instead" : "");
 }
 
 static bool has_indirect(const struct bd_plan *plan)
@@ -251,7 +254,8 @@ static void describe_request(const struct bd_plan *plan, const struct bd_scene *
     report->aa = request->aa;
     snprintf(report->filter, sizeof report->filter, "%s", filter_name(plan, request->aa));
     memcpy(report->region, request->region, sizeof report->region);
-    report->counts.lights = scene->placed_light_count;
+    bool rig_yields = bd_scene_lights_yield(scene) && model_of(plan).lights & BD_LIGHTS_ENVIRONMENT;
+    report->counts.lights = rig_yields ? 0 : scene->placed_light_count;
     report->counts.triangles = scene->features.triangle_count;
 }
 

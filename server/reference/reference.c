@@ -190,14 +190,24 @@ static void trace_sample(const struct shot *shot, struct bd_sampler sampler, uin
     add_sample(pixel, half, &path, shot->reference->unit_cd_m2);
 }
 
+// The scene's own lights: a default rig stands in for an environment that lights nothing.
+static struct bd_integrand without_rig(const struct bd_reference *reference,
+                                       const struct bd_integrand *integrand)
+{
+    struct bd_integrand own = *integrand;
+    if (own.lights & BD_REFERENCE_ENVIRONMENT && bd_scene_lights_yield(reference->scene))
+        own.lights &= ~(uint32_t)BD_REFERENCE_PUNCTUAL;
+    return own;
+}
+
 void bd_reference_trace(const struct bd_reference *reference, const struct bd_integrand *integrand,
                         const struct bd_reference_view *view, uint64_t seed, uint32_t x_px,
                         uint32_t y_px, uint32_t first, uint32_t count,
                         struct bd_reference_pixel *pixel)
 {
     BD_ASSERT_CMP(view->camera, <, reference->scene->placed_camera_count);
-    const struct shot shot = {reference, integrand, bd_lens_of(&reference->geometry, view), x_px,
-                              y_px};
+    const struct bd_integrand own = without_rig(reference, integrand);
+    const struct shot shot = {reference, &own, bd_lens_of(&reference->geometry, view), x_px, y_px};
     for (uint32_t half = 0; half < 2; half++)
         for (uint32_t i = first; i < first + count; i++)
             trace_sample(&shot, bd_sampler_at(seed, x_px, y_px, half, i), half, pixel);
@@ -227,10 +237,11 @@ void bd_reference_irradiance(const struct bd_reference *reference,
 {
     const double pi = 3.14159265358979323846;
     const struct bd_vertex receiver = receiver_at(&reference->geometry, point, normal);
+    const struct bd_integrand own = without_rig(reference, integrand);
     for (uint32_t half = 0; half < 2; half++)
         for (uint32_t i = first; i < first + count; i++) {
             struct bd_path path;
-            bd_path_begin(reference, integrand, bd_sampler_at(seed, 0, 0, half, i), &path);
+            bd_path_begin(reference, &own, bd_sampler_at(seed, 0, 0, half, i), &path);
             bd_path_from_vertex(&path, &receiver);
             add_sample(sums, half, &path, reference->unit_cd_m2 * pi);
         }

@@ -49,7 +49,8 @@ struct bd_integrand {
     bool indirect_visibility; // false: occlusion is ignored between the last two surfaces of a path
                               // and all before them, but not towards lights (rungs R3, R3b)
     uint32_t lights;          // enum bd_reference_lights: those that light surfaces; emission is
-                              // seen directly whatever stands here
+                              // seen directly whatever stands here. A default rig is none of them
+                              // where an environment shines that is
     enum bd_pixel_filter filter;
     enum bd_alpha_reading alpha;
     double

@@ -5,10 +5,11 @@
 // distance where the bounds just fit a square picture. From below or behind if that side shows
 // four times as much: a single-sided plane that looks down is invisible from above.
 //
-// Lights (none where an environment shines): a directional key light of 2.4 lx over the first camera's left shoulder, and a point
-// light at that camera. The key models the shapes; the point light is what still reaches the
-// inside of a closed room. It gives 0.74 lx at the distance of what the camera looks at, so that a
-// white surface facing both shows 1 cd/m^2, which is white at exposure 0.
+// Lights, which yield to an environment where the technique is lit by it (bd_scene_lights_yield): a
+// directional key light of 2.4 lx over the first camera's left shoulder, and a point light at that
+// camera. The key models the shapes; the point light is what still reaches the inside of a closed
+// room. It gives 0.74 lx at the distance of what the camera looks at, so that a white surface
+// facing both shows 1 cd/m^2, which is white at exposure 0.
 
 #include <stdlib.h>
 #include <string.h>
@@ -153,7 +154,7 @@ static void place_light(struct bd_scene *scene, const struct bd_light *light,
 
 bool bd_derive_default_lights(struct bd_scene *scene)
 {
-    if (scene->placed_light_count > 0 || scene->features.has_environment) return true;
+    if (scene->placed_light_count > 0) return true;
     struct bd_light *lights =
         appended(scene->lights, scene->light_count + 1, sizeof *scene->lights);
     if (!lights) return false;

@@ -242,11 +242,14 @@ struct bd_scene {
 struct bd_scene *bd_scene_create(void);
 
 // Computes everything derived: world matrices, instances, placements, features, aspects, and
-// where the file has none the default camera and (unless an environment shines) the default light
-// rig, flagged `default_camera` and `default_lights`. Call once, before publishing.
+// where the file has none the default camera and the default light rig, flagged `default_camera`
+// and `default_lights`. Call once, before publishing.
 BD_MUST_CHECK
 enum bd_err bd_scene_finish(struct bd_scene *scene, struct bd_fault *fault);
 bool bd_scene_is_finished(const struct bd_scene *scene);
+// Whether its punctual lights are the default rig, and an environment shines: who is lit by the
+// environment does without them.
+bool bd_scene_lights_yield(const struct bd_scene *scene);
 
 struct bd_scene *bd_scene_retain(struct bd_scene *scene);
 // Drops a reference and nulls; takes NULL.

@@ -12,7 +12,8 @@ import numpy
 import pytest
 
 from conftest import BOUNCE, BUILD, HERE
-from harness import exr
+from harness import exr, shapes
+from harness.gltf import Writer
 from stopwatch import Stopwatch
 
 GLB = HERE / "../scenes/cornell.glb"
@@ -265,6 +266,34 @@ def test_a_rasterized_frame_says_that_the_sky_does_not_light(served):
     result = ok(served("render", GLB, "-o", "a.exr", *SMALL, "--environment", "1,1,1", "--technique",
                        "direct"))
     assert "environment_not_lighting" in result.stderr
+
+
+def test_default_lights_stand_in_where_the_sky_does_not_light(served):
+    """A scene without lights under a sky: what cannot use the sky shows the default lights, and what can
+    does without them."""
+    w = Writer()
+    positions, normals, indices, _ = shapes.box((1, 1, 1))
+    w.node("box", mesh=w.mesh("box", positions, normals, indices, w.material("grey", color=(0.5, 0.5, 0.5))))
+    w.camera("Camera", (0, 0, 4), (0, 0, -1), yfov=1)
+    w.write_glb(served.folder / "bare.glb")
+
+    def render(name, *words):
+        ok(served("render", "bare.glb", "-o", name, *SMALL, "--report", "r.json", *words))
+        return read(served, name), json.loads((served.folder / "r.json").read_text())["flags"]
+
+    sky, traced = ("--environment", "1,1,1"), ("--technique", "reference", "--set", "spp=2")
+    plain, flags = render("plain.exr", "--technique", "direct")
+    assert flags == ["default_lights"] and plain["R"].max() > 0
+    under, flags = render("under.exr", "--technique", "direct", *sky)
+    assert flags == ["default_lights", "environment_not_lighting: the default lights shine instead"]
+    assert all((plain[name] == under[name]).all() for name in plain)
+    lit, flags = render("lit.exr", *traced, *sky, "--layers", "direct")
+    assert flags == []
+    alone, flags = render("alone.exr", *traced, *sky, "--layers", "direct", "--set", "lights=environment")
+    assert flags == [] and (lit["direct.R"] == alone["direct.R"]).all() and lit["direct.R"].max() > 0
+    model, flags = render("model.exr", *traced, *sky, "--set", "model_of=direct")
+    assert "default_lights" in flags
+    assert abs(model["R"][plain["A"] > 0] - plain["R"][plain["A"] > 0]).mean() < 0.01
 
 
 def test_a_picture_of_the_reference(served):
