@@ -2,6 +2,7 @@
 
 #include <stdio.h>
 
+#include "base/flags.h"
 #include "image/metric.h"
 
 #define COMMON_HELP                                                                                \
@@ -76,6 +77,9 @@ int bd_help_render(void)
         "                       better and better parameters until the error is below PCT per cent,\n"
         "                       from those of --set on; exit code 5 where it cannot be, and a line\n"
         "                       with what reaches it\n"
+        "  --fail-on FLAG[,FLAG] exit code 5 where the frame has such a flag, as for blank_frame\n"
+        "                       anyway (none,FLAG: for these alone); repeatable\n"
+        "  --strict             exit code 5 for any flag\n"
         "  --environment R,G,B|FILE.exr    light from infinitely far away, cd/m^2\n"
         "  --region X,Y,W,H     technique reference: trace only these pixels\n"
         "  --plan               print what would run and what is left out; render nothing\n"
@@ -84,8 +88,11 @@ int bd_help_render(void)
         "                       to time a frame: take nothing over from earlier ones of the "
         "camera's\n"
         "                       side, or nothing at all but the uploaded scene (default "
-        "none)\n" START_HELP COMMON_HELP END_HELP,
+        "none)\n" START_HELP COMMON_HELP END_HELP "\n"
+        "Flags of frames, whose names --fail-on takes:\n",
         stdout);
+    for (int f = 0; f < BD_FLAG_COUNT; f++)
+        printf("  %-24s %s\n", bd_flag_name((enum bd_flag)f), bd_flag_what((enum bd_flag)f));
     return 0;
 }
 

@@ -1,8 +1,10 @@
 #include "clients/cli/options.h"
 
+#include <stdio.h>
 #include <string.h>
 
 #include "base/assert.h"
+#include "base/flags.h"
 #include "clients/cli/args.h"
 #include "clients/cli/options_common.h"
 
@@ -18,6 +20,8 @@ enum {
     OPT_PLAN,
     OPT_REPORT,
     OPT_ENVIRONMENT,
+    OPT_FAIL_ON,
+    OPT_STRICT,
 };
 
 static const struct bd_cli_option plain_table[] = {BD_CLI_COMMON_OPTIONS, {0}};
@@ -31,6 +35,8 @@ static const struct bd_cli_option render_table[] = {
     {"plan", 0, false, OPT_PLAN},
     {"report", 0, true, OPT_REPORT},
     {"environment", 0, true, OPT_ENVIRONMENT},
+    {"fail-on", 0, true, OPT_FAIL_ON},
+    {"strict", 0, false, OPT_STRICT},
     {0},
 };
 
@@ -118,6 +124,34 @@ static enum bd_err parse_target_error(const char *text, struct bd_cli_render *ou
                                &out->target_error, fault);
 }
 
+static enum bd_err unknown_flag(const char *text, uint32_t length, struct bd_fault *fault)
+{
+    char known[900] = "";
+    for (int f = 0; f < BD_FLAG_COUNT; f++) {
+        size_t used = strlen(known);
+        snprintf(known + used, sizeof known - used, ", %s", bd_flag_name((enum bd_flag)f));
+    }
+    return bd_fault_set(fault, BD_ERR_USAGE, "fail-on",
+                        "--fail-on %.*s: no such flag; there are none%s", (int)length, text, known);
+}
+
+// Flags with commas between, added to those that count anyway; "none" takes all away that stand
+// before it.
+static enum bd_err parse_fail_on(const char *text, struct bd_cli_render *out,
+                                 struct bd_fault *fault)
+{
+    for (const char *rest = text; rest;) {
+        uint32_t length = (uint32_t)strcspn(rest, ",");
+        enum bd_flag flag = bd_flag_of(rest, length);
+        bool is_none = length == 4 && memcmp(rest, "none", 4) == 0;
+        if (flag == BD_FLAG_COUNT && !is_none)
+            return unknown_flag(rest, length < 40 ? length : 40, fault);
+        out->fail_on = is_none ? 0 : out->fail_on | UINT64_C(1) << flag;
+        rest = rest[length] ? rest + length + 1 : NULL;
+    }
+    return BD_ERR_OK;
+}
+
 static enum bd_err parse_render_option(int id, const char *value, struct bd_cli_render *out,
                                        struct bd_fault *fault)
 {
@@ -137,6 +171,11 @@ static enum bd_err parse_render_option(int id, const char *value, struct bd_cli_
         return BD_ERR_OK;
     case OPT_ENVIRONMENT:
         out->environment = value;
+        return BD_ERR_OK;
+    case OPT_FAIL_ON:
+        return parse_fail_on(value, out, fault);
+    case OPT_STRICT:
+        out->strict = true;
         return BD_ERR_OK;
     default:
         break;
@@ -167,7 +206,7 @@ static enum bd_err check_render(struct bd_cli_render *out, struct bd_fault *faul
 enum bd_err bd_cli_parse_render(const char *const *words, int count, struct bd_cli_render *out,
                                 struct bd_fault *fault)
 {
-    *out = (struct bd_cli_render){0};
+    *out = (struct bd_cli_render){.fail_on = bd_flags_that_fail()};
     struct bd_cli_args args = {.words = words, .count = count};
     const char *value;
     int id;

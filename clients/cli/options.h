@@ -49,6 +49,8 @@ struct bd_cli_render {
     const char *against;     // of both; NULL = the server's default
     uint32_t region[4];      // x, y, width, height; width 0 = all
     const char *environment; // "R,G,B" or an .exr; NULL = none
+    uint64_t fail_on;        // flags that make the exit code 5, bits of enum bd_flag
+    bool strict;             // any flag does
     bool help;
 };
 

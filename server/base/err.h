@@ -50,7 +50,7 @@ enum bd_err {
 struct bd_fault {
     enum bd_err err;
     char field[128];
-    char message[512];
+    char message[1024];
 };
 
 // The name on the wire, "bad_input"; never NULL.

@@ -126,6 +126,34 @@ def test_a_closed_room_is_not_shown_as_bright_as_day(bounce):
     assert seen["exposure_stops"] == pytest.approx(auto_stops(exr.layer(planes, "beauty")), abs=0.01)
 
 
+def test_flags_that_fail_do_so_after_every_output(bounce):
+    """A picture that must not have a flag is written, and so is its report; then the exit code says so."""
+    w = Writer()
+    positions, normals, indices, _ = shapes.box((1, 1, 1))
+    w.node("box", mesh=w.mesh("box", positions, normals, indices, w.material("grey")))
+    w.camera("Camera", (0, 0, 3), (0, 0, 1), yfov=1)  # away from all there is
+    w.light("lamp", "point", 1, position=(0, 0, 3))
+    w.write_glb(bounce.folder / "black.glb")
+
+    def render(scene, *words, code):
+        for name in ("out.png", "r.json"):
+            (bounce.folder / name).unlink(missing_ok=True)
+        result = bounce("render", scene, "-o", "out.png", "--report", "r.json", *SMALL, "--aa", "1", *words)
+        assert result.returncode == code, result.stderr
+        assert (bounce.folder / "out.png").stat().st_size > 0
+        return json.loads((bounce.folder / "r.json").read_text())["flags"], result.stderr
+
+    flags, said = render("black.glb", "-q", code=5)
+    assert "blank_frame" in flags and "flag blank_frame" in said
+    render("black.glb", "--fail-on", "none", code=0)
+    cornell = SCENES / "cornell.glb"
+    flags, _ = render(cornell, code=0)
+    assert flags == ["no_indirect_visibility"]
+    assert "flag no_indirect_visibility" in render(cornell, "-q", "--strict", code=5)[1]
+    render(cornell, "--fail-on", "error_tail,blank_frame", code=0)
+    render(cornell, "--fail-on", "error_tail,no_indirect_visibility", code=5)
+
+
 def test_the_report_has_the_promised_shape(bounce):
     report = json.loads(ok(bounce("render", SCENES / "cornell.glb", "--json", *SMALL)).stdout)
     assert REPORT_KEYS <= set(report), REPORT_KEYS - set(report)

@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "base/flags.h"
 #include "clients/cli/args.h"
 #include "clients/cli/options.h"
 #include "tests/unit/cmocka_all.h"
@@ -76,6 +77,23 @@ static void every_option_arrives(void **state)
     assert_string_equal(o->common.token_file, "t");
 }
 
+static void flags_that_fail(void **state)
+{
+    (void)state;
+    const uint64_t blank = UINT64_C(1) << BD_FLAG_blank_frame;
+    const uint64_t tail = UINT64_C(1) << BD_FLAG_error_tail;
+    const uint64_t walls = UINT64_C(1) << BD_FLAG_no_indirect_visibility;
+    const struct bd_cli_render *o = parsed(WORDS("a.glb", "-o", "x.png"));
+    assert_true(o->fail_on == blank && !o->strict);
+    o = parsed(WORDS("a.glb", "-o", "x.png", "--fail-on", "error_tail", "--strict", "--fail-on",
+                     "no_indirect_visibility,error_tail"));
+    assert_true(o->fail_on == (blank | tail | walls) && o->strict);
+    o = parsed(WORDS("a.glb", "-o", "x.png", "--fail-on", "none"));
+    assert_true(o->fail_on == 0);
+    o = parsed(WORDS("a.glb", "-o", "x.png", "--fail-on=none,error_tail"));
+    assert_true(o->fail_on == tail);
+}
+
 // `says` must stand in the message: the range or the choice.
 static void assert_refused(const char *const *words, int count, const char *field, const char *says)
 {
@@ -108,6 +126,13 @@ static void refusals_name_the_option_and_its_range(void **state)
                        "-100 to 100");
     assert_refused(WORDS("a.glb", "-o", "x.png", "--tonemap", "filmic"), "tonemap",
                    "neutral, agx or linear");
+    static const char *const flags[] = {
+        "",      "blank_fram",          "blank_frames", "error_tail,",
+        "error", "error_tail,nonsense", "None",         "blank frame"};
+    for (size_t i = 0; i < sizeof flags / sizeof flags[0]; i++)
+        for (int f = 0; f < BD_FLAG_COUNT; f++) // with the whole list
+            assert_refused(WORDS("a.glb", "-o", "x.png", "--fail-on", flags[i]), "fail-on",
+                           bd_flag_name((enum bd_flag)f));
     assert_refused(WORDS("a.glb", "-o", "x.png", "--set", "vpls"), "set", "KEY=VALUE");
     assert_refused(WORDS("a.glb", "-o", "x.png", "--set", "=1"), "set", "KEY=VALUE");
     assert_refused(WORDS("a.glb", "-o", "x.exr", "--layers", "direct,,normal"), "layers", "commas");
@@ -187,6 +212,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(defaults_depend_on_the_output),
         cmocka_unit_test(every_option_arrives),
+        cmocka_unit_test(flags_that_fail),
         cmocka_unit_test(refusals_name_the_option_and_its_range),
         cmocka_unit_test(combinations_that_make_no_sense),
         cmocka_unit_test(help_wins_over_what_is_missing),
