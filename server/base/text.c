@@ -1,6 +1,5 @@
 #include "base/text.h"
 
-#include <stdbool.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -60,6 +59,17 @@ void bd_text_make_plain(char *text)
         else
             at += size;
     }
+}
+
+bool bd_text_is_plain(const char *text)
+{
+    const unsigned char *at = (const unsigned char *)text;
+    while (*at) {
+        const size_t size = bd_text_character_bytes(at);
+        if (size == 0 || is_unseen(code_of(at, size))) return false;
+        at += size;
+    }
+    return true;
 }
 
 // --- in JSON --------------------------------------------------------------------------------

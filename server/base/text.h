@@ -3,6 +3,7 @@
 #ifndef BD_BASE_TEXT_H
 #define BD_BASE_TEXT_H
 
+#include <stdbool.h>
 #include <stddef.h>
 
 #ifdef __cplusplus
@@ -14,6 +15,9 @@ extern "C" {
 // their kin), and bytes that are no UTF-8, as where a text was cut inside a character, become '?',
 // in place.
 void bd_text_make_plain(char *text);
+
+// Whether it is plain as it stands.
+bool bd_text_is_plain(const char *text);
 
 // JSON that says the same, with the same characters as escapes wherever they stand. Takes `json`,
 // malloc'ed UTF-8; the caller frees the result. NULL for NULL, and without memory.

@@ -47,6 +47,7 @@ enum bd_role {
 struct bd_grant {
     char name[BD_GRANT_NAME_BYTES];
     bool is_token;   // it is one client, by its name, wherever it is shown
+    bool is_shared;  // of a line of many users: gid: or uid:*
     bool is_revoked; // a later token file has it no more, or with other rights
     enum bd_role role;
     char scene_prefix[BD_GRANT_PREFIX_BYTES]; // "": every scene

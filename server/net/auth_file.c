@@ -207,6 +207,8 @@ static enum bd_err read_line(struct bd_tokens *tokens, char *line, unsigned numb
     if (err) return err;
     struct bd_grant *grant = &tokens->entries[tokens->count - 1]->grant;
     begin_grant(grant, word, number);
+    const enum bd_auth_kind kind = tokens->entries[tokens->count - 1]->kind;
+    grant->is_shared = kind == BD_AUTH_GROUP || kind == BD_AUTH_OTHERS;
     while (!err && (word = strtok_r(NULL, " \t\r\n", &rest))) err = set_word(grant, word, fault);
     return err;
 }

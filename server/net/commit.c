@@ -43,14 +43,17 @@ static void publish(struct bd_net *net, struct bd_batch *batch)
 {
     struct bd_scene *removed = NULL;
     if (batch->kind == BD_BATCH_REMOVE) {
-        bd_net_scene_changed(net, batch->scene_id, "removed", NULL);
+        bd_net_scene_changed(net, batch->scene_id, &(struct bd_scene_change){.kind = "removed"});
         removed = retain_shown(net, batch->scene_id);
     }
     bd_store_publish(net->options.store, batch);
     bd_net_release_scene(net, &removed);
-    if (batch->after)
-        bd_net_scene_changed(net, batch->scene_id, batch->kind == BD_BATCH_ADD ? "added" : "edited",
-                             &batch->forward);
+    const struct bd_scene_change change = {.kind = batch->kind == BD_BATCH_ADD ? "added" : "edited",
+                                           .delta = &batch->forward,
+                                           .author = batch->author,
+                                           .batch = bd_batch_kind_name(batch->kind),
+                                           .of = batch->of};
+    if (batch->after) bd_net_scene_changed(net, batch->scene_id, &change);
     tell(batch, BD_ERR_OK, NULL);
     bd_upkeep_after(net, batch);
     bd_batch_free(&batch);

@@ -1,6 +1,7 @@
 #include "net/edit_history.h"
 
 #include <inttypes.h>
+#include <string.h>
 
 #include "base/assert.h"
 #include "net/command_rights.h"
@@ -8,8 +9,21 @@
 #include "net/edit_end.h"
 #include "net/edit_replay.h"
 #include "net/edit_reply.h"
+#include "net/release.h"
 
 // --- undo, redo, revert ---------------------------------------------------------------------
+
+// What one's own edit made is needed by what others made since.
+static void refuse_unfit(struct bd_edit_work *work)
+{
+    struct bd_command *command = work->command;
+    const struct bd_fault why = command->fault;
+    command->err = bd_fault_set(&command->fault, BD_ERR_CONFLICT,
+                                work->kind == BD_BATCH_REDO ? "redo" : "undo",
+                                "revision %" PRIu64 " cannot be taken back by itself any more: "
+                                "%.200s",
+                                work->of, why.message);
+}
 
 static void stage_read(struct bd_edit_work *work)
 {
@@ -20,6 +34,7 @@ static void stage_read(struct bd_edit_work *work)
                                            .base_revision = work->head_revision,
                                            .client_edit_id = work->client_edit_id,
                                            .message = work->message,
+                                           .author = work->author,
                                            .delta = &work->delta};
     struct bd_batch *batch;
     command->err = bd_command_check_growth(command, work->place.scene_id, work->base, &work->delta,
@@ -27,6 +42,7 @@ static void stage_read(struct bd_edit_work *work)
     if (!command->err)
         command->err =
             bd_store_stage(command->net->options.store, &change, &batch, &command->fault);
+    if (command->err == BD_ERR_BAD_INPUT && work->is_mine) refuse_unfit(work);
     if (bd_edit_stop_here(work)) return;
     if (command->time_ms) batch->time_ms = command->time_ms;
     bd_edit_wait_for_disk(work, batch, bd_edit_reply_of_batch(batch, work));
@@ -38,11 +54,27 @@ static void read_delta_on_pool(struct bd_journal_turn *turn)
     work->command->err = bd_edit_work_read_past(work, turn->net->options.journal);
 }
 
+// What others laid may have become durable by itself meanwhile: what was read does not fit then.
+static bool begin_again(struct bd_edit_work *work)
+{
+    const struct bd_scene *head;
+    uint64_t revision;
+    if (bd_store_head(work->command->net->options.store, work->place.scene_id, &head, &revision,
+                      NULL) ||
+        revision == work->head_revision)
+        return false;
+    bd_delta_finish(&work->delta);
+    bd_net_release_scene(work->command->net, &work->base);
+    work->command->err = BD_ERR_OK;
+    work->place.has_begun = false;
+    return true;
+}
+
 static void read_delta_back(struct bd_journal_turn *turn)
 {
     struct bd_edit_work *work = bd_edit_work_of_turn(turn);
     struct bd_net *net = turn->net;
-    if (!bd_edit_stop_here(work)) stage_read(work);
+    if (!begin_again(work) && !bd_edit_stop_here(work)) stage_read(work);
     bd_edits_go_on(net);
 }
 
@@ -62,17 +94,21 @@ static void on_settled(struct bd_commit_waiter *waiter, const struct bd_batch *b
 }
 
 // What lies transient is the last thing that was done: it is committed before anything is taken
-// back. True: it is on its way, and `work` hears of it.
+// back; of others only before what is anybody's is. True: it is on its way, and `work` hears of it.
 static bool settle(struct bd_edit_work *work)
 {
     struct bd_command *command = work->command;
-    struct bd_batch *batch = NULL;
-    command->err = bd_store_stage_commit(command->net->options.store, work->place.scene_id, NULL,
-                                         &batch, &command->fault);
-    if (command->err || !batch) return false;
+    struct bd_batch *batch = NULL, *last = NULL;
+    do {
+        last = batch ? batch : last;
+        command->err = bd_store_stage_commit(command->net->options.store, work->place.scene_id,
+                                             work->is_mine ? work->author : NULL, NULL, &batch,
+                                             &command->fault);
+    } while (!command->err && batch);
+    if (last) bd_commit_soon(command->net);
+    if (command->err || !last) return false;
     work->waiter.done = on_settled;
-    batch->user = &work->waiter;
-    bd_commit_soon(command->net);
+    last->user = &work->waiter;
     return true;
 }
 
@@ -84,8 +120,9 @@ static bool begin_past(struct bd_edit_work *work, uint64_t base_revision)
     if (bd_store_is_busy(store, work->place.scene_id)) return false;
     if (settle(work)) return true;
     if (!command->err && work->kind != BD_BATCH_REVERT)
-        command->err = bd_store_undo_target(
-            store, work->place.scene_id, work->kind == BD_BATCH_REDO, &work->of, &command->fault);
+        command->err =
+            bd_store_undo_target(store, work->place.scene_id, work->is_mine ? work->author : NULL,
+                                 work->kind == BD_BATCH_REDO, &work->of, &command->fault);
     if (!command->err)
         command->err = bd_store_head(store, work->place.scene_id, &head, &work->head_revision,
                                      &command->fault);
@@ -104,7 +141,14 @@ static bool begin_past(struct bd_edit_work *work, uint64_t base_revision)
 bool bd_edit_begin_undo(struct bd_edit_work *work)
 {
     const Bounced__EditUndo *request = work->command->envelope->edit_undo;
+    struct bd_command *command = work->command;
+    const char *scope = request->scope ? request->scope : "mine";
     work->kind = request->redo ? BD_BATCH_REDO : BD_BATCH_UNDO;
+    work->is_mine = strcmp(scope, "mine") == 0;
+    if (!work->is_mine && strcmp(scope, "all") != 0)
+        command->err = bd_fault_set(&command->fault, BD_ERR_USAGE, "scope",
+                                    "scope is mine or all, not \"%.32s\"", scope);
+    if (bd_edit_stop_here(work)) return true;
     return begin_past(work, request->base_revision);
 }
 
@@ -159,8 +203,8 @@ bool bd_edit_begin_commit(struct bd_edit_work *work)
     struct bd_command *command = work->command;
     struct bd_store *store = command->net->options.store;
     struct bd_batch *batch = NULL;
-    enum bd_err err = bd_store_stage_commit(store, work->place.scene_id, work->client_edit_id,
-                                            &batch, &command->fault);
+    enum bd_err err = bd_store_stage_commit(store, work->place.scene_id, work->author,
+                                            work->client_edit_id, &batch, &command->fault);
     if (err == BD_ERR_BUSY) return false;
     // What lay there may be on its way already, by itself: it is answered for, too.
     if (!err && !batch && bd_store_is_busy(store, work->place.scene_id)) return false;

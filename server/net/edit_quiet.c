@@ -33,19 +33,21 @@ static void warn(const char *scene_id, const struct bd_fault *fault)
            fault->message);
 }
 
-// How long until the scene is to be looked at again; UINT64_MAX: there is no need.
+// How long until the scene is to be looked at again; UINT64_MAX: there is no need. Each author's is
+// a batch by itself.
 static uint64_t commit_one(struct bd_net *net, const struct bd_store_entry *entry, bool all)
 {
-    struct bd_batch *batch = NULL;
-    struct bd_fault fault = {0};
-    const uint64_t quiet_ns = bd_clock_ns() - entry->transient_ns;
-    if (entry->transient == 0) return UINT64_MAX;
-    if (!all && quiet_ns < QUIET_NS) return QUIET_NS - quiet_ns;
-    if (bd_store_stage_commit(net->options.store, entry->id, NULL, &batch, &fault)) {
-        warn(entry->id, &fault);
-        return QUIET_NS;
+    while (entry->transient_ns > 0) {
+        struct bd_batch *batch = NULL;
+        struct bd_fault fault = {0};
+        const uint64_t quiet_ns = bd_clock_ns() - entry->transient_ns;
+        if (!all && quiet_ns < QUIET_NS) return QUIET_NS - quiet_ns;
+        if (bd_store_stage_commit(net->options.store, entry->id, NULL, NULL, &batch, &fault)) {
+            warn(entry->id, &fault);
+            return QUIET_NS;
+        }
+        bd_commit_soon(net);
     }
-    if (batch) bd_commit_soon(net);
     return UINT64_MAX;
 }
 

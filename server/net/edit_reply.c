@@ -49,6 +49,8 @@ static Bounced__EditReply *make(const struct bd_scene *scene, uint64_t revision,
 struct bd_answer bd_edit_reply_of_batch(struct bd_batch *batch, const struct bd_edit_work *work)
 {
     Bounced__EditReply *reply = make(batch->after, batch->revision, 0, work);
+    if (batch->author[0]) reply->author = bd_answer_text(batch->author);
+    if (batch->of) BD_SET(reply, of, batch->of);
     batch->answer_bytes = bounced__edit_reply__get_packed_size(reply);
     batch->answer = malloc(batch->answer_bytes + 1);
     BD_ASSERT(batch->answer);

@@ -24,6 +24,7 @@ static void stage_durable(struct bd_edit_work *work, const Bounced__EditBatch *r
                                            .base_revision = request->base_revision,
                                            .client_edit_id = request->client_edit_id,
                                            .message = request->message,
+                                           .author = work->author,
                                            .delta = &work->delta};
     struct bd_batch *batch;
     command->err = bd_store_stage(command->net->options.store, &change, &batch, &command->fault);
@@ -35,12 +36,14 @@ static void lay_transient(struct bd_edit_work *work)
 {
     struct bd_command *command = work->command;
     const struct bd_store_entry *entry;
-    command->err = bd_store_lay(command->net->options.store, work->place.scene_id, &work->delta,
-                                &entry, &command->fault);
+    command->err = bd_store_lay(command->net->options.store, work->place.scene_id, work->author,
+                                &work->delta, &entry, &command->fault);
     if (bd_edit_stop_here(work)) return;
     struct bd_answer answer = bd_edit_reply_of_entry(entry, work);
     bd_edit_watch_quiet(command->net);
-    bd_net_scene_changed(command->net, work->place.scene_id, "transient", &work->delta);
+    const struct bd_scene_change change = {
+        .kind = "transient", .delta = &work->delta, .author = work->author};
+    bd_net_scene_changed(command->net, work->place.scene_id, &change);
     bd_edit_end(work, answer);
 }
 

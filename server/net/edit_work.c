@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/assert.h"
+#include "net/author.h"
 #include "net/edit_decode.h"
 #include "net/release.h"
 #include "net/revision_name.h"
@@ -26,27 +27,29 @@ struct bd_edit_work *bd_edit_work_of_turn(struct bd_journal_turn *turn)
 // --- what every such request has --------------------------------------------------------------
 
 struct request {
-    const char *scene, *client_edit_id;
+    const char *scene, *client_edit_id, *by;
 };
 
 static struct request request_of(const Bounced__Envelope *envelope)
 {
     switch (envelope->body_case) {
     case BOUNCED__ENVELOPE__BODY_EDIT_BATCH:
-        return (struct request){envelope->edit_batch->scene, envelope->edit_batch->client_edit_id};
+        return (struct request){envelope->edit_batch->scene, envelope->edit_batch->client_edit_id,
+                                envelope->edit_batch->by};
     case BOUNCED__ENVELOPE__BODY_EDIT_UNDO:
-        return (struct request){envelope->edit_undo->scene, envelope->edit_undo->client_edit_id};
+        return (struct request){envelope->edit_undo->scene, envelope->edit_undo->client_edit_id,
+                                envelope->edit_undo->by};
     case BOUNCED__ENVELOPE__BODY_EDIT_REVERT:
-        return (struct request){envelope->edit_revert->scene,
-                                envelope->edit_revert->client_edit_id};
+        return (struct request){envelope->edit_revert->scene, envelope->edit_revert->client_edit_id,
+                                envelope->edit_revert->by};
     case BOUNCED__ENVELOPE__BODY_EDIT_COMMIT:
-        return (struct request){envelope->edit_commit->scene,
-                                envelope->edit_commit->client_edit_id};
+        return (struct request){envelope->edit_commit->scene, envelope->edit_commit->client_edit_id,
+                                envelope->edit_commit->by};
     case BOUNCED__ENVELOPE__BODY_SCENE_REPLAY:
         return (struct request){envelope->scene_replay->scene,
-                                envelope->scene_replay->client_edit_id};
+                                envelope->scene_replay->client_edit_id, NULL};
     default:
-        return (struct request){envelope->revision_name->scene, NULL};
+        return (struct request){envelope->revision_name->scene, NULL, NULL};
     }
 }
 
@@ -83,6 +86,15 @@ static enum bd_err check_batch(struct bd_edit_work *work, const Bounced__EditBat
     return check_message(batch->message, fault);
 }
 
+static enum bd_err find_author(struct bd_edit_work *work, const struct request *request,
+                               struct bd_fault *fault)
+{
+    const struct bd_command *command = work->command;
+    if (command->envelope->body_case == BOUNCED__ENVELOPE__BODY_SCENE_REPLAY)
+        return bd_author_take(command->envelope->scene_replay->author, work->author, fault);
+    return bd_author_make(command->grant, command->client, request->by, work->author, fault);
+}
+
 enum bd_err bd_edit_work_create(struct bd_command *command, struct bd_edit_work **out)
 {
     const Bounced__Envelope *envelope = command->envelope;
@@ -100,6 +112,7 @@ enum bd_err bd_edit_work_create(struct bd_command *command, struct bd_edit_work 
     snprintf(work->place.scene_id, sizeof work->place.scene_id, "%s", request.scene);
     enum bd_err err = take_text("client_edit_id", request.client_edit_id, work->client_edit_id,
                                 sizeof work->client_edit_id, fault);
+    if (!err) err = find_author(work, &request, fault);
     if (!err && envelope->body_case == BOUNCED__ENVELOPE__BODY_EDIT_BATCH)
         err = check_batch(work, envelope->edit_batch, fault);
     if (!err && envelope->body_case == BOUNCED__ENVELOPE__BODY_SCENE_REPLAY)
@@ -192,9 +205,60 @@ static enum bd_err read_revert(struct bd_edit_work *work, struct bd_journal *jou
     return err;
 }
 
+// The newest revision after the one that is to be taken back that changed the same.
+static enum bd_err find_culprit(struct bd_edit_work *work, struct bd_journal *journal,
+                                const struct bd_clash *clash, uint64_t *revision,
+                                char author[BD_EDIT_AUTHOR_BYTES])
+{
+    enum bd_err err = BD_ERR_OK;
+    bool is_it = false;
+    for (*revision = work->head_revision; !err && *revision > work->of; --*revision) {
+        struct bd_store_step step;
+        err = bd_store_read_step(journal, work->place.scene_id, *revision, work->base, &step,
+                                 &work->command->fault);
+        if (err) break;
+        is_it = bd_delta_touches(&step.inverse, &step.forward, clash);
+        snprintf(author, BD_EDIT_AUTHOR_BYTES, "%s", step.author);
+        bd_store_step_finish(&step);
+        if (is_it) break;
+    }
+    return err;
+}
+
+static enum bd_err refuse_clash(struct bd_edit_work *work, struct bd_journal *journal,
+                                const struct bd_clash *clash)
+{
+    const char *word = work->kind == BD_BATCH_REDO ? "redo" : "undo";
+    const char *kind = bd_object_kind_name(clash->kind);
+    char author[BD_EDIT_AUTHOR_BYTES] = "", what[96] = "";
+    uint64_t revision = 0;
+    enum bd_err err = find_culprit(work, journal, clash, &revision, author);
+    if (err) return err;
+    if (clash->property[0]) snprintf(what, sizeof what, "%s of ", clash->property);
+    return bd_fault_set(&work->command->fault, BD_ERR_CONFLICT, word,
+                        "%s%s %" PRIu32 " was changed since by %.80s (revision %" PRIu64
+                        "): nothing was taken back; the scope \"all\" takes back whatever was last",
+                        what, kind, clash->id, author[0] ? author : "somebody unknown", revision);
+}
+
+// What the revision did is taken back from what became of it: others may have changed other
+// properties of the same objects since.
+static enum bd_err read_undo(struct bd_edit_work *work, struct bd_journal *journal)
+{
+    struct bd_fault *fault = &work->command->fault;
+    struct bd_store_step step;
+    struct bd_clash clash = {0};
+    enum bd_err err =
+        bd_store_read_step(journal, work->place.scene_id, work->of, work->base, &step, fault);
+    if (err) return err;
+    if (!bd_delta_carry(work->base, &step.forward, &step.inverse, &work->delta, &clash))
+        err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "", "no memory for the edit");
+    bd_store_step_finish(&step);
+    if (err || !work->is_mine || !clash.is_there) return err;
+    return refuse_clash(work, journal, &clash);
+}
+
 enum bd_err bd_edit_work_read_past(struct bd_edit_work *work, struct bd_journal *journal)
 {
-    if (work->kind == BD_BATCH_REVERT) return read_revert(work, journal);
-    return bd_store_read_inverse(journal, work->place.scene_id, work->of, &work->delta,
-                                 &work->command->fault);
+    return work->kind == BD_BATCH_REVERT ? read_revert(work, journal) : read_undo(work, journal);
 }

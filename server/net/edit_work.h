@@ -20,6 +20,7 @@ struct bd_edit_work {
     struct bd_journal_turn turn;
     bool is_queued, is_transient, is_repeated;
     char client_edit_id[BD_EDIT_ID_BYTES];
+    char author[BD_EDIT_AUTHOR_BYTES];
 
     // Of a batch
     size_t op_count;
@@ -30,6 +31,7 @@ struct bd_edit_work {
 
     // Of undo, redo and revert, and of what is played from a journal
     enum bd_batch_kind kind;
+    bool is_mine; // undo and redo: of the author alone
     uint64_t of, head_revision;
     const char *message; // borrowed from the request; NULL: none
 

@@ -89,10 +89,16 @@ void bd_net_begin_drain(struct bd_net *net);
 void bd_net_conn_joined(struct bd_net *net);
 void bd_net_conn_left(struct bd_net *net);
 
-// A scene's published state changed: tells watches and views. `kind`: added | edited | transient |
-// removed, said before the store forgets it. `delta`: what of it, or NULL.
-void bd_net_scene_changed(struct bd_net *net, const char *scene_id, const char *kind,
-                          const struct bd_delta *delta);
+// A scene's published state changed: tells watches and views. All is borrowed.
+struct bd_scene_change {
+    const char *kind; // added | edited | transient | removed, said before the store forgets it
+    const struct bd_delta *delta; // what of it; NULL: not said
+    const char *author;           // NULL or "": nobody is known
+    const char *batch;            // of a revision: its kind, as the log has it; NULL: none
+    uint64_t of;                  // the revision that it is about; 0: none
+};
+void bd_net_scene_changed(struct bd_net *net, const char *scene_id,
+                          const struct bd_scene_change *change);
 
 // Counts a request that was turned away, whatever the reason.
 void bd_net_count_refusal(struct bd_net *net);

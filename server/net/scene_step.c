@@ -79,6 +79,7 @@ static void add_entry(void *user, const struct bd_journal_edit *edit)
     entry->kind = bd_answer_text(edit->kind);
     if (edit->client_edit_id[0]) entry->client_edit_id = bd_answer_text(edit->client_edit_id);
     if (edit->message[0]) entry->message = bd_answer_text(edit->message);
+    if (edit->author[0]) entry->author = bd_answer_text(edit->author);
     bd_sha256_hex(edit->snapshot_sha256, hex);
     snprintf(hash, sizeof hash, "sha256:%s", hex);
     entry->hash = bd_answer_text(hash);

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "base/assert.h"
+#include "net/author.h"
 #include "net/session_internal.h"
 #include "protocol/wire.h"
 
@@ -116,6 +117,14 @@ static struct bd_answer hello_reply(const struct bd_net *net)
     return bd_answer_of(BOUNCED__ENVELOPE__BODY_HELLO_REPLY, reply);
 }
 
+static void add_author(Bounced__HelloReply *reply, const struct bd_session *session)
+{
+    char author[BD_EDIT_AUTHOR_BYTES];
+    enum bd_err err = bd_author_make(session->grant, session->client, NULL, author, NULL);
+    BD_ASSERT(!err);
+    reply->author = bd_answer_text(author);
+}
+
 // Who comes back learns what has arrived: what it asked for and is neither here nor among the kept
 // answers was lost on its way.
 static void add_under_way(Bounced__HelloReply *reply, const struct bd_session *session)
@@ -139,6 +148,7 @@ void bd_session_welcome(struct bd_session *session, uint64_t request_id,
     session->conn->is_known = true;
     struct bd_answer answer = hello_reply(session->net);
     Bounced__HelloReply *reply = answer.envelope->hello_reply;
+    add_author(reply, session);
     // Where the end of a stream is all the goodbye there is, who means to come back says so.
     if (hello->resume || session->says_goodbye) {
         char token[BD_SHA256_HEX];

@@ -18,26 +18,22 @@ struct bd_session_watch {
     struct bd_session_watch *next;
 };
 
-static char *copy(const char *text)
+// Whatever fields it has.
+static Bounced__SceneEvent *copy(const Bounced__SceneEvent *event)
 {
-    return text ? bd_answer_text(text) : NULL;
+    const size_t size = bounced__scene_event__get_packed_size(event);
+    uint8_t *bytes = malloc(size + 1);
+    BD_ASSERT(bytes);
+    bounced__scene_event__pack(event, bytes);
+    Bounced__SceneEvent *message = bounced__scene_event__unpack(NULL, size, bytes);
+    BD_ASSERT(message);
+    free(bytes);
+    return message;
 }
 
 static void send_event(struct bd_session_watch *watch, const Bounced__SceneEvent *event)
 {
-    Bounced__SceneEvent *message = malloc(sizeof *message);
-    BD_ASSERT(message);
-    bounced__scene_event__init(message);
-    message->scene = copy(event->scene);
-    message->kind = copy(event->kind);
-    message->hash = copy(event->hash);
-    if (event->has_revision) BD_SET(message, revision, event->revision);
-    if (event->has_transient) BD_SET(message, transient, event->transient);
-    message->changes = calloc(event->n_changes + 1, sizeof *message->changes);
-    BD_ASSERT(message->changes);
-    for (size_t i = 0; i < event->n_changes; i++)
-        message->changes[message->n_changes++] = bd_answer_text(event->changes[i]);
-    struct bd_answer answer = bd_answer_of(BOUNCED__ENVELOPE__BODY_SCENE_EVENT, message);
+    struct bd_answer answer = bd_answer_of(BOUNCED__ENVELOPE__BODY_SCENE_EVENT, copy(event));
     bd_session_send_event(watch->session, watch->request_id, &answer);
 }
 

@@ -58,8 +58,22 @@ static void tell_changes(Bounced__SceneEvent *event, const struct bd_delta *delt
     for (size_t i = 0; i < event->n_changes; i++) changes->list[i] = changes->entries[i];
 }
 
-void bd_net_scene_changed(struct bd_net *net, const char *scene_id, const char *kind,
-                          const struct bd_delta *delta)
+static char *read_only(const char *text)
+{
+    return text && text[0] ? (char *)(uintptr_t)text : NULL;
+}
+
+static void tell_origin(Bounced__SceneEvent *event, const struct bd_scene_change *change)
+{
+    event->kind = read_only(change->kind);
+    event->author = read_only(change->author);
+    event->batch = read_only(change->batch);
+    event->has_of = change->of > 0;
+    event->of = change->of;
+}
+
+void bd_net_scene_changed(struct bd_net *net, const char *scene_id,
+                          const struct bd_scene_change *change)
 {
     struct changes changes;
     const struct bd_store_entry *entry;
@@ -69,17 +83,17 @@ void bd_net_scene_changed(struct bd_net *net, const char *scene_id, const char *
     bd_sha256_hex(entry->scene->content_sha256, hash + 7);
     Bounced__SceneEvent event = BOUNCED__SCENE_EVENT__INIT;
     event.scene = id;
-    event.kind = (char *)(uintptr_t)kind; // only read
+    tell_origin(&event, change);
     event.has_revision = 1;
     event.revision = entry->revision;
     event.hash = hash;
     event.has_transient = entry->transient > 0;
     event.transient = entry->transient;
-    tell_changes(&event, delta, &changes);
+    tell_changes(&event, change->delta, &changes);
     for (struct bd_watch *watch = net->watches; watch;) {
         struct bd_watch *next = watch->next;
         if (hears(watch, entry)) watch->event(watch->user, &event);
         watch = next;
     }
-    bd_views_scene_changed(net, id, strcmp(kind, "removed") == 0);
+    bd_views_scene_changed(net, id, strcmp(change->kind, "removed") == 0);
 }

@@ -73,7 +73,7 @@ void bd_change_finish(struct bd_change *change)
     if (change->kind == BD_OBJECT_ENVIRONMENT) bd_sky_map_release(&change->environment.map);
 }
 
-static void retain_heavy(const struct bd_change *change)
+void bd_change_retain(const struct bd_change *change)
 {
     if (change->kind == BD_OBJECT_PICTURE) bd_picture_retain(change->picture);
     if (change->kind == BD_OBJECT_MESH) bd_mesh_retain(change->mesh);
@@ -211,12 +211,17 @@ static uint32_t find(const struct bd_delta *delta, enum bd_object_kind kind, uin
     return low;
 }
 
-const struct bd_change *bd_delta_get(const struct bd_delta *delta, enum bd_object_kind kind,
-                                     uint32_t id)
+struct bd_change *bd_delta_find(struct bd_delta *delta, enum bd_object_kind kind, uint32_t id)
 {
     uint32_t at = find(delta, kind, id);
     if (at == delta->count || compare_places(&delta->changes[at], kind, id) != 0) return NULL;
     return &delta->changes[at];
+}
+
+const struct bd_change *bd_delta_get(const struct bd_delta *delta, enum bd_object_kind kind,
+                                     uint32_t id)
+{
+    return bd_delta_find((struct bd_delta *)delta, kind, id); // which changes nothing
 }
 
 bool bd_delta_take(struct bd_delta *delta, const struct bd_scene *scene, enum bd_object_kind kind,
@@ -254,7 +259,7 @@ bool bd_delta_invert(const struct bd_scene *base, const struct bd_delta *delta,
 static bool append_shared(struct bd_delta *out, const struct bd_change *change)
 {
     if (!bd_delta_append(out, change)) return false;
-    retain_heavy(change);
+    bd_change_retain(change);
     return true;
 }
 
@@ -317,7 +322,7 @@ enum bd_err bd_delta_apply(const struct bd_scene *base, const struct bd_delta *d
     struct bd_scene *scene = bd_scene_copy(base, &slots);
     if (!scene) return bd_fault_set(fault, BD_ERR_NO_MEMORY, "scene", "no memory for the scene");
     for (uint32_t i = 0; i < delta->count; i++) {
-        retain_heavy(&delta->changes[i]);
+        bd_change_retain(&delta->changes[i]);
         store_state(scene, delta->changes[i]);
     }
     enum bd_err err = bd_scene_check_references(scene, fault);

@@ -99,6 +99,30 @@ bool bd_delta_merge(const struct bd_delta *first, const struct bd_delta *second,
 BD_MUST_CHECK
 bool bd_delta_between(const struct bd_scene *from, const struct bd_scene *to, struct bd_delta *out);
 
+// The first property that could not be carried over without losing what somebody else made of it.
+struct bd_clash {
+    bool is_there;
+    enum bd_object_kind kind;
+    uint32_t id;
+    const char *property; // as edits name it; bd_clash_whole: the object
+};
+extern const char bd_clash_whole[];
+
+// What took `before` to `after`, two states of one object, done to `onto`, a third of it: the
+// properties in which the two differ are those of `after` then, the rest stays. It clashes where
+// `onto` has neither of the two values, or the object is gone; the value of `after` is taken all
+// the same, but what is gone stays so.
+void bd_change_carry(struct bd_change *onto, const struct bd_change *before,
+                     const struct bd_change *after, struct bd_clash *found);
+// The same of all objects of `after`, which `before` has too, onto a scene with `out` over it,
+// which has the result. False, and `out` empty, only without memory.
+BD_MUST_CHECK
+bool bd_delta_carry(const struct bd_scene *onto, const struct bd_delta *before,
+                    const struct bd_delta *after, struct bd_delta *out, struct bd_clash *found);
+// Whether what took `before` to `after` changed what clashes.
+bool bd_delta_touches(const struct bd_delta *before, const struct bd_delta *after,
+                      const struct bd_clash *clash);
+
 // Content is named, not written: whoever keeps the bytes keeps what bd_content_of_delta lists.
 // False if the sink said so.
 BD_MUST_CHECK

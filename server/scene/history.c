@@ -1,5 +1,6 @@
 #include "scene/history.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -13,23 +14,57 @@ static uint64_t hash_of(const char *client_edit_id)
 
 void bd_history_finish(struct bd_history *history)
 {
-    free(history->undo);
-    free(history->redo);
+    free(history->undo.entries);
+    free(history->redo.entries);
     free(history->known);
     *history = (struct bd_history){0};
 }
 
-static void push(uint64_t **stack, uint32_t *count, uint64_t revision)
+// --- lists ----------------------------------------------------------------------------------
+
+static void drop(struct bd_history_list *list, uint32_t index)
 {
-    if (!*stack) *stack = malloc(BD_HISTORY_UNDO_MAX * sizeof **stack);
-    BD_ASSERT(*stack);
-    if (*count == BD_HISTORY_UNDO_MAX) memmove(*stack, *stack + 1, --*count * sizeof **stack);
-    (*stack)[(*count)++] = revision;
+    struct bd_history_entry *at = list->entries + index;
+    memmove(at, at + 1, (--list->count - index) * sizeof *at);
 }
 
-static void pop(uint32_t *count)
+static void push(struct bd_history_list *list, uint64_t revision, const char *author,
+                 const char *by)
 {
-    if (*count > 0) --*count;
+    if (!list->entries) list->entries = malloc(BD_HISTORY_UNDO_MAX * sizeof *list->entries);
+    BD_ASSERT(list->entries);
+    if (list->count == BD_HISTORY_UNDO_MAX) drop(list, 0);
+    struct bd_history_entry *entry = &list->entries[list->count++];
+    entry->revision = revision;
+    snprintf(entry->author, sizeof entry->author, "%s", author);
+    snprintf(entry->by, sizeof entry->by, "%s", by);
+}
+
+// Takes out the entry of a revision; the newest, where that is forgotten. False: there is none.
+static bool take(struct bd_history_list *list, uint64_t revision, struct bd_history_entry *out)
+{
+    if (list->count == 0) return false;
+    uint32_t index = list->count - 1;
+    for (uint32_t i = 0; i < list->count; i++)
+        if (list->entries[i].revision == revision) index = i;
+    *out = list->entries[index];
+    drop(list, index);
+    return true;
+}
+
+// What an undo takes from one list, or a redo from the other, is the same author's in the other.
+static void move_over(struct bd_history_list *from, struct bd_history_list *to,
+                      const struct bd_store_past *past)
+{
+    struct bd_history_entry moved;
+    const bool is_known = take(from, past->of, &moved);
+    push(to, past->revision, is_known ? moved.author : past->author, past->author);
+}
+
+static void forget_redos(struct bd_history *history, const char *by)
+{
+    for (uint32_t i = history->redo.count; i-- > 0;)
+        if (strcmp(history->redo.entries[i].by, by) == 0) drop(&history->redo, i);
 }
 
 static void remember(struct bd_history *history, const struct bd_store_past *past)
@@ -48,17 +83,16 @@ void bd_history_add(struct bd_history *history, const struct bd_store_past *past
     remember(history, past);
     switch (past->kind) {
     case BD_BATCH_UNDO:
-        pop(&history->undo_count);
-        push(&history->redo, &history->redo_count, past->revision);
+        move_over(&history->undo, &history->redo, past);
         break;
     case BD_BATCH_REDO:
-        pop(&history->redo_count);
-        push(&history->undo, &history->undo_count, past->revision);
+        move_over(&history->redo, &history->undo, past);
         break;
     case BD_BATCH_EDIT:
     case BD_BATCH_REVERT:
-        history->redo_count = 0;
-        push(&history->undo, &history->undo_count, past->revision);
+        forget_redos(history, past->author);
+        history->last_edit = past->revision;
+        push(&history->undo, past->revision, past->author, past->author);
         break;
     case BD_BATCH_ADD:
     case BD_BATCH_REMOVE:
@@ -68,11 +102,16 @@ void bd_history_add(struct bd_history *history, const struct bd_store_past *past
     }
 }
 
-uint64_t bd_history_undo_target(const struct bd_history *history, bool redo)
+const struct bd_history_entry *bd_history_target(const struct bd_history *history,
+                                                 const char *author, bool redo)
 {
-    uint32_t count = redo ? history->redo_count : history->undo_count;
-    if (count == 0) return 0;
-    return (redo ? history->redo : history->undo)[count - 1];
+    const struct bd_history_list *list = redo ? &history->redo : &history->undo;
+    for (uint32_t i = list->count; i-- > 0;) {
+        const struct bd_history_entry *entry = &list->entries[i];
+        if (!author && redo && entry->revision < history->last_edit) return NULL;
+        if (!author || strcmp(redo ? entry->by : entry->author, author) == 0) return entry;
+    }
+    return NULL;
 }
 
 uint64_t bd_history_find(const struct bd_history *history, const char *client_edit_id)

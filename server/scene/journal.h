@@ -25,7 +25,7 @@
 #include "base/err.h"
 #include "base/hash.h"
 
-#define BD_JOURNAL_FORMAT     1 // an older file is brought up to it, a newer one refused
+#define BD_JOURNAL_FORMAT     2 // an older file is brought up to it, a newer one refused
 #define BD_JOURNAL_FILE       "journal.sqlite"
 #define BD_JOURNAL_FILE_BYTES 4160 // a path to it
 
@@ -83,6 +83,7 @@ struct bd_journal_edit {
     uint64_t of;                // the revision that it is about; 0: none
     const char *client_edit_id; // unique in its scene while the edit is kept; "": none
     const char *message;
+    const char *author;                                         // who did it; "": nobody knows
     uint64_t time_ms;                                           // since 1970
     uint8_t snapshot_sha256[BD_SHA256_BYTES];                   // of the state after it
     struct bd_journal_bytes summary;                            // what the log shows of it

@@ -61,5 +61,7 @@ uint64_t bd_check_edit(int64_t scene, const struct bd_journal_edit *edit, uint64
     sum = add_number(add_number(sum, edit->revision), edit->of);
     sum = add_text(add_text(add_text(sum, edit->kind), edit->client_edit_id), edit->message);
     sum = add_bytes(add_number(sum, edit->time_ms), edit->snapshot_sha256, BD_SHA256_BYTES);
-    return add_number(add_bytes(sum, edit->summary.data, edit->summary.size), payload_check);
+    sum = add_number(add_bytes(sum, edit->summary.data, edit->summary.size), payload_check);
+    // Format 1 had no authors, and its sums stand.
+    return edit->author && edit->author[0] ? add_text(sum, edit->author) : sum;
 }

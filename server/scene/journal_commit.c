@@ -50,6 +50,7 @@ static enum bd_err check_edit(struct bd_journal *journal, const struct bd_journa
     enum bd_err err = check_text("kind", edit->kind, true, fault);
     if (!err) err = check_text("client_edit_id", edit->client_edit_id, false, fault);
     if (!err) err = check_text("message", edit->message, false, fault);
+    if (!err) err = check_text("author", edit->author, false, fault);
     if (!err) err = check_size("summary", edit->summary.size, fault);
     if (!err) err = check_size("answer", edit->answer.size, fault);
     if (!err) err = check_size("edit", edit->forward.size, fault);

@@ -40,8 +40,8 @@ static size_t lent_size(const struct bd_journal_edit *edit)
 {
     size_t digests = (size_t)edit->forward_content.count + edit->inverse_content.count;
     return strlen(edit->kind) + strlen(edit->client_edit_id) + strlen(edit->message) +
-           edit->summary.size + edit->answer.size + edit->forward.size + edit->inverse.size +
-           digests * BD_SHA256_BYTES + 16;
+           strlen(edit->author) + edit->summary.size + edit->answer.size + edit->forward.size +
+           edit->inverse.size + digests * BD_SHA256_BYTES + 16;
 }
 
 static void lend_edit(struct bd_journal *journal, struct bd_journal_edit *edit)
@@ -57,6 +57,7 @@ static void lend_edit(struct bd_journal *journal, struct bd_journal_edit *edit)
     edit->kind = lend(&at, edit->kind, strlen(edit->kind));
     edit->client_edit_id = lend(&at, edit->client_edit_id, strlen(edit->client_edit_id));
     edit->message = lend(&at, edit->message, strlen(edit->message));
+    edit->author = lend(&at, edit->author, strlen(edit->author));
     struct bd_journal_bytes *bytes[] = {&edit->summary, &edit->answer, &edit->forward,
                                         &edit->inverse};
     for (int i = 0; i < 4; i++) bytes[i]->data = lend(&at, bytes[i]->data, bytes[i]->size);

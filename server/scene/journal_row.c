@@ -27,6 +27,7 @@ bool bd_row_edit_head(sqlite3_stmt *row, int64_t scene, struct bd_journal_edit *
         .of = (uint64_t)sqlite3_column_int64(row, 2),
         .client_edit_id = bd_column_text(row, 3),
         .message = bd_column_text(row, 4),
+        .author = bd_column_text(row, 10),
         .time_ms = (uint64_t)sqlite3_column_int64(row, 5),
         .summary = bd_column_bytes(row, 7),
     };
@@ -39,11 +40,11 @@ bool bd_row_edit_head(sqlite3_stmt *row, int64_t scene, struct bd_journal_edit *
 bool bd_row_edit(sqlite3_stmt *row, int64_t scene, struct bd_journal_edit *out)
 {
     bool is_whole = bd_row_edit_head(row, scene, out);
-    out->answer = bd_column_bytes(row, 10);
-    out->forward_content = bd_column_digests(row, 11);
-    out->inverse_content = bd_column_digests(row, 12);
-    out->forward = bd_column_bytes(row, 13);
-    out->inverse = bd_column_bytes(row, 14);
+    out->answer = bd_column_bytes(row, 11);
+    out->forward_content = bd_column_digests(row, 12);
+    out->inverse_content = bd_column_digests(row, 13);
+    out->forward = bd_column_bytes(row, 14);
+    out->inverse = bd_column_bytes(row, 15);
     return is_whole && (uint64_t)sqlite3_column_int64(row, 8) == bd_check_edit_payload(out);
 }
 

@@ -69,6 +69,24 @@ static int copy_rows(struct copy *copy)
     return SQLITE_OK;
 }
 
+// By the names of its columns: a file of an older format has fewer, and those that it lacks are
+// what that format's step makes them.
+static int prepare_insert(struct copy *copy, sqlite3 *to, const char *table)
+{
+    sqlite3_str *sql = sqlite3_str_new(to);
+    const int count = sqlite3_column_count(copy->from);
+    sqlite3_str_appendf(sql, "INSERT OR IGNORE INTO %s(", table);
+    for (int i = 0; i < count; i++)
+        sqlite3_str_appendf(sql, "%s\"%w\"", i ? "," : "", sqlite3_column_name(copy->from, i));
+    sqlite3_str_appendall(sql, ") VALUES(?");
+    for (int i = 1; i < count; i++) sqlite3_str_appendall(sql, ",?");
+    sqlite3_str_appendall(sql, ")");
+    char *text = sqlite3_str_finish(sql);
+    int result = text ? sqlite3_prepare_v2(to, text, -1, &copy->to, NULL) : SQLITE_NOMEM;
+    sqlite3_free(text);
+    return result;
+}
+
 static int copy_table(sqlite3 *from, sqlite3 *to, const char *table)
 {
     char sql[256];
@@ -78,10 +96,7 @@ static int copy_table(sqlite3 *from, sqlite3 *to, const char *table)
     if (result) bd_log(BD_LOG_WARN, "journal", "the table %s cannot be read", table);
     // Without the scenes nothing can be told apart; what any other table held is lost.
     if (result) return strcmp(table, "scenes") == 0 ? SQLITE_CORRUPT : SQLITE_OK;
-    char marks[64] = "?";
-    for (int i = 1; !result && i < sqlite3_column_count(copy.from); i++) strcat(marks, ",?");
-    snprintf(sql, sizeof sql, "INSERT OR IGNORE INTO %s VALUES(%s)", table, marks);
-    if (!result) result = sqlite3_prepare_v2(to, sql, -1, &copy.to, NULL);
+    result = prepare_insert(&copy, to, table);
     if (!result) result = copy_rows(&copy);
     if (copy.skipped)
         bd_log(BD_LOG_WARN, "journal", "%llu rows of %s could not be read, %llu were",

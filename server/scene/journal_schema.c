@@ -31,7 +31,25 @@ static const char format_1[] =
     "CREATE TABLE parts(id INTEGER PRIMARY KEY, content INTEGER NOT NULL, part INTEGER NOT NULL,"
     " bytes BLOB NOT NULL, UNIQUE(content, part)) STRICT;";
 
-static const struct bd_journal_step steps[BD_JOURNAL_FORMAT] = {{format_1}};
+// Who made each edit. The table is made anew: a column that is added stands behind what is long.
+static const char format_2[] =
+    "CREATE TABLE edits_2(id INTEGER PRIMARY KEY, scene INTEGER NOT NULL,"
+    " revision INTEGER NOT NULL, kind TEXT NOT NULL, of INTEGER NOT NULL,"
+    " client_edit_id TEXT NOT NULL, message TEXT NOT NULL, time_ms INTEGER NOT NULL,"
+    " snapshot_sha256 BLOB NOT NULL, summary BLOB NOT NULL, payload_chk INTEGER NOT NULL,"
+    " chk INTEGER NOT NULL, author TEXT NOT NULL DEFAULT '', answer BLOB NOT NULL,"
+    " forward_content BLOB NOT NULL, inverse_content BLOB NOT NULL, forward BLOB NOT NULL,"
+    " inverse BLOB NOT NULL, UNIQUE(scene, revision)) STRICT;"
+    "INSERT INTO edits_2(id,scene,revision,kind,of,client_edit_id,message,time_ms,snapshot_sha256,"
+    "summary,payload_chk,chk,answer,forward_content,inverse_content,forward,inverse)"
+    " SELECT id,scene,revision,kind,of,client_edit_id,message,time_ms,snapshot_sha256,"
+    "summary,payload_chk,chk,answer,forward_content,inverse_content,forward,inverse FROM edits;"
+    "DROP TABLE edits;"
+    "ALTER TABLE edits_2 RENAME TO edits;"
+    "CREATE UNIQUE INDEX edits_by_client ON edits(scene, client_edit_id)"
+    " WHERE client_edit_id<>'';";
+
+static const struct bd_journal_step steps[BD_JOURNAL_FORMAT] = {{format_1}, {format_2}};
 
 static int run_steps(sqlite3 *db, uint32_t version, const struct bd_journal_step *table,
                      uint32_t count)

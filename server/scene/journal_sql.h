@@ -4,7 +4,7 @@
 #define BD_SCENE_JOURNAL_SQL_H
 
 #define EDIT_HEAD                                                                                  \
-    "revision,kind,of,client_edit_id,message,time_ms,snapshot_sha256,summary,payload_chk,chk"
+    "revision,kind,of,client_edit_id,message,time_ms,snapshot_sha256,summary,payload_chk,chk,author"
 #define EDIT_ALL     EDIT_HEAD ",answer,forward_content,inverse_content,forward,inverse"
 #define SNAPSHOT_ALL "revision,sha256,content,chk,bytes"
 
@@ -20,7 +20,7 @@
     X(SET_REVISION, "UPDATE scenes SET revision=?2,chk=?3 WHERE id=?1")                            \
     X(REMOVE_SCENE, "DELETE FROM scenes WHERE id=?1")                                              \
     X(ADD_EDIT, "INSERT INTO edits(scene," EDIT_ALL ")"                                            \
-                " VALUES(?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12,?13,?14,?15,?16)")                 \
+                " VALUES(?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12,?13,?14,?15,?16,?17)")                 \
     X(GET_EDIT, "SELECT " EDIT_ALL " FROM edits WHERE scene=?1 AND revision=?2")                   \
     X(FIND_EDIT, "SELECT " EDIT_ALL " FROM edits WHERE scene=?1 AND client_edit_id=?2"             \
                  " AND client_edit_id<>''")                                                        \

@@ -29,11 +29,12 @@ int bd_write_edit(struct bd_journal *journal, int64_t scene, const struct bd_jou
     bd_bind_bytes(add, 9, edit->summary.data, edit->summary.size);
     bd_bind_u64(add, 10, payload_check);
     bd_bind_u64(add, 11, bd_check_edit(scene, edit, payload_check));
-    bd_bind_bytes(add, 12, edit->answer.data, edit->answer.size);
-    bd_bind_digests(add, 13, &edit->forward_content);
-    bd_bind_digests(add, 14, &edit->inverse_content);
-    bd_bind_bytes(add, 15, edit->forward.data, edit->forward.size);
-    bd_bind_bytes(add, 16, edit->inverse.data, edit->inverse.size);
+    bd_bind_text(add, 12, edit->author);
+    bd_bind_bytes(add, 13, edit->answer.data, edit->answer.size);
+    bd_bind_digests(add, 14, &edit->forward_content);
+    bd_bind_digests(add, 15, &edit->inverse_content);
+    bd_bind_bytes(add, 16, edit->forward.data, edit->forward.size);
+    bd_bind_bytes(add, 17, edit->inverse.data, edit->inverse.size);
     bd_journal_mark(journal, &edit->forward_content);
     bd_journal_mark(journal, &edit->inverse_content);
     return bd_journal_run(add);

@@ -1,3 +1,4 @@
+#include <inttypes.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -20,8 +21,7 @@ static void free_slot(struct bd_slot *slot)
     bd_scene_release(&slot->shown.scene);
     bd_scene_release(&slot->durable);
     bd_scene_release(&slot->head);
-    bd_delta_finish(&slot->committing);
-    bd_delta_finish(&slot->overlay);
+    bd_layers_drop(slot);
     bd_history_finish(&slot->history);
     free(slot);
 }
@@ -125,18 +125,32 @@ enum bd_err bd_store_check_room(const struct bd_store *store, struct bd_fault *f
 
 // --- history --------------------------------------------------------------------------------
 
-enum bd_err bd_store_undo_target(const struct bd_store *store, const char *id, bool redo,
-                                 uint64_t *out, struct bd_fault *fault)
+static enum bd_err nothing_left(const struct bd_slot *slot, const char *author, bool redo,
+                                struct bd_fault *fault)
+{
+    const char *word = redo ? "redo" : "undo";
+    const struct bd_history_entry *other = bd_history_target(&slot->history, NULL, redo);
+    if (!author || !other)
+        return bd_fault_set(fault, BD_ERR_CONFLICT, word, "there is nothing to %s", word);
+    const char *whose = redo ? other->by : other->author;
+    return bd_fault_set(fault, BD_ERR_CONFLICT, word,
+                        "there is nothing of yours to %s; the last that there is is revision "
+                        "%" PRIu64 ", by %.80s: the scope \"all\" takes it",
+                        word, other->revision, whose[0] ? whose : "nobody that is known");
+}
+
+enum bd_err bd_store_undo_target(const struct bd_store *store, const char *id, const char *author,
+                                 bool redo, uint64_t *out, struct bd_fault *fault)
 {
     struct bd_slot *slot = bd_slot_get(store, id, fault);
     if (!slot) return BD_ERR_NOT_FOUND;
     if (slot->staged_count > 0)
         return bd_fault_set(fault, BD_ERR_BUSY, redo ? "redo" : "undo",
                             "an edit of this scene is on its way to the disk");
-    *out = bd_history_undo_target(&slot->history, redo);
-    if (*out) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_CONFLICT, redo ? "redo" : "undo", "there is nothing to %s",
-                        redo ? "redo" : "undo");
+    const struct bd_history_entry *target = bd_history_target(&slot->history, author, redo);
+    if (!target) return nothing_left(slot, author, redo, fault);
+    *out = target->revision;
+    return BD_ERR_OK;
 }
 
 static bool is_in_flight(const struct bd_store *store, const char *id, const char *client_edit_id)

@@ -24,6 +24,7 @@
 #define BD_SCENE_OWNER_BYTES   64
 #define BD_EDIT_ID_BYTES       65 // client_edit_id
 #define BD_EDIT_MESSAGE_BYTES  257
+#define BD_EDIT_AUTHOR_BYTES   160 // who did it, in words of the caller's
 #define BD_REVISION_NAME_BYTES 65
 
 struct bd_store;
@@ -38,7 +39,8 @@ struct bd_store_entry {
     char owner[BD_SCENE_OWNER_BYTES]; // whose quota it counts for
     uint64_t revision;                // durable
     uint64_t transient;               // batches that lie on it, 0 = none
-    uint64_t transient_ns;            // when the last of them was laid (bd_clock_ns)
+    uint64_t transient_ns;            // for how long one author has laid nothing more on what is
+                                      // to be committed still: since when (bd_clock_ns), 0 = none
     struct bd_scene *scene;           // with them
 };
 
@@ -84,6 +86,7 @@ struct bd_batch {
     uint64_t time_ms; // since 1970
     char client_edit_id[BD_EDIT_ID_BYTES];
     char message[BD_EDIT_MESSAGE_BYTES];
+    char author[BD_EDIT_AUTHOR_BYTES];
     char name[BD_SCENE_NAME_BYTES];   // of the scene added, or of the revision
     char owner[BD_SCENE_OWNER_BYTES]; // of the scene added
     struct bd_delta forward, inverse;
@@ -123,6 +126,7 @@ struct bd_store_change {
     uint64_t base_revision;     // 0: whatever is current
     const char *client_edit_id; // NULL or "": none
     const char *message;        // NULL: none
+    const char *author;         // NULL: nobody is known
     struct bd_delta *delta;     // against the head; taken over if it is staged
 };
 
@@ -157,32 +161,34 @@ void bd_batch_free(struct bd_batch **batch);
 
 // --- transient ------------------------------------------------------------------------------
 
-// Lays it over what is shown. What it names was checked against `scene` of the entry. BD_ERR_LIMIT,
-// naming transient_objects; BD_ERR_BUSY, naming `ops`, if it adds an object under an id that a
-// batch on its way to the disk has; what bd_delta_apply says. The ids of what it adds are given to
-// nothing else: batches that are checked against the head go around them. A durable batch that
-// touches an object takes its transient state away; one that leaves the rest without meaning, or
-// comes with ids of its own that it has, takes all.
+// Lays it over what is shown, as what `author` (NULL: "") did. What it names was checked against
+// `scene` of the entry. BD_ERR_LIMIT, naming transient_objects; BD_ERR_BUSY, naming `ops`, if it
+// adds an object under an id that a batch on its way to the disk has; what bd_delta_apply says. The
+// ids of what it adds are given to nothing else: batches that are checked against the head go
+// around them. A durable batch that touches an object takes its transient state away; one that
+// leaves the rest without meaning, or comes with ids of its own that it has, takes all.
 BD_MUST_CHECK
-enum bd_err bd_store_lay(struct bd_store *store, const char *id, const struct bd_delta *delta,
-                         const struct bd_store_entry **out, struct bd_fault *fault);
+enum bd_err bd_store_lay(struct bd_store *store, const char *id, const char *author,
+                         const struct bd_delta *delta, const struct bd_store_entry **out,
+                         struct bd_fault *fault);
 
-// All of it becomes one batch, shown as transient until that is published. `*out` NULL: there is
-// nothing to commit. What lies there stays if it cannot be staged; BD_ERR_BUSY, naming `commit`,
-// while something of the scene is on its way to the disk.
+// What `author` laid becomes one batch, of what that author changed alone, shown as transient until
+// it is published; NULL: what has lain for longest, whoever laid it. `*out` NULL: there is nothing
+// to commit. What lies there stays if it cannot be staged; BD_ERR_BUSY, naming `commit`, while
+// something of the scene but other commits is on its way to the disk.
 BD_MUST_CHECK
-enum bd_err bd_store_stage_commit(struct bd_store *store, const char *id,
+enum bd_err bd_store_stage_commit(struct bd_store *store, const char *id, const char *author,
                                   const char *client_edit_id, struct bd_batch **out,
                                   struct bd_fault *fault);
 
 // --- history --------------------------------------------------------------------------------
 
 // The revision whose inverse takes back the last change that is not taken back (`redo`: the last
-// undo). BD_ERR_BUSY while something of the scene is on its way to the disk, BD_ERR_CONFLICT,
-// naming `undo` or `redo`, if there is nothing.
+// undo) of `author`; NULL: whoever made it. BD_ERR_BUSY while something of the scene is on its way
+// to the disk, BD_ERR_CONFLICT, naming `undo` or `redo`, if there is nothing.
 BD_MUST_CHECK
-enum bd_err bd_store_undo_target(const struct bd_store *store, const char *id, bool redo,
-                                 uint64_t *out, struct bd_fault *fault);
+enum bd_err bd_store_undo_target(const struct bd_store *store, const char *id, const char *author,
+                                 bool redo, uint64_t *out, struct bd_fault *fault);
 
 // The revision that this client_edit_id made, 0 if none is known. BD_ERR_BUSY while it is on its
 // way to the disk.
@@ -196,6 +202,7 @@ struct bd_store_past {
     uint64_t revision, of;
     enum bd_batch_kind kind;
     char client_edit_id[BD_EDIT_ID_BYTES];
+    char author[BD_EDIT_AUTHOR_BYTES];
 };
 
 // A scene out of the journal, published. Takes a reference. `past`: oldest first.

@@ -129,6 +129,7 @@ static bool form_edit(struct writing *writing, const struct bd_batch *batch, str
         .of = batch->of,
         .client_edit_id = batch->client_edit_id,
         .message = batch->message,
+        .author = batch->author,
         .time_ms = batch->time_ms,
         .summary = bytes_of(&form->summary),
         .answer = {batch->answer, batch->answer_bytes},

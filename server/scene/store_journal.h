@@ -34,10 +34,17 @@ BD_MUST_CHECK
 enum bd_err bd_store_read_revision(struct bd_journal *journal, const char *id, uint64_t revision,
                                    struct bd_scene **out, struct bd_fault *fault);
 
-// The inverse of what made a revision; the caller's to finish.
+// What made a revision, who did, and what takes it back. Content that `known` has is not read
+// again. Free with bd_store_step_finish, which is nothing to do after a failure.
+struct bd_store_step {
+    char author[BD_EDIT_AUTHOR_BYTES];
+    struct bd_delta forward, inverse;
+};
 BD_MUST_CHECK
-enum bd_err bd_store_read_inverse(struct bd_journal *journal, const char *id, uint64_t revision,
-                                  struct bd_delta *out, struct bd_fault *fault);
+enum bd_err bd_store_read_step(struct bd_journal *journal, const char *id, uint64_t revision,
+                               const struct bd_scene *known, struct bd_store_step *out,
+                               struct bd_fault *fault);
+void bd_store_step_finish(struct bd_store_step *step);
 
 // The index of a scene's revision, from which a later start begins (bd_journal_write_snapshot).
 // Content of it that the journal has lost to damage is put anew.

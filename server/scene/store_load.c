@@ -156,22 +156,49 @@ enum bd_err bd_store_read_revision(struct bd_journal *journal, const char *id, u
     return err;
 }
 
-enum bd_err bd_store_read_inverse(struct bd_journal *journal, const char *id, uint64_t revision,
-                                  struct bd_delta *out, struct bd_fault *fault)
+// One revision's deltas; what the journal lends is gone with the next call to it, and finding
+// content is one.
+static enum bd_err read_deltas(struct finding *finding, const struct bd_journal_edit *edit,
+                               struct bd_store_step *out, struct bd_fault *fault)
+{
+    struct bd_bytes forward = {0}, inverse = {0};
+    enum bd_err err = BD_ERR_OK;
+    if (bd_bytes_put(&forward, 0, edit->forward.data, edit->forward.size) ||
+        bd_bytes_put(&inverse, 0, edit->inverse.data, edit->inverse.size))
+        err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "", "no memory for the edit");
+    if (!err)
+        err = bd_delta_read(forward.data, forward.size_bytes, find_content, finding, &out->forward,
+                            fault);
+    if (!err)
+        err = bd_delta_read(inverse.data, inverse.size_bytes, find_content, finding, &out->inverse,
+                            fault);
+    bd_bytes_finish(&forward);
+    bd_bytes_finish(&inverse);
+    return explain(finding, err, fault);
+}
+
+enum bd_err bd_store_read_step(struct bd_journal *journal, const char *id, uint64_t revision,
+                               const struct bd_scene *known, struct bd_store_step *out,
+                               struct bd_fault *fault)
 {
     struct finding finding = {.journal = journal};
     struct bd_journal_edit edit;
+    *out = (struct bd_store_step){0};
     enum bd_err err = bd_journal_get_edit(journal, id, revision, &edit, fault);
-    struct bd_bytes inverse = {0};
-    // What the journal lends is gone with the next call to it, and finding content is one.
-    if (!err && bd_bytes_put(&inverse, 0, edit.inverse.data, edit.inverse.size))
-        err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "", "no memory for the edit");
-    if (!err)
-        err = bd_delta_read(inverse.data, inverse.size_bytes, find_content, &finding, out, fault);
-    err = explain(&finding, err, fault);
-    bd_bytes_finish(&inverse);
+    if (err) return err;
+    snprintf(out->author, sizeof out->author, "%s", edit.author);
+    bd_content_of_scene(known, keep_content, &finding.held);
+    err = read_deltas(&finding, &edit, out, fault);
+    bd_content_table_finish(&finding.held);
     finish_walked(&finding);
+    if (err) bd_store_step_finish(out);
     return err;
+}
+
+void bd_store_step_finish(struct bd_store_step *step)
+{
+    bd_delta_finish(&step->forward);
+    bd_delta_finish(&step->inverse);
 }
 
 // --- start-up -------------------------------------------------------------------------------
@@ -206,6 +233,7 @@ static void list_edit(void *user, const struct bd_journal_edit *edit)
     struct bd_store_past *item = &past->items[past->count++];
     *item = (struct bd_store_past){.revision = edit->revision, .of = edit->of};
     snprintf(item->client_edit_id, sizeof item->client_edit_id, "%s", edit->client_edit_id);
+    snprintf(item->author, sizeof item->author, "%s", edit->author);
     for (int kind = BD_BATCH_ADD; kind <= BD_BATCH_REVERT; kind++)
         if (strcmp(edit->kind, bd_batch_kind_name((enum bd_batch_kind)kind)) == 0)
             item->kind = (enum bd_batch_kind)kind;

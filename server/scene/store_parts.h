@@ -1,7 +1,8 @@
 // What the files of the store share: a scene as the store has it. Private to them.
 //
 // store.c: which scenes there are, and their past. store_stage.c: changes on their way to the disk.
-// store_shown.c: what everybody sees, once they are there, and what lies transient over it.
+// store_shown.c: what everybody sees, once they are there. store_layers.c: what lies transient over
+// it.
 //
 // Thread: the event loop's.
 
@@ -11,6 +12,16 @@
 #include "scene/history.h"
 #include "scene/store.h"
 
+// What one author has laid and not committed, or what is being committed of it: states from which
+// and to which, so that it changes nothing but what its author did, whatever becomes of the rest.
+struct bd_layer {
+    char author[BD_EDIT_AUTHOR_BYTES];
+    const struct bd_batch *batch; // on its way to the disk; NULL: not yet
+    uint64_t batches;
+    uint64_t laid_ns; // the last of them
+    struct bd_delta before, after;
+};
+
 struct bd_slot {
     struct bd_store_entry shown;
     bool is_listed;  // published
@@ -18,10 +29,9 @@ struct bd_slot {
     struct bd_scene *durable, *head;
     uint64_t head_revision;
     uint32_t staged_count; // on their way to the disk
-    // What lies over `durable`: what is being committed, and over it what is not yet.
-    struct bd_delta committing, overlay;
-    uint32_t committing_count;
-    uint64_t overlay_batches, committing_batches;
+    // What lies over `durable`, lowest first. An author has one at most that is not on its way.
+    uint32_t layer_count, committing_count;
+    struct bd_layer *layers;
     struct bd_history history;
 };
 
@@ -50,5 +60,25 @@ void bd_batch_set_text(char *to, size_t size, const char *text);
 BD_MUST_CHECK
 enum bd_err bd_slot_apply(struct bd_slot *slot, struct bd_batch *batch, struct bd_fault *fault);
 void bd_slot_stage(struct bd_store *store, struct bd_slot *slot, struct bd_batch *batch);
+
+// store_layers.c
+void bd_layers_drop(struct bd_slot *slot); // all of them
+// What an author has laid and not committed; NULL: nothing. `author` NULL: what has lain for
+// longest.
+struct bd_layer *bd_layers_find(const struct bd_slot *slot, const char *author);
+// Adds what `delta` makes of what is shown. False, and nothing changed, without memory.
+BD_MUST_CHECK
+bool bd_layers_add(struct bd_slot *slot, const char *author, const struct bd_delta *delta);
+// What all of them make of `scene`; `*out` is the caller's to finish. False without memory.
+BD_MUST_CHECK
+bool bd_layers_over(const struct bd_slot *slot, const struct bd_scene *scene, struct bd_delta *out);
+// It is on its way: beneath all that is not.
+void bd_layers_begin_commit(struct bd_slot *slot, struct bd_layer *layer, struct bd_batch *batch);
+// It is durable, or (`failed`) its author's again.
+void bd_layers_end_commit(struct bd_slot *slot, const struct bd_batch *batch, bool failed);
+// What a durable batch says of an object is newer than what was laid of it.
+void bd_layers_forget(struct bd_slot *slot, const struct bd_delta *delta);
+uint64_t bd_layers_batches(const struct bd_slot *slot);
+uint64_t bd_layers_objects(const struct bd_slot *slot); // of those that are not on their way
 
 #endif

@@ -1,7 +1,6 @@
 #include <string.h>
 
 #include "base/assert.h"
-#include "base/clock.h"
 #include "base/log.h"
 #include "scene/derive.h"
 #include "scene/store_parts.h"
@@ -11,19 +10,19 @@
 
 // --- what is shown --------------------------------------------------------------------------
 
+static void count_transient(struct bd_slot *slot)
+{
+    const struct bd_layer *longest = bd_layers_find(slot, NULL);
+    slot->shown.transient = bd_layers_batches(slot);
+    slot->shown.transient_ns = longest ? longest->laid_ns : 0;
+}
+
 static void show(struct bd_slot *slot, struct bd_scene *scene)
 {
     bd_scene_retain(scene);
     bd_scene_release(&slot->shown.scene);
     slot->shown.scene = scene;
-    slot->shown.transient = slot->overlay_batches + slot->committing_batches;
-}
-
-static void drop_transient(struct bd_slot *slot)
-{
-    bd_delta_finish(&slot->overlay);
-    bd_delta_finish(&slot->committing);
-    slot->overlay_batches = slot->committing_batches = 0;
+    count_transient(slot);
 }
 
 static enum bd_err apply_over(const struct bd_delta *delta, struct bd_scene **scene,
@@ -41,7 +40,7 @@ static enum bd_err apply_over(const struct bd_delta *delta, struct bd_scene **sc
 static void drop_with_warning(struct bd_slot *slot, const char *reason)
 {
     bd_log(BD_LOG_WARN, "scene", "%s: transient changes dropped: %s", slot->shown.id, reason);
-    drop_transient(slot);
+    bd_layers_drop(slot);
 }
 
 // Durable, with what lies over it; without that if it has lost its meaning.
@@ -49,8 +48,11 @@ static void show_again(struct bd_slot *slot)
 {
     struct bd_fault fault = {0};
     struct bd_scene *scene = bd_scene_retain(slot->durable);
-    enum bd_err err = apply_over(&slot->committing, &scene, &fault);
-    if (!err) err = apply_over(&slot->overlay, &scene, &fault);
+    struct bd_delta over = {0};
+    enum bd_err err = bd_layers_over(slot, scene, &over)
+                          ? apply_over(&over, &scene, &fault)
+                          : bd_fault_set(&fault, BD_ERR_NO_MEMORY, "", "no memory for them");
+    bd_delta_finish(&over);
     if (err) {
         drop_with_warning(slot, fault.message);
         bd_scene_release(&scene);
@@ -76,20 +78,10 @@ static bool keep_slots(struct bd_scene **scene, const struct bd_scene *other)
     return ok;
 }
 
-// False, and nothing changed, without memory.
-static bool merge_into(struct bd_delta *below, const struct bd_delta *above)
-{
-    struct bd_delta merged = {0};
-    if (!bd_delta_merge(below, above, &merged)) return false;
-    bd_delta_finish(below);
-    *below = merged;
-    return true;
-}
-
 static enum bd_err check_overlay(const struct bd_slot *slot, const struct bd_delta *delta,
                                  struct bd_fault *fault)
 {
-    if (slot->overlay.count + (uint64_t)delta->count <= TRANSIENT_OBJECTS_MAX) return BD_ERR_OK;
+    if (bd_layers_objects(slot) + (uint64_t)delta->count <= TRANSIENT_OBJECTS_MAX) return BD_ERR_OK;
     return bd_fault_set(fault, BD_ERR_LIMIT, "transient_objects",
                         "more than %d objects would be transient at once: commit first",
                         TRANSIENT_OBJECTS_MAX);
@@ -113,15 +105,16 @@ static enum bd_err check_ids(const struct bd_slot *slot, const struct bd_delta *
 }
 
 // The ids of what is added are given to nothing else, whatever becomes of it.
-static bool lay_over(struct bd_slot *slot, const struct bd_delta *delta,
+static bool lay_over(struct bd_slot *slot, const char *author, const struct bd_delta *delta,
                      const struct bd_scene *shown)
 {
     return keep_slots(&slot->durable, shown) && keep_slots(&slot->head, shown) &&
-           merge_into(&slot->overlay, delta);
+           bd_layers_add(slot, author, delta);
 }
 
-enum bd_err bd_store_lay(struct bd_store *store, const char *id, const struct bd_delta *delta,
-                         const struct bd_store_entry **out, struct bd_fault *fault)
+enum bd_err bd_store_lay(struct bd_store *store, const char *id, const char *author,
+                         const struct bd_delta *delta, const struct bd_store_entry **out,
+                         struct bd_fault *fault)
 {
     struct bd_slot *slot = bd_slot_get(store, id, fault);
     if (!slot) return BD_ERR_NOT_FOUND;
@@ -130,11 +123,9 @@ enum bd_err bd_store_lay(struct bd_store *store, const char *id, const struct bd
     if (err) return err;
     struct bd_scene *scene = bd_scene_retain(slot->shown.scene);
     err = apply_over(delta, &scene, fault);
-    if (!err && !lay_over(slot, delta, scene))
+    if (!err && !lay_over(slot, author ? author : "", delta, scene))
         err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "", "no memory for the edit");
     if (!err) {
-        slot->overlay_batches++;
-        slot->shown.transient_ns = bd_clock_ns();
         show(slot, scene);
         *out = &slot->shown;
     }
@@ -142,40 +133,33 @@ enum bd_err bd_store_lay(struct bd_store *store, const char *id, const struct bd
     return err;
 }
 
-// The overlay goes beneath: to the batch, and to what is shown until it is published.
-static void begin_commit(struct bd_slot *slot, struct bd_batch *batch)
-{
-    bool merged = merge_into(&slot->committing, &batch->forward);
-    BD_ASSERT(merged);
-    slot->committing_count++;
-    slot->committing_batches += slot->overlay_batches;
-    slot->overlay_batches = 0;
-    slot->overlay = (struct bd_delta){0};
-    batch->was_transient = true;
-}
-
-enum bd_err bd_store_stage_commit(struct bd_store *store, const char *id,
+enum bd_err bd_store_stage_commit(struct bd_store *store, const char *id, const char *author,
                                   const char *client_edit_id, struct bd_batch **out,
                                   struct bd_fault *fault)
 {
     struct bd_slot *slot = bd_slot_get(store, id, fault);
     *out = NULL;
     if (!slot) return BD_ERR_NOT_FOUND;
-    if (slot->overlay.count == 0) return BD_ERR_OK;
-    // What lies there knows nothing of what is on its way: it would take that back.
-    if (slot->staged_count > 0)
+    struct bd_layer *layer = bd_layers_find(slot, author);
+    if (!layer) return BD_ERR_OK;
+    // What is on its way was done last, and takes away what was laid of it before.
+    if (slot->staged_count > slot->committing_count)
         return bd_fault_set(fault, BD_ERR_BUSY, "commit",
                             "an edit of this scene is on its way to the disk");
     struct bd_batch *batch = bd_slot_new_batch(BD_BATCH_EDIT, slot);
+    struct bd_clash none = {0};
     bd_batch_set_text(batch->client_edit_id, sizeof batch->client_edit_id, client_edit_id);
-    batch->forward = slot->overlay;
-    enum bd_err err = bd_slot_apply(slot, batch, fault);
+    bd_batch_set_text(batch->author, sizeof batch->author, layer->author);
+    enum bd_err err =
+        bd_delta_carry(slot->head, &layer->before, &layer->after, &batch->forward, &none)
+            ? bd_slot_apply(slot, batch, fault)
+            : bd_fault_set(fault, BD_ERR_NO_MEMORY, "", "no memory for the edit");
     if (err) {
-        batch->forward = (struct bd_delta){0};
         bd_batch_free(&batch);
         return err;
     }
-    begin_commit(slot, batch);
+    bd_layers_begin_commit(slot, layer, batch);
+    count_transient(slot);
     bd_slot_stage(store, slot, batch);
     *out = batch;
     return BD_ERR_OK;
@@ -193,41 +177,16 @@ static void leave_flight(struct bd_store *store, struct bd_slot *slot, const str
     slot->staged_count--;
 }
 
-static void end_commit(struct bd_slot *slot)
-{
-    if (--slot->committing_count > 0) return;
-    bd_delta_finish(&slot->committing);
-    slot->committing_batches = 0;
-}
-
 // Whether it fills a slot that what lies there has filled too: an undo or a replay comes with ids.
 static bool means_another(const struct bd_slot *slot, const struct bd_batch *batch)
 {
-    for (uint32_t i = 0; i < slot->overlay.count; i++) {
-        const struct bd_change *over = &slot->overlay.changes[i];
-        const struct bd_change *before = bd_delta_get(&batch->inverse, over->kind, over->id);
-        if (before && bd_change_is_removal(before)) return true;
+    for (uint32_t i = 0; i < batch->inverse.count; i++) {
+        const struct bd_change *before = &batch->inverse.changes[i];
+        if (!bd_change_is_removal(before)) continue;
+        for (uint32_t k = 0; k < slot->layer_count; k++)
+            if (bd_delta_get(&slot->layers[k].after, before->kind, before->id)) return true;
     }
     return false;
-}
-
-// What a durable batch says of an object is newer than what lies over it. The states of the rest
-// are those that are shown still.
-static void forget_touched(struct bd_slot *slot, const struct bd_delta *delta)
-{
-    struct bd_delta kept = {0};
-    bool ok = true;
-    for (uint32_t i = 0; ok && i < slot->overlay.count; i++) {
-        const struct bd_change *change = &slot->overlay.changes[i];
-        if (!bd_delta_get(delta, change->kind, change->id))
-            ok = bd_delta_take(&kept, slot->shown.scene, change->kind, change->id);
-    }
-    bd_delta_finish(&slot->overlay);
-    slot->overlay = kept;
-    if (!ok)
-        drop_transient(slot);
-    else if (kept.count == 0)
-        slot->overlay_batches = 0;
 }
 
 static void publish_revision(struct bd_slot *slot, const struct bd_batch *batch)
@@ -239,13 +198,14 @@ static void publish_revision(struct bd_slot *slot, const struct bd_batch *batch)
     slot->shown.revision = batch->revision;
     slot->is_listed = true;
     if (batch->was_transient)
-        end_commit(slot);
+        bd_layers_end_commit(slot, batch, false);
     else if (means_another(slot, batch))
         drop_with_warning(slot, "their ids are those of other objects now");
     else
-        forget_touched(slot, &batch->forward);
-    struct bd_store_past past = {batch->revision, batch->of, batch->kind, ""};
+        bd_layers_forget(slot, &batch->forward);
+    struct bd_store_past past = {batch->revision, batch->of, batch->kind, "", ""};
     memcpy(past.client_edit_id, batch->client_edit_id, sizeof past.client_edit_id);
+    memcpy(past.author, batch->author, sizeof past.author);
     bd_history_add(&slot->history, &past);
     show_again(slot);
 }
@@ -261,23 +221,15 @@ void bd_store_publish(struct bd_store *store, struct bd_batch *batch)
         publish_revision(slot, batch);
 }
 
-static void fail_commit(struct bd_slot *slot)
-{
-    if (--slot->committing_count > 0) return;
-    if (!merge_into(&slot->committing, &slot->overlay)) return;
-    bd_delta_finish(&slot->overlay);
-    slot->overlay = slot->committing;
-    slot->committing = (struct bd_delta){0};
-    slot->overlay_batches += slot->committing_batches;
-    slot->committing_batches = 0;
-}
-
 void bd_store_fail(struct bd_store *store, struct bd_batch *batch)
 {
     struct bd_slot *slot = bd_slot_find(store, batch->scene_id);
     BD_ASSERT(slot);
     leave_flight(store, slot, batch);
-    if (batch->was_transient) fail_commit(slot);
+    if (batch->was_transient) {
+        bd_layers_end_commit(slot, batch, true);
+        count_transient(slot);
+    }
     if (batch->kind == BD_BATCH_REMOVE) slot->is_leaving = false;
     if (batch->kind == BD_BATCH_ADD)
         bd_slot_drop(store, slot);

@@ -83,6 +83,7 @@ enum bd_err bd_store_stage_add_at(struct bd_store *store, struct bd_scene *scene
     batch->after = bd_scene_retain(scene);
     memcpy(batch->name, slot->shown.name, sizeof batch->name);
     memcpy(batch->owner, slot->shown.owner, sizeof batch->owner);
+    bd_batch_set_text(batch->author, sizeof batch->author, owner);
     bd_slot_stage(store, slot, batch);
     *out = batch;
     return BD_ERR_OK;
@@ -145,6 +146,7 @@ enum bd_err bd_store_stage(struct bd_store *store, const struct bd_store_change 
     batch->of = change->of;
     bd_batch_set_text(batch->client_edit_id, sizeof batch->client_edit_id, change->client_edit_id);
     bd_batch_set_text(batch->message, sizeof batch->message, change->message);
+    bd_batch_set_text(batch->author, sizeof batch->author, change->author);
     batch->forward = *change->delta;
     err = bd_slot_apply(slot, batch, fault);
     if (err) {

@@ -165,7 +165,7 @@ static void lay(struct world *world, const Bounced__EditBatch *batch)
         const struct bd_store_entry *entry;
         struct bd_scene *after = NULL;
         enum bd_err err = bd_delta_apply(base, &delta, &after, &fault);
-        if (!err) err = bd_store_lay(world->store, world->id, &delta, &entry, &fault);
+        if (!err) err = bd_store_lay(world->store, world->id, NULL, &delta, &entry, &fault);
         BD_ASSERT_CMP(err, ==, BD_ERR_OK);
         BD_ASSERT(promises_is_same(entry->scene, after));
         bd_scene_release(&after);
@@ -180,7 +180,7 @@ static void commit(struct world *world)
     struct bd_batch *batch;
     struct bd_fault fault = {0};
     // What had lost its meaning was dropped when it did.
-    enum bd_err err = bd_store_stage_commit(world->store, world->id, NULL, &batch, &fault);
+    enum bd_err err = bd_store_stage_commit(world->store, world->id, NULL, NULL, &batch, &fault);
     BD_ASSERT_CMP(err, ==, BD_ERR_OK);
     if (batch) {
         publish(world);
@@ -207,7 +207,7 @@ static void take_back(struct world *world, bool redo)
     const struct bd_delta none = {0};
     struct bd_delta delta;
     uint64_t of;
-    if (bd_store_undo_target(world->store, world->id, redo, &of, &fault)) {
+    if (bd_store_undo_target(world->store, world->id, NULL, redo, &of, &fault)) {
         BD_ASSERT(fault.message[0]);
         return;
     }

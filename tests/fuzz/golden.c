@@ -97,11 +97,14 @@ static void edit(struct making *making, const char *client_edit_id, const char *
 static void go_back(struct making *making, bool redo)
 {
     struct bd_fault fault = {0};
-    struct bd_delta delta;
+    struct bd_store_step step;
     uint64_t of;
-    expect(bd_store_undo_target(making->store, making->scene->id, redo, &of, &fault), &fault);
-    expect(bd_store_read_inverse(making->journal, making->scene->id, of, &delta, &fault), &fault);
-    stage(making, redo ? BD_BATCH_REDO : BD_BATCH_UNDO, of, "", &delta);
+    expect(bd_store_undo_target(making->store, making->scene->id, NULL, redo, &of, &fault), &fault);
+    expect(
+        bd_store_read_step(making->journal, making->scene->id, of, head_of(making), &step, &fault),
+        &fault);
+    stage(making, redo ? BD_BATCH_REDO : BD_BATCH_UNDO, of, "", &step.inverse);
+    bd_store_step_finish(&step);
 }
 
 static void revert(struct making *making, uint64_t revision)

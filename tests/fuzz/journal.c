@@ -121,17 +121,17 @@ static void check_inverse(struct start *start, const struct golden_scene *golden
                           const struct bd_scene *then)
 {
     struct bd_scene *before = NULL;
-    struct bd_delta inverse = {0};
+    struct bd_store_step step = {0};
     struct bd_fault fault = {0};
-    enum bd_err err = bd_store_read_inverse(start->journal, golden->id, revision, &inverse, &fault);
+    enum bd_err err = bd_store_read_step(start->journal, golden->id, revision, then, &step, &fault);
     note(start, err, &fault);
     if (err) return;
-    err = bd_delta_apply(then, &inverse, &before, &fault);
+    err = bd_delta_apply(then, &step.inverse, &before, &fault);
     if (!start->is_forged) {
         BD_ASSERT_CMP(err, ==, BD_ERR_OK);
         BD_ASSERT(is_state(golden, revision - 1, before));
     }
-    bd_delta_finish(&inverse);
+    bd_store_step_finish(&step);
     bd_scene_release(&before);
 }
 

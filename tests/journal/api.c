@@ -305,6 +305,14 @@ static void what_a_commit_refuses(void **state)
     assert_string_equal(place->fault.field, "message");
     text[BD_JOURNAL_TEXT_BYTES_MAX] = 0;
 
+    char author[sizeof text];
+    memset(author, 'y', sizeof author - 1);
+    author[sizeof author - 1] = 0;
+    edit.edit.author = author;
+    assert_int_equal(kit_commit(place->journal, "a", &edit, &place->fault), BD_ERR_LIMIT);
+    assert_string_equal(place->fault.field, "author");
+    author[BD_JOURNAL_TEXT_BYTES_MAX] = 0;
+
     edit.edit.inverse_content = (struct bd_journal_digests){unknown, 1};
     assert_int_equal(kit_commit(place->journal, "a", &edit, &place->fault), BD_ERR_NOT_FOUND);
     assert_string_equal(place->fault.field, "content");
@@ -651,7 +659,7 @@ static void settings_are_as_promised(void **state)
         {"journal_mode", "wal"}, {"synchronous", "2"},          {"locking_mode", "exclusive"},
         {"mmap_size", "0"},      {"wal_autocheckpoint", "512"}, {"trusted_schema", "0"},
         {"cache_size", "-2048"}, {"auto_vacuum", "2"},          {"cell_size_check", "1"},
-        {"user_version", "1"},   {"page_size", "4096"},         {"application_id", "1650739820"}};
+        {"user_version", "2"},   {"page_size", "4096"},         {"application_id", "1650739820"}};
     struct place *place = *state;
     for (size_t i = 0; i < sizeof settings / sizeof *settings; i++) {
         char sql[64];

@@ -61,6 +61,7 @@ void kit_make_edit(struct kit_edit *out, uint64_t revision, uint64_t state, uint
     snprintf(out->client_edit_id, sizeof out->client_edit_id, "e%llu.%u",
              (unsigned long long)revision, salt);
     snprintf(out->message, sizeof out->message, "makes %llu", (unsigned long long)revision);
+    snprintf(out->author, sizeof out->author, "user %llu", (unsigned long long)(revision % 2));
     snprintf(out->summary, sizeof out->summary, "light %llu", (unsigned long long)(seed % 9));
     snprintf(out->answer, sizeof out->answer, "revision %llu", (unsigned long long)revision);
     out->edit = (struct bd_journal_edit){
@@ -69,6 +70,7 @@ void kit_make_edit(struct kit_edit *out, uint64_t revision, uint64_t state, uint
         .of = revision % 3 ? 0 : revision - 1,
         .client_edit_id = out->client_edit_id,
         .message = out->message,
+        .author = out->author,
         .time_ms = 1700000000000 + revision,
         .summary = {out->summary, strlen(out->summary)},
         .answer = {out->answer, strlen(out->answer)},
@@ -96,6 +98,7 @@ bool kit_is_edit(const struct bd_journal_edit *edit, const struct kit_edit *made
                    edit->of == want->of && edit->time_ms == want->time_ms &&
                    strcmp(edit->client_edit_id, want->client_edit_id) == 0 &&
                    strcmp(edit->message, want->message) == 0 &&
+                   strcmp(edit->author, want->author) == 0 &&
                    memcmp(edit->snapshot_sha256, want->snapshot_sha256, BD_SHA256_BYTES) == 0 &&
                    are_equal(edit->summary, want->summary);
     if (is_of_log || !is_head) return is_head;

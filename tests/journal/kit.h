@@ -21,7 +21,7 @@ uint32_t kit_random(uint64_t *random);
 struct kit_edit {
     struct bd_journal_edit edit;
     uint64_t state; // after it
-    char client_edit_id[32], message[64], summary[32], answer[32];
+    char client_edit_id[32], message[64], author[32], summary[32], answer[32];
     uint8_t forward[KIT_BYTES], inverse[KIT_BYTES];
 };
 void kit_make_edit(struct kit_edit *out, uint64_t revision, uint64_t state, uint32_t salt);

@@ -372,6 +372,116 @@ def test_undo_in_a_drag_takes_the_drag_back(scene):
     assert scene.undo().edit_reply.hash == before
 
 
+# --- whose it is ------------------------------------------------------------------------------
+
+
+def paint(scene, color, **fields):
+    return scene.edit({"set_light": {"light": 0, "color": color}}, **fields)
+
+
+def test_undo_takes_back_ones_own(scene):
+    """Two on one scene, the other one last: what they did to the same light stays."""
+    scene.dim(2, by="anna")
+    scene.dim(3, by="anna")
+    paint(scene, [0, 0.5, 1], by="bert")
+    reply = scene.undo(by="anna").edit_reply
+    assert (reply.author, reply.of) == ("local anna", 3)
+    light = scene.object("light", 0).light
+    assert (light.intensity, list(light.color)) == (2, [0, 0.5, 1])
+    scene.undo(by="bert")
+    light = scene.object("light", 0).light
+    assert light.intensity == 2 and list(light.color) != [0, 0.5, 1]
+    # Bert's undo has not ended Anna's redo, nor has it become hers.
+    assert scene.undo(redo=True, by="anna").edit_reply.of == 5
+    assert scene.intensity() == 3
+    answer = scene.undo(redo=True, by="anna")
+    assert fault_of(answer) == ("conflict", "redo") and "local bert" in answer.error.message
+    log = [(entry.kind, entry.of, entry.author) for entry in scene.log().entries]
+    assert log == [("import", 0, "local"), ("edit", 0, "local anna"), ("edit", 0, "local anna"),
+                   ("edit", 0, "local bert"), ("undo", 3, "local anna"), ("undo", 4, "local bert"),
+                   ("redo", 5, "local anna")]
+
+
+def test_what_others_changed_since_is_not_undone(scene):
+    scene.dim(2, by="anna")
+    scene.dim(9, by="bert")
+    paint(scene, [1, 0, 0], by="carl")
+    answer = scene.undo(by="anna")
+    assert fault_of(answer) == ("conflict", "undo")
+    assert answer.error.message.startswith(
+        "intensity of light 0 was changed since by local bert (revision 3)")
+    assert (scene.get().revision, scene.intensity()) == (4, 9)
+    for expected in 9, 2:  # carl's, then bert's: whatever was last
+        scene.undo(by="anna", scope="all")
+        assert scene.intensity() == expected
+    scene.undo(by="anna")  # and now it stands as anna left it
+    assert scene.intensity() not in (2, 9)
+    assert fault_of(scene.undo(by="anna", scope="others")) == ("usage", "scope")
+
+
+def test_what_others_build_on_is_not_undone(scene):
+    lamp = scene.edit({"add_light": {"intensity": 3}}, by="anna").edit_reply.ids[0]
+    scene.edit({"add_node": {"light": lamp}}, by="bert")
+    before = scene.get().hash
+    answer = scene.undo(by="anna")
+    assert fault_of(answer) == ("conflict", "undo") and "revision 2" in answer.error.message
+    assert scene.get().hash == before
+    scene.undo(by="bert")
+    assert scene.undo(by="anna").HasField("edit_reply")
+
+
+def test_nobody_commits_or_takes_back_anothers_drag(scene):
+    """Both drag the same light: each gets a revision of their own, and undoes that."""
+    was = scene.object("light", 0).light
+    for step in range(1, 4):
+        scene.dim(10 + step, durability="transient", by="anna")
+        paint(scene, [step / 4, 0, 0], durability="transient", by="bert")
+    light = scene.object("light", 0).light
+    assert (light.intensity, list(light.color)) == (13, [0.75, 0, 0])
+    reply = scene.ask(edit_commit=pb.EditCommit(scene=scene.id, by="anna")).edit_reply
+    assert (reply.revision, reply.author) == (2, "local anna")
+    assert scene.get().transient == 3  # bert still drags
+    reply = scene.undo(by="anna").edit_reply
+    assert reply.revision == 3 and scene.intensity() == was.intensity
+    reply = scene.ask(edit_commit=pb.EditCommit(scene=scene.id, by="bert")).edit_reply
+    assert reply.author in ("local bert", "")
+
+
+def test_two_drags_that_end_by_themselves_are_two_edits(scene):
+    scene.dim(4, durability="transient", by="anna")
+    scene.edit({"set_light": {"light": 1, "intensity": 5}}, durability="transient", by="bert")
+    until = time.time() + 5
+    while scene.get().revision < 3 and time.time() < until:
+        time.sleep(.1)
+    log = [(list(entry.changes), entry.author) for entry in scene.log().entries[1:]]
+    assert log == [(["light 0"], "local anna"), (["light 1"], "local bert")]
+
+
+def test_by_is_a_name(scene):
+    for by, code in (("", "usage"), ("x" * 65, "limit"), ("a\nb", "usage"), (" a", "usage"),
+                     ("a\u202eb", "usage"), ("\u0085", "usage")):
+        assert fault_of(scene.dim(4, by=by)) == (code, "by")
+        assert fault_of(scene.undo(by=by)) == (code, "by")
+    assert scene.dim(4, by="Zoë 🦊").edit_reply.author == "local Zoë 🦊"
+
+
+def test_watches_hear_who_did_it(scene):
+    watcher = Scene(scene.daemon, scene_id=scene.id)
+    watcher.ask(scene_watch=pb.SceneWatch(scene=scene.id))
+    scene.dim(4, durability="transient", by="anna")
+    scene.ask(edit_commit=pb.EditCommit(scene=scene.id, by="anna"))
+    scene.undo(by="anna")
+    told = []
+    while len(told) < 3:
+        envelope, _ = watcher.client.receive()
+        if envelope.HasField("scene_event"):
+            event = envelope.scene_event
+            told.append((event.kind, event.author, event.batch, event.of))
+    watcher.client.close()
+    assert told == [("transient", "local anna", "", 0), ("edited", "local anna", "edit", 0),
+                    ("edited", "local anna", "undo", 2)]
+
+
 # --- dry runs ---------------------------------------------------------------------------------
 
 
@@ -391,6 +501,25 @@ def restart(daemon, how):
     daemon.process.send_signal(how)
     daemon.process.wait(timeout=20)
     return Daemon(daemon.folder)
+
+
+def test_whose_it_is_outlives_the_daemon(tmp_path):
+    scene = Scene(Daemon(tmp_path))
+    scene.dim(2, by="anna")
+    scene.edit({"set_light": {"light": 1, "intensity": 3}}, by="bert")
+    scene.undo(by="anna")
+    scene.client.close()
+    daemon = restart(scene.daemon, signal.SIGKILL)
+    try:
+        again = Scene(daemon, scene_id=scene.id)
+        assert [entry.author for entry in again.log().entries] == [
+            "local", "local anna", "local bert", "local anna"]
+        assert fault_of(again.undo(by="anna")) == ("conflict", "undo")
+        assert again.undo(redo=True, by="anna").edit_reply.of == 4
+        assert again.undo(by="bert").edit_reply.of == 3
+        again.client.close()
+    finally:
+        daemon.stop()
 
 
 @pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGKILL])

@@ -99,6 +99,20 @@ def test_a_reader_looks_and_changes_nothing(ask):
     assert reader.json("GET", scene)[1] == before
 
 
+def test_an_edit_is_its_tokens(ask):
+    """Whoever holds a token may say who of its holders it is; nobody passes for another token."""
+    scene, editor, mine = added(ask, "mine/a"), ask(EDIT), ask(MINE)
+    dim_red = {"ops": [{"set_light": {"light": 0, "color": [1, 0, 0]}}], "by": "Anna"}
+    assert editor.json("POST", scene + "/edits", DIM)[1]["author"] == "editor"
+    assert mine.json("POST", scene + "/edits", dim_red)[1]["author"] == "mine Anna"
+    assert mine.refusal("POST", scene + "/undo", {"by": "editor"}) == (409, "conflict", "undo")
+    assert mine.refusal("POST", scene + "/undo", {"by": "x" * 65}) == (413, "limit", "by")
+    assert editor.json("POST", scene + "/undo", {})[1]["of"] == 2
+    assert mine.json("POST", scene + "/undo", {"by": "Anna"})[1]["of"] == 3
+    log = ask(ADMIN).json("GET", scene + "/log")[1]["entries"]
+    assert [entry["author"] for entry in log[1:]] == ["editor", "mine Anna", "editor", "mine Anna"]
+
+
 @pytest.mark.parametrize("token, status", [(READ, 403), (EDIT, 201), (ADMIN, 201)])
 def test_uploads_take_an_editor(ask, token, status):
     data = b"content of %s" % token.encode()

@@ -1,5 +1,7 @@
 // Deltas: taken, applied, inverted, merged, written and read.
 
+#include <stddef.h>
+
 #include "tests/unit/scene/snapshots.h"
 
 static const char *own_scenes;
@@ -71,6 +73,131 @@ static void a_merge_does_both(void **state)
     bd_delta_finish(&first), bd_delta_finish(&second), bd_delta_finish(&both);
     bd_scene_release(&one), bd_scene_release(&two), bd_scene_release(&at_once);
     bd_scene_release(&scene);
+}
+
+// --- carried over ---------------------------------------------------------------------------
+
+static size_t state_bytes(enum bd_object_kind kind)
+{
+    switch (kind) {
+    case BD_OBJECT_TEXTURE:
+        return sizeof(struct bd_texture);
+    case BD_OBJECT_MATERIAL:
+        return sizeof(struct bd_material);
+    case BD_OBJECT_LIGHT:
+        return sizeof(struct bd_light);
+    case BD_OBJECT_CAMERA:
+        return sizeof(struct bd_camera);
+    case BD_OBJECT_NODE:
+        return sizeof(struct bd_node);
+    default: // what is behind pointers is no byte of ours
+        return kind == BD_OBJECT_ENVIRONMENT ? sizeof(float[3]) : 0;
+    }
+}
+
+// What cannot be written, an enum beyond its values or a name beyond its end, is no state.
+static bool is_written_alike(const struct bd_delta *a, const struct bd_delta *b)
+{
+    struct bytes one = {0}, other = {0};
+    const bool written = bd_delta_write(a, collect, &one) && bd_delta_write(b, collect, &other);
+    bool same = !written || (one.size == other.size && memcmp(one.data, other.data, one.size) == 0);
+    free(one.data), free(other.data);
+    return same;
+}
+
+// Every byte that a file or a journal sees belongs to some property. A field that is new and no
+// property would be lost by an undo.
+static void every_field_is_a_property(void **state)
+{
+    (void)state;
+    struct bd_scene *scene = two_lights();
+    const size_t at = offsetof(struct bd_change, light);
+    size_t seen = 0;
+    for (int k = 0; k < BD_OBJECT_KIND_COUNT; k++) {
+        const enum bd_object_kind kind = (enum bd_object_kind)k;
+        for (size_t i = 0; i < state_bytes(kind); i++) {
+            struct bd_delta before = of(scene, kind, 0), after = of(scene, kind, 0), out = {0};
+            struct bd_clash clash = {0};
+            ((unsigned char *)after.changes)[at + i] ^= 1;
+            bool removes =
+                bd_change_is_removal(&after.changes[0]) != bd_change_is_removal(&before.changes[0]);
+            if (!removes && !is_written_alike(&before, &after)) {
+                seen++;
+                assert_true(bd_delta_carry(scene, &before, &after, &out, &clash));
+                assert_false(clash.is_there);
+                if (!is_written_alike(&out, &after))
+                    fail_msg("byte %zu of %s is no property", i, bd_object_kind_name(kind));
+            }
+            bd_delta_finish(&before), bd_delta_finish(&after), bd_delta_finish(&out);
+        }
+    }
+    assert_true(seen > 200);
+    bd_scene_release(&scene);
+}
+
+static void what_others_changed_stays(void **state)
+{
+    (void)state;
+    struct bd_scene *scene = two_lights();
+    struct bd_delta mine = of(scene, BD_OBJECT_LIGHT, 0), theirs = of(scene, BD_OBJECT_LIGHT, 0);
+    struct bd_delta inverse, undo = {0};
+    struct bd_clash clash = {0};
+    mine.changes[0].light.intensity *= 2;
+    assert_true(bd_delta_invert(scene, &mine, &inverse));
+    struct bd_scene *first = applied(scene, &mine);
+    theirs.changes[0].light = first->lights[0];
+    theirs.changes[0].light.color[1] = 0.125f;
+    struct bd_scene *second = applied(first, &theirs);
+    assert_true(bd_delta_carry(second, &mine, &inverse, &undo, &clash));
+    assert_false(clash.is_there);
+    struct bd_scene *third = applied(second, &undo);
+    assert_true(third->lights[0].intensity == scene->lights[0].intensity);
+    assert_true(third->lights[0].color[1] == 0.125f);
+    bd_delta_finish(&undo);
+    // The same property: said, and taken all the same, for who wants it so.
+    theirs.changes[0].light.intensity = 77;
+    struct bd_scene *fourth = applied(second, &theirs);
+    assert_true(bd_delta_carry(fourth, &mine, &inverse, &undo, &clash));
+    assert_true(clash.is_there && clash.kind == BD_OBJECT_LIGHT && clash.id == 0);
+    assert_string_equal(clash.property, "intensity");
+    assert_true(undo.changes[0].light.intensity == scene->lights[0].intensity);
+    assert_true(bd_delta_touches(&mine, &theirs, &clash));
+    clash.property = "cone";
+    assert_false(bd_delta_touches(&mine, &theirs, &clash));
+    bd_delta_finish(&mine), bd_delta_finish(&theirs), bd_delta_finish(&inverse);
+    bd_delta_finish(&undo);
+    bd_scene_release(&scene), bd_scene_release(&first), bd_scene_release(&second);
+    bd_scene_release(&third), bd_scene_release(&fourth);
+}
+
+static void what_is_gone_stays_gone(void **state)
+{
+    (void)state;
+    struct bd_scene *scene = two_lights();
+    struct bd_delta add = {0}, inverse, out = {0};
+    struct bd_clash clash = {0};
+    assert_true(bd_delta_take(&add, scene, BD_OBJECT_LIGHT, 9));
+    add.changes[0].light = scene->lights[0];
+    assert_true(bd_delta_invert(scene, &add, &inverse));
+    struct bd_scene *added = applied(scene, &add);
+    struct bd_delta dim = of(added, BD_OBJECT_LIGHT, 9);
+    dim.changes[0].light.intensity = 1;
+    struct bd_scene *dimmed = applied(added, &dim);
+    // To take back the addition of what somebody dimmed since.
+    assert_true(bd_delta_carry(dimmed, &add, &inverse, &out, &clash));
+    assert_true(clash.is_there && clash.property == bd_clash_whole);
+    bd_delta_finish(&out);
+    // To take back the dimming of what somebody removed since.
+    clash = (struct bd_clash){0};
+    assert_true(bd_delta_carry(scene, &dim, &add, &out, &clash));
+    assert_true(clash.is_there && bd_change_is_removal(&out.changes[0]));
+    bd_delta_finish(&out);
+    // Nobody touched it: gone.
+    clash = (struct bd_clash){0};
+    assert_true(bd_delta_carry(added, &add, &inverse, &out, &clash));
+    assert_true(!clash.is_there && bd_change_is_removal(&out.changes[0]));
+    bd_delta_finish(&out), bd_delta_finish(&add), bd_delta_finish(&inverse), bd_delta_finish(&dim);
+    bd_scene_release(&scene), bd_scene_release(&added), bd_scene_release(&dimmed);
 }
 
 static void what_is_not_there_is_refused(void **state)
@@ -324,11 +451,18 @@ static void a_log_entry_names_the_objects(void **state)
 int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(an_inverse_gives_back_the_hash), cmocka_unit_test(a_merge_does_both),
-        cmocka_unit_test(what_is_not_there_is_refused),   cmocka_unit_test(what_is_written_is_read),
-        cmocka_unit_test(damaged_bytes_are_refused),      cmocka_unit_test(counts_are_not_believed),
-        cmocka_unit_test(aspects_follow_what_is_derived), cmocka_unit_test(a_default_rig_follows),
+        cmocka_unit_test(an_inverse_gives_back_the_hash),
+        cmocka_unit_test(a_merge_does_both),
+        cmocka_unit_test(what_is_not_there_is_refused),
+        cmocka_unit_test(what_is_written_is_read),
+        cmocka_unit_test(damaged_bytes_are_refused),
+        cmocka_unit_test(counts_are_not_believed),
+        cmocka_unit_test(aspects_follow_what_is_derived),
+        cmocka_unit_test(a_default_rig_follows),
         cmocka_unit_test(a_log_entry_names_the_objects),
+        cmocka_unit_test(every_field_is_a_property),
+        cmocka_unit_test(what_others_changed_stays),
+        cmocka_unit_test(what_is_gone_stays_gone),
     };
     if (argc < 2) return 2;
     own_scenes = argv[1];

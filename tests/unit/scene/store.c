@@ -98,14 +98,14 @@ static void lay(const struct world *world, uint32_t light, float intensity)
 {
     const struct bd_store_entry *entry;
     struct bd_delta delta = dimmed(world, light, intensity);
-    assert_int_equal(bd_store_lay(world->store, world->id, &delta, &entry, NULL), BD_ERR_OK);
+    assert_int_equal(bd_store_lay(world->store, world->id, "me", &delta, &entry, NULL), BD_ERR_OK);
     bd_delta_finish(&delta);
 }
 
 static struct bd_batch *commit(const struct world *world)
 {
     struct bd_batch *batch;
-    assert_int_equal(bd_store_stage_commit(world->store, world->id, "drag", &batch, NULL),
+    assert_int_equal(bd_store_stage_commit(world->store, world->id, NULL, "drag", &batch, NULL),
                      BD_ERR_OK);
     return batch;
 }
@@ -292,7 +292,7 @@ static void a_commit_holds_what_was_laid_and_no_more(void **state)
     publish_all(world.store);
     assert_int_equal(stage_as(&world, BD_BATCH_EDIT, 0, NULL, dimmed(&world, 1, 4), NULL),
                      BD_ERR_OK);
-    assert_int_equal(bd_store_stage_commit(world.store, world.id, NULL, &batch, &fault),
+    assert_int_equal(bd_store_stage_commit(world.store, world.id, NULL, NULL, &batch, &fault),
                      BD_ERR_BUSY);
     assert_string_equal(fault.field, "commit");
     publish_all(world.store);
@@ -380,7 +380,7 @@ static enum bd_err lay_node(const struct world *world, int32_t light, int32_t *i
 {
     const struct bd_store_entry *entry;
     struct bd_delta delta = added_node(entry_of(world)->scene, light, id);
-    enum bd_err err = bd_store_lay(world->store, world->id, &delta, &entry, fault);
+    enum bd_err err = bd_store_lay(world->store, world->id, "me", &delta, &entry, fault);
     bd_delta_finish(&delta);
     return err;
 }
@@ -437,7 +437,7 @@ static void an_id_that_was_dropped_is_not_given_again(void **state)
     assert_int_equal(
         bd_edit_check(entry->scene, &below, 1, &bd_edit_default_limits, &delta, &dragged, &fault),
         BD_ERR_OK);
-    assert_int_equal(bd_store_lay(world.store, world.id, &delta, &entry, &fault), BD_ERR_OK);
+    assert_int_equal(bd_store_lay(world.store, world.id, "me", &delta, &entry, &fault), BD_ERR_OK);
     bd_delta_finish(&delta);
     const struct bd_scene *head;
     uint64_t revision;
@@ -505,11 +505,11 @@ static void undo_and_redo_find_their_revisions(void **state)
     struct world world = open_world();
     struct bd_fault fault;
     uint64_t target;
-    assert_int_equal(bd_store_undo_target(world.store, world.id, false, &target, &fault),
+    assert_int_equal(bd_store_undo_target(world.store, world.id, NULL, false, &target, &fault),
                      BD_ERR_CONFLICT);
     assert_string_equal(fault.message, "there is nothing to undo");
     dim(&world, 3); // 2
-    assert_int_equal(bd_store_undo_target(world.store, world.id, false, &target, &fault),
+    assert_int_equal(bd_store_undo_target(world.store, world.id, NULL, false, &target, &fault),
                      BD_ERR_BUSY);
     dim(&world, 4); // 3
     publish_all(world.store);
@@ -527,11 +527,152 @@ static void undo_and_redo_find_their_revisions(void **state)
         struct bd_delta delta = dimmed(&world, 0, 10 + (float)i);
         assert_int_equal(stage_as(&world, steps[i].kind, 0, NULL, delta, NULL), BD_ERR_OK);
         publish_all(world.store);
-        enum bd_err undo = bd_store_undo_target(world.store, world.id, false, &target, NULL);
+        enum bd_err undo = bd_store_undo_target(world.store, world.id, NULL, false, &target, NULL);
         assert_int_equal(undo ? 0 : target, steps[i].undo);
-        enum bd_err redo = bd_store_undo_target(world.store, world.id, true, &target, NULL);
+        enum bd_err redo = bd_store_undo_target(world.store, world.id, NULL, true, &target, NULL);
         assert_int_equal(redo ? 0 : target, steps[i].redo);
     }
+    bd_store_destroy(&world.store);
+}
+
+static void stage_by(const struct world *world, enum bd_batch_kind kind, uint64_t of,
+                     const char *author, struct bd_delta delta)
+{
+    const struct bd_store_change change = {
+        .scene_id = world->id, .kind = kind, .of = of, .author = author, .delta = &delta};
+    struct bd_batch *batch;
+    assert_int_equal(bd_store_stage(world->store, &change, &batch, NULL), BD_ERR_OK);
+    publish_all(world->store);
+}
+
+static uint64_t target_of(const struct world *world, const char *author, bool redo)
+{
+    uint64_t target;
+    enum bd_err err = bd_store_undo_target(world->store, world->id, author, redo, &target, NULL);
+    return err ? 0 : target;
+}
+
+static void everybody_has_a_past_of_their_own(void **state)
+{
+    (void)state;
+    struct world world = open_world();
+    static const struct {
+        enum bd_batch_kind kind;
+        uint64_t of;
+        const char *author;
+        uint64_t undo[3], redo[3]; // after it: of a, of b, of whoever
+    } steps[] = {
+        {BD_BATCH_EDIT, 0, "a", {2, 0, 2}, {0, 0, 0}},
+        {BD_BATCH_EDIT, 0, "b", {2, 3, 3}, {0, 0, 0}},
+        {BD_BATCH_EDIT, 0, "a", {4, 3, 4}, {0, 0, 0}},
+        {BD_BATCH_EDIT, 0, "b", {4, 5, 5}, {0, 0, 0}},
+        {BD_BATCH_UNDO, 4, "a", {2, 5, 5}, {6, 0, 6}},
+        {BD_BATCH_EDIT, 0, "b", {2, 7, 7}, {6, 0, 0}}, // and a may still redo
+        {BD_BATCH_REDO, 6, "a", {8, 7, 8}, {0, 0, 0}},
+        {BD_BATCH_UNDO, 7, "a", {8, 5, 8}, {9, 0, 9}},   // what is b's
+        {BD_BATCH_REDO, 9, "a", {8, 10, 10}, {0, 0, 0}}, // is b's again
+        {BD_BATCH_UNDO, 8, "a", {2, 10, 10}, {11, 0, 11}},
+        {BD_BATCH_EDIT, 0, "a", {12, 10, 12}, {0, 0, 0}}, // an edit of one's own ends it
+    };
+    for (size_t i = 0; i < sizeof steps / sizeof steps[0]; i++) {
+        const char *const who[] = {"a", "b", NULL};
+        stage_by(&world, steps[i].kind, steps[i].of, steps[i].author,
+                 dimmed(&world, 0, 10 + (float)i));
+        for (int k = 0; k < 3; k++) {
+            assert_int_equal(target_of(&world, who[k], false), steps[i].undo[k]);
+            assert_int_equal(target_of(&world, who[k], true), steps[i].redo[k]);
+        }
+    }
+    struct bd_fault fault;
+    uint64_t target;
+    assert_int_equal(bd_store_undo_target(world.store, world.id, "c", false, &target, &fault),
+                     BD_ERR_CONFLICT);
+    assert_string_equal(fault.message,
+                        "there is nothing of yours to undo; the last that there is is revision 12, "
+                        "by a: the scope \"all\" takes it");
+    bd_store_destroy(&world.store);
+}
+
+// --- two who drag at once -------------------------------------------------------------------
+
+static struct bd_light *light_of(struct bd_delta *delta)
+{
+    return &delta->changes[0].light;
+}
+
+// What is shown of light 0, changed by `by`: its intensity, or its red.
+static void drag(const struct world *world, const char *by, float intensity, float red)
+{
+    const struct bd_store_entry *entry = entry_of(world);
+    struct bd_delta delta = {0};
+    assert_true(bd_delta_take(&delta, entry->scene, BD_OBJECT_LIGHT, 0));
+    if (intensity >= 0) light_of(&delta)->intensity = intensity;
+    if (red >= 0) light_of(&delta)->color[0] = red;
+    assert_int_equal(bd_store_lay(world->store, world->id, by, &delta, &entry, NULL), BD_ERR_OK);
+    bd_delta_finish(&delta);
+}
+
+static struct bd_batch *commit_of(const struct world *world, const char *author)
+{
+    struct bd_batch *batch;
+    assert_int_equal(bd_store_stage_commit(world->store, world->id, author, NULL, &batch, NULL),
+                     BD_ERR_OK);
+    return batch;
+}
+
+static void expect_light(const struct bd_scene *scene, float intensity, float red)
+{
+    assert_float_equal(scene->lights[0].intensity, intensity, 0);
+    assert_float_equal(scene->lights[0].color[0], red, 0);
+}
+
+static void each_commits_what_they_did(void **state)
+{
+    (void)state;
+    struct world world = open_world();
+    const struct bd_light was = entry_of(&world)->scene->lights[0];
+    drag(&world, "a", 3, -1);
+    drag(&world, "b", -1, 0.25f); // over what a laid
+    drag(&world, "a", 4, -1);     // and a over that
+    assert_int_equal(entry_of(&world)->transient, 3);
+    expect_light(entry_of(&world)->scene, 4, 0.25f);
+    struct bd_batch *batch = commit_of(&world, "a");
+    assert_string_equal(batch->author, "a");
+    expect_light(batch->after, 4, was.color[0]); // of a's alone
+    expect_light(entry_of(&world)->scene, 4, 0.25f);
+    batch = commit_of(&world, "b"); // behind it, in the same turn
+    assert_string_equal(batch->author, "b");
+    expect_light(batch->after, 4, 0.25f);
+    assert_null(commit_of(&world, "b"));
+    publish_all(world.store);
+    assert_int_equal(entry_of(&world)->transient, 0);
+    assert_int_equal(entry_of(&world)->revision, 3);
+    expect_light(entry_of(&world)->scene, 4, 0.25f);
+    bd_store_destroy(&world.store);
+}
+
+static void what_cannot_be_kept_is_theirs_again(void **state)
+{
+    (void)state;
+    struct world world = open_world();
+    const struct bd_light was = entry_of(&world)->scene->lights[0];
+    drag(&world, "a", 3, -1);
+    drag(&world, "b", -1, 0.25f);
+    assert_non_null(commit_of(&world, NULL)); // who laid longest ago
+    assert_non_null(commit_of(&world, NULL));
+    assert_null(commit_of(&world, NULL));
+    assert_int_equal(entry_of(&world)->transient_ns, 0);
+    drag(&world, "b", -1, 0.5f);
+    fail_all(world.store);
+    expect_light(entry_of(&world)->scene, 3, 0.5f);
+    assert_int_equal(entry_of(&world)->transient, 3);
+    assert_true(entry_of(&world)->transient_ns > 0);
+    struct bd_batch *batch = commit_of(&world, "b");
+    expect_light(batch->after, was.intensity, 0.5f);
+    publish_all(world.store);
+    assert_string_equal(commit_of(&world, NULL)->author, "a");
+    publish_all(world.store);
+    expect_light(entry_of(&world)->scene, 3, 0.5f);
     bd_store_destroy(&world.store);
 }
 
@@ -580,6 +721,9 @@ int main(int argc, char **argv)
         cmocka_unit_test(an_id_on_its_way_is_waited_for),
         cmocka_unit_test(states_of_two_objects_are_not_mixed),
         cmocka_unit_test(undo_and_redo_find_their_revisions),
+        cmocka_unit_test(everybody_has_a_past_of_their_own),
+        cmocka_unit_test(each_commits_what_they_did),
+        cmocka_unit_test(what_cannot_be_kept_is_theirs_again),
         cmocka_unit_test(an_edit_id_is_used_once),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
