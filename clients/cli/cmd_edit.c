@@ -67,6 +67,9 @@ static enum bd_err to_batch(struct edit *edit, json_t *json, Bounced__EditBatch 
     if (named && strcmp(named, id) != 0)
         return bd_fault_set(fault, BD_ERR_USAGE, "scene",
                             "scene: the document is for %.60s, the command for %.60s", named, id);
+    if (edit->options->by && !json_object_get(json, "by") &&
+        json_object_set_new(json, "by", json_string(edit->options->by)))
+        return bd_fault_set(fault, BD_ERR_USAGE, "by", "by: a name is UTF-8");
     if (json_object_set_new(json, "scene", json_string(id)))
         return bd_fault_set(fault, BD_ERR_USAGE, "scene", "scene: an id is UTF-8");
     return bd_json_to_message(json, descriptor, (ProtobufCMessage **)out, fault);

@@ -167,13 +167,16 @@ int bd_help_scenes(void)
           "       bounce scene add FILE [--environment R,G,B|FILE.exr] [options]\n"
           "       bounce scene rm ID [options]\n"
           "       bounce scene log ID [--after REVISION] [--limit N] [options]\n"
-          "       bounce scene undo ID | redo ID | commit ID [options]\n"
-          "       bounce scene revert ID REVISION|NAME [options]\n"
+          "       bounce scene undo ID | redo ID [--all] [--by NAME] [options]\n"
+          "       bounce scene commit ID [--by NAME] [options]\n"
+          "       bounce scene revert ID REVISION|NAME [--by NAME] [options]\n"
           "       bounce scene name ID NAME [REVISION] [--remove] [options]\n"
           "       bounce scene export ID FILE.glb|- [REVISION|NAME] [options]\n"
           "\n"
-          "undo, redo and revert make a new revision; nothing is lost. commit makes one\n"
-          "revision of what lies transient on the scene. A name keeps the state that it names;\n"
+          "undo, redo and revert make a new revision; nothing is lost. undo and redo are of\n"
+          "one's own edits, and refused where others changed the same since; --all takes back\n"
+          "whatever was done last. Whose an edit is says the log: the token or the user, and the\n"
+          "NAME of --by. commit makes one revision of what they laid transient. A name keeps the state that it names;\n"
           "revert and export take a word of digits as a revision. An export is the scene as it is\n"
           "shown, or as it was, in one file; what glTF cannot hold is said as flags.\n"
           "\n" COMMON_HELP END_HELP,
@@ -196,7 +199,8 @@ int bd_help_edit(void)
           "Names that are not in it are refused. The first batch that fails ends it, with its\n"
           "exit code.\n"
           "\n"
-          "  -k, --keep-going     a failure is a line too, and the next batch is read\n" COMMON_HELP
+          "  -k, --keep-going     a failure is a line too, and the next batch is read\n"
+          "  --by NAME            who does it, where a document does not say: for log and undo\n" COMMON_HELP
               END_HELP,
           stdout);
     return 0;

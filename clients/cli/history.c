@@ -58,6 +58,8 @@ static enum bd_err undo(const struct bd_cli_scene *options, bool redo, struct bd
     Bounced__EditUndo body = BOUNCED__EDIT_UNDO__INIT;
     body.scene = id_of(options);
     body.has_redo = body.redo = redo;
+    body.by = (char *)options->by;
+    body.scope = options->all ? (char *)"all" : NULL;
     Bounced__Envelope envelope = BOUNCED__ENVELOPE__INIT;
     envelope.body_case = BOUNCED__ENVELOPE__BODY_EDIT_UNDO;
     envelope.edit_undo = &body;
@@ -78,6 +80,7 @@ enum bd_err bd_cli_history_commit(const struct bd_cli_scene *options, struct bd_
 {
     Bounced__EditCommit body = BOUNCED__EDIT_COMMIT__INIT;
     body.scene = id_of(options);
+    body.by = (char *)options->by;
     Bounced__Envelope envelope = BOUNCED__ENVELOPE__INIT;
     envelope.body_case = BOUNCED__ENVELOPE__BODY_EDIT_COMMIT;
     envelope.edit_commit = &body;
@@ -98,6 +101,7 @@ enum bd_err bd_cli_history_revert(const struct bd_cli_scene *options, struct bd_
 {
     Bounced__EditRevert body = BOUNCED__EDIT_REVERT__INIT;
     body.scene = id_of(options);
+    body.by = (char *)options->by;
     enum bd_err err =
         read_target(options->operands[2], &body.has_revision, &body.revision, &body.name, fault);
     if (err) return err;
@@ -143,6 +147,7 @@ static void print_entry(const Bounced__LogEntry *entry)
     bd_cli_print(stdout, "%-6" PRIu64 " %-7s %-20s", entry->revision,
                  entry->kind ? entry->kind : "", when);
     if (entry->has_of) printf("  of %" PRIu64, entry->of);
+    if (entry->author && *entry->author) bd_cli_print(stdout, "  by %s", entry->author);
     print_strings("  [", entry->names, entry->n_names, "]");
     if (entry->message && *entry->message) bd_cli_print(stdout, "  %s", entry->message);
     print_strings("  (", entry->changes, entry->n_changes, ")");

@@ -12,6 +12,8 @@ enum {
     OPT_REMOVE,
     OPT_KEEP_GOING,
     OPT_COUNT,
+    OPT_BY,
+    OPT_ALL,
 };
 
 static const struct bd_cli_option scene_table[] = {
@@ -20,11 +22,15 @@ static const struct bd_cli_option scene_table[] = {
     {"after", 0, true, OPT_AFTER},
     {"limit", 0, true, OPT_LIMIT},
     {"remove", 0, false, OPT_REMOVE},
+    {"by", 0, true, OPT_BY},
+    {"all", 0, false, OPT_ALL},
     {0},
 };
 
-static const struct bd_cli_option edit_table[] = {
-    BD_CLI_COMMON_OPTIONS, {"keep-going", 'k', false, OPT_KEEP_GOING}, {0}};
+static const struct bd_cli_option edit_table[] = {BD_CLI_COMMON_OPTIONS,
+                                                  {"keep-going", 'k', false, OPT_KEEP_GOING},
+                                                  {"by", 0, true, OPT_BY},
+                                                  {0}};
 
 static const struct bd_cli_option watch_table[] = {
     BD_CLI_COMMON_OPTIONS, {"count", 0, true, OPT_COUNT}, {0}};
@@ -50,6 +56,12 @@ static enum bd_err store(int id, const char *value, struct bd_cli_scene *out,
         return BD_ERR_OK;
     case OPT_KEEP_GOING:
         out->keep_going = true;
+        return BD_ERR_OK;
+    case OPT_BY:
+        out->by = value;
+        return BD_ERR_OK;
+    case OPT_ALL:
+        out->all = true;
         return BD_ERR_OK;
     case OPT_COUNT:
         return bd_cli_uint("count", value, 1, UINT64_MAX, &out->count, fault);
@@ -82,7 +94,13 @@ static enum bd_err parse(const struct bd_cli_option *table, const char *const *w
     return bd_cli_check_common(&out->common, fault);
 }
 
-// Options that go with one verb alone.
+static bool is_one_of(const char *verb, const char *const *verbs)
+{
+    while (*verbs && strcmp(verb, *verbs) != 0) verbs++;
+    return *verbs != NULL;
+}
+
+// Options that go with some verbs alone.
 static enum bd_err check_verb(const struct bd_cli_scene *scene, struct bd_fault *fault)
 {
     const char *verb = scene->operands[0];
@@ -95,6 +113,13 @@ static enum bd_err check_verb(const struct bd_cli_scene *scene, struct bd_fault 
     if (scene->remove && strcmp(verb, "name") != 0)
         return bd_fault_set(fault, BD_ERR_USAGE, "remove",
                             "--remove goes with bounce scene name ID NAME");
+    if (scene->all && !is_one_of(verb, (const char *const[]){"undo", "redo", NULL}))
+        return bd_fault_set(fault, BD_ERR_USAGE, "all",
+                            "--all goes with bounce scene undo|redo ID");
+    if (scene->by &&
+        !is_one_of(verb, (const char *const[]){"undo", "redo", "commit", "revert", NULL}))
+        return bd_fault_set(fault, BD_ERR_USAGE, "by",
+                            "--by goes with bounce edit and bounce scene undo|redo|commit|revert");
     return BD_ERR_OK;
 }
 

@@ -274,6 +274,7 @@ static enum bd_err play_edit(void *user, const struct bd_journal_edit *edit, str
     body.of = edit->of;
     body.client_edit_id = edit->client_edit_id[0] ? (char *)edit->client_edit_id : NULL;
     body.message = edit->message[0] ? (char *)edit->message : NULL;
+    body.author = edit->author[0] ? (char *)edit->author : NULL;
     struct bd_cli_answer answer = {0};
     enum bd_err err = send_content(player, &edit->forward_content, fault);
     if (!err)

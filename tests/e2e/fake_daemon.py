@@ -209,7 +209,7 @@ class Peer:
         entries.add(revision=1, kind="import", time_ms=1700000000000)
         entries.add(revision=2, kind="edit", message="a lamp" + EVIL,
                     changes=["light 0" + EVIL, "node 3"], names=["lit" + EVIL])
-        entries.add(revision=3, kind="undo", of=2)
+        entries.add(revision=3, kind="undo", of=2, author="local Anna" + EVIL)
         self.send(answer)
 
     def on_scene_export(self, envelope, _):

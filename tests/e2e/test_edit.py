@@ -134,6 +134,7 @@ def test_files_that_cannot_be_read(running):
     ["scene", "name", "s1", "n", "three"], ["scene", "undo", "s1", "--remove"],
     ["scene", "undo", "s1", "--after", "1"], ["scene", "log", "s1", "--limit", "0"],
     ["scene", "log", "s1", "--environment", "1,1,1"], ["watch", "s1", "s2"],
+    ["scene", "log", "s1", "--all"], ["scene", "name", "s1", "n", "--by", "me"],
     ["watch", "--count", "0"], ["scene", "export", "s1", "-", "--json"],
 ])
 def test_usage(running, words):
@@ -145,8 +146,14 @@ def test_usage(running, words):
 def test_undo_redo_commit_revert(running):
     for words, body, asked in (
             (["undo", "s1"], "edit_undo", {"scene": "s1"}),
+            (["undo", "s1", "--all"], "edit_undo", {"scene": "s1", "scope": "all"}),
             (["redo", "s1"], "edit_undo", {"scene": "s1", "redo": True}),
+            (["redo", "s1", "--by", "Anna"], "edit_undo",
+             {"scene": "s1", "redo": True, "by": "Anna"}),
             (["commit", "s1"], "edit_commit", {"scene": "s1"}),
+            (["commit", "s1", "--by", "Anna"], "edit_commit", {"scene": "s1", "by": "Anna"}),
+            (["revert", "s1", "1", "--by", "A"], "edit_revert",
+             {"scene": "s1", "revision": "1", "by": "A"}),
             (["revert", "s1", "12"], "edit_revert", {"scene": "s1", "revision": "12"}),
             (["revert", "s1", "12th"], "edit_revert", {"scene": "s1", "name": "12th"})):
         result = running("scene", *words)
@@ -171,7 +178,7 @@ def test_log(running):
     imported, lamp, undone = result.stdout.decode().splitlines()
     assert imported.split() == ["1", "import", "2023-11-14T22:13:20Z"]
     assert lamp.split(maxsplit=2) == ["2", "edit", "[lit]  a lamp  (light 0, node 3)"]
-    assert undone.split() == ["3", "undo", "of", "2"]
+    assert undone.split() == ["3", "undo", "of", "2", "by", "local", "Anna"]
     running("scene", "log", "s1")
     assert running.asked("scene_log")[1]["scene_log"] == {"scene": "s1"}
     entries = json.loads(running("scene", "log", "s1", "--json").stdout)["entries"]

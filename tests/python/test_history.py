@@ -63,6 +63,31 @@ def test_undo_redo_revert_and_the_log(scene):
         scene.revert("as it came")
 
 
+def test_undo_takes_back_ones_own():
+    """Two clients of one daemon, on the same light."""
+    with bounced.private() as daemon:
+        scene = daemon.scenes.add(SCENES / "cornell.glb")
+        anna, bert = daemon.scenes.get(scene.id), daemon.scenes.get(scene.id)
+        was = scene.objects("light")[0]["light"]["intensity"]
+        daemon.by = "Anna"
+        with anna.edit() as edit:
+            edit.set_light(0, intensity=7)
+        assert edit.result.author == daemon.author == "local Anna"
+        daemon.by = "Bert"
+        with bert.edit() as edit:
+            edit.set_light(0, color=(1, 0, 0))
+        daemon.by = "Anna"
+        undone = anna.undo()
+        assert (undone.author, undone.of) == ("local Anna", 2)
+        light = scene.objects("light")[0]["light"]
+        assert (light["intensity"], light["color"]) == (was, [1, 0, 0])
+        with pytest.raises(bounced.Conflict, match="local Bert"):
+            anna.undo()
+        assert anna.undo(scope="all").of == 3
+        assert [entry["author"] for entry in scene.log()] == [
+            "local", "local Anna", "local Bert", "local Anna", "local Anna"]
+
+
 def test_what_is_refused_changes_nothing(scene):
     add_lamp(scene)
     for kind, field, options, change in (

@@ -27,16 +27,32 @@ class Client:
 
     def __init__(self, transport: Transport, token: str | None = None, timeout_s: float = 60,
                  daemon: PrivateDaemon | None = None, reopen: Reopen | None = None,
-                 resume_s: float | None = None) -> None:
+                 resume_s: float | None = None, by: str | None = None) -> None:
         self._daemon = daemon
         self._conn = Connection(transport, token, timeout_s, daemon.reason if daemon else None,
                                 reopen, resume_s)
         hello = self._conn.hello
+        self._principal: str = hello.author
+        self.by = by
         self.scenes = Scenes(self._conn)
         self.capabilities = list(hello.capabilities)
         self.limits = dict(self._conn.limits)
         self.build: str = hello.build
         self.device: dict[str, Any] = as_dict(hello.device)
+
+    @property
+    def by(self) -> str | None:
+        """Who does what this client does, of those whom the token or user stands for."""
+        return self._conn.by
+
+    @by.setter
+    def by(self, name: str | None) -> None:
+        self._conn.by = name
+
+    @property
+    def author(self) -> str:
+        """Whose the edits are that this client makes: as in the log."""
+        return self._principal + (f" {self.by}" if self.by else "")
 
     def __enter__(self) -> Client:
         return self
@@ -90,7 +106,7 @@ class Client:
 
 
 def connect(address: str | None = None, token: str | None = None, timeout_s: float = 60,
-            resume_s: float | None = None) -> Client:
+            resume_s: float | None = None, by: str | None = None) -> Client:
     """Connects to a daemon that runs.
 
     address    "unix:PATH", "tcp:HOST:PORT", "http://HOST:PORT" (a WebSocket on the daemon's HTTP
@@ -101,26 +117,29 @@ def connect(address: str | None = None, token: str | None = None, timeout_s: flo
     resume_s   a connection that breaks is taken up again, and tried for so long before what is under
                way fails; None: as long as the daemon keeps the session (its limit resume_seconds,
                30); 0: not at all
+    by         who does what this client does, of those whom the token or user stands for: in log and
+               events, and whose edits `undo` takes back. 1 to 64 bytes
     """
     def reopen(within_s: float) -> Transport:
         return open_transport(address, token, within_s)
 
-    return Client(reopen(timeout_s), token, timeout_s, None, reopen, resume_s)
+    return Client(reopen(timeout_s), token, timeout_s, None, reopen, resume_s, by)
 
 
 def private(device: str | None = None, limits: dict[str, int] | None = None,
-            timeout_s: float = 60) -> Client:
+            timeout_s: float = 60, by: str | None = None) -> Client:
     """Starts a daemon of one's own over a socket pair; it ends with the client.
 
     device  "auto" (default), "software", "egl:N", "uuid:HEX", "pci:ID"
     limits  by name, as `bounced --limit`
+    by      as for `connect`
 
     The executable is $BOUNCED, or lies near this package, or on PATH. What it logs goes to standard
     error.
     """
     daemon = PrivateDaemon(device, limits)
     try:
-        return Client(StreamTransport(daemon.sock), None, timeout_s, daemon)
+        return Client(StreamTransport(daemon.sock), None, timeout_s, daemon, by=by)
     except BaseException:
         daemon.end()
         raise

@@ -92,6 +92,7 @@ class Connection:
     def __init__(self, transport: Transport, token: str | None = None, timeout_s: float = 60,
                  why_gone: Callable[[], Error] | None = None, reopen: Reopen | None = None,
                  resume_s: float | None = None) -> None:
+        self.by: str | None = None  # who asks, within the token or user: in edits
         self._transport = transport
         self._why_gone = why_gone
         self._resumer = None if reopen is None or resume_s == 0 else Resumer(reopen, token,

@@ -154,6 +154,8 @@ class EditResult:
     invalidates  of a dry run: passes that `frame` would run again
     keeps        and those that it would not
     flags        what was repaired
+    author       whose it is: the token or user and, behind a space, `by`
+    of           the revision that an undo, redo or revert is about, else 0
     """
 
     revision: int
@@ -164,6 +166,8 @@ class EditResult:
     invalidates: list[str] = field(default_factory=list)
     keeps: list[str] = field(default_factory=list)
     flags: list[str] = field(default_factory=list)
+    author: str = ""
+    of: int = 0
 
 
 def new_edit_id() -> str:
@@ -175,7 +179,7 @@ def new_edit_id() -> str:
 def result_of(reply: Any) -> EditResult:
     return EditResult(reply.revision, reply.transient, list(reply.ids), reply.hash,
                       reply.repeated_id, list(reply.invalidates), list(reply.keeps),
-                      list(reply.flags))
+                      list(reply.flags), reply.author, reply.of)
 
 
 class Edit:
@@ -192,7 +196,7 @@ class Edit:
         if frame is not None and not dry_run:
             raise TypeError("frame goes with dry_run")
         self._conn = conn
-        self._batch = pb.EditBatch(scene=scene)
+        self._batch = pb.EditBatch(scene=scene, by=conn.by)
         self._payload = Payload()
         self._contents: list[Content] = []
         self._handles: list[Handle] = []

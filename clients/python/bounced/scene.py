@@ -130,17 +130,23 @@ class Scene:
                     message=message, base_revision=base_revision, client_edit_id=client_edit_id)
 
     def commit(self, client_edit_id: str | None = None) -> EditResult:
-        """Makes one durable batch of what lies transient on the scene."""
+        """Makes one durable batch of what this client's author laid transient on the scene."""
         return self._ask_edit("edit_commit", pb.EditCommit(scene=self.id),
                               client_edit_id=client_edit_id)
 
-    def undo(self, base_revision: int | None = None) -> EditResult:
-        """Takes back the last batch that is not taken back yet, as a new revision."""
-        return self._ask_edit("edit_undo", pb.EditUndo(scene=self.id), base_revision=base_revision)
+    def undo(self, base_revision: int | None = None, scope: str = "mine") -> EditResult:
+        """Takes back the last batch that is not taken back yet, as a new revision.
 
-    def redo(self, base_revision: int | None = None) -> EditResult:
-        """Takes back the last undo."""
-        return self._ask_edit("edit_undo", pb.EditUndo(scene=self.id, redo=True),
+        scope  "mine": the last of this client's author, whatever others did since; Conflict, by a
+               line that says who and what, where somebody changed the same property of the same
+               object. "all": the last that anybody did
+        """
+        return self._ask_edit("edit_undo", pb.EditUndo(scene=self.id, scope=scope),
+                              base_revision=base_revision)
+
+    def redo(self, base_revision: int | None = None, scope: str = "mine") -> EditResult:
+        """Takes back the last undo, of the same scopes."""
+        return self._ask_edit("edit_undo", pb.EditUndo(scene=self.id, redo=True, scope=scope),
                               base_revision=base_revision)
 
     def revert(self, to: int | str, base_revision: int | None = None) -> EditResult:
@@ -156,6 +162,8 @@ class Scene:
         for key, value in fields.items():
             if value is not None:
                 setattr(request, key, value)
+        if self._conn.by is not None:
+            request.by = self._conn.by
         if not request.HasField("client_edit_id"):
             request.client_edit_id = new_edit_id()
         return result_of(self._conn.call(name, request, "edit_reply"))

@@ -72,6 +72,7 @@ class LogEntry(TypedDict, total=False):
     hash: str
     names: list[str]
     of: int                       # the revision that an undo, redo or revert is about
+    author: str                   # the token or user, and behind a space who of them
 
 
 class SceneEvent(TypedDict, total=False):
@@ -81,3 +82,6 @@ class SceneEvent(TypedDict, total=False):
     transient: int
     hash: str
     changes: list[str]
+    author: str                   # of edited and transient
+    batch: str                    # of edited: edit | undo | redo | revert
+    of: int                       # the revision that an undo, redo or revert is about
