@@ -15,6 +15,7 @@
     X(blank_frame, true, "nothing in the picture has any light")                                   \
     X(nonfinite_pixels, false, "pixels that are NaN or infinite")                                  \
     X(nonfinite_samples, false, "samples of the reference that were, and were left out")           \
+    X(rays_refused, false, "rays of the reference that were out of range, and met nothing")        \
     X(error_floor, false, "the target error is out of the technique's reach")                      \
     X(error_tail, false, "a few pixels carry the error: its upper end is not known")               \
     X(error_unknown, false, "no pixel is finite, none was checked")                                \

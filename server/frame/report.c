@@ -50,6 +50,13 @@ void bd_report_reword(struct bd_report *report, const char *name, const char *fo
     }
 }
 
+void bd_report_refused_rays(struct bd_report *report, uint64_t count)
+{
+    if (count)
+        bd_report_flag(report, "rays_refused: %llu out of range, taken to meet nothing",
+                       (unsigned long long)count);
+}
+
 bool bd_report_inspect_row(struct bd_report *report, const struct bd_image *beauty, uint32_t row)
 {
     bool is_lit = false;

@@ -90,6 +90,9 @@ void bd_report_flag(struct bd_report *report, const char *format, ...) BD_PRINTF
 void bd_report_reword(struct bd_report *report, const char *name, const char *format, ...)
     BD_PRINTF(3, 4);
 
+// Flags rays of the reference that could not be traced, if there are any.
+void bd_report_refused_rays(struct bd_report *report, uint64_t count);
+
 // Counts pixels that are not finite, and flags those and a blank picture.
 void bd_report_inspect(struct bd_report *report, const struct bd_image *beauty);
 // The same row by row: counts, and says whether anything is lit; then the flags.

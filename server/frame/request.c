@@ -139,9 +139,13 @@ static enum bd_err check_rendered(const struct bd_frame_request *request, const 
     return BD_ERR_OK;
 }
 
-static bool is_finite(bd_dvec3 v)
+static enum bd_err check_reach(const char *field, bd_dvec3 v, struct bd_fault *fault)
 {
-    return isfinite(v.x) && isfinite(v.y) && isfinite(v.z);
+    const double most = BD_COORDINATE_MAX_M;
+    if (fabs(v.x) <= most && fabs(v.y) <= most && fabs(v.z) <= most) return BD_ERR_OK;
+    return bd_fault_set(fault, BD_ERR_USAGE, field,
+                        "%s: %.9g %.9g %.9g: each number must be in [%g, %g]", field, v.x, v.y, v.z,
+                        -most, most);
 }
 
 // So small a part of their product is left of a cross product that its direction is chance.
@@ -150,8 +154,10 @@ static bool is_finite(bd_dvec3 v)
 static enum bd_err check_pose(const struct bd_pose *pose, struct bd_fault *fault)
 {
     const double pi = 3.141592653589793;
-    if (!is_finite(pose->eye_m) || !is_finite(pose->target_m) || !is_finite(pose->up))
-        return bd_fault_set(fault, BD_ERR_USAGE, "pose", "pose: every number must be finite");
+    enum bd_err err = check_reach("pose.eye", pose->eye_m, fault);
+    if (!err) err = check_reach("pose.target", pose->target_m, fault);
+    if (!err) err = check_reach("pose.up", pose->up, fault);
+    if (err) return err;
     bd_dvec3 sight = bd_dvec3_sub(pose->target_m, pose->eye_m);
     double far_m = fmax(bd_dvec3_length(pose->eye_m), bd_dvec3_length(pose->target_m));
     double length_m = bd_dvec3_length(sight);

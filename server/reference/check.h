@@ -76,6 +76,7 @@ struct bd_check_result {
     bool tail;             // 1 % of the samples carries over half of the sum: `high` is infinite
     uint32_t pixel_count;  // traced, or taken from the cache
     uint64_t sample_count; // traced now, both halves
+    uint64_t refused_ray_count; // of the samples behind the figure: beyond what can be traced
     double noise_share;    // the reference's, of the variance behind the interval; 0 to 1
     double noise;          // its relative standard deviation in `value`
     double sample_variance; // of one sample of the reference, as a part of mean_reference squared:

@@ -19,6 +19,7 @@
 struct bd_check_sums {
     double sum[2][3];     // by half, beauty, cd/m^2
     double square_sum[3]; // of single samples, both halves
+    uint64_t refused_ray_count;
 };
 
 struct bd_check_pixel {

@@ -69,6 +69,7 @@ static void add_sums(struct bd_check_sums *sums, const struct bd_reference_pixel
                 sums->sum[half][c] += traced->sum[half][part][c];
         sums->square_sum[c] += traced->beauty_square_sum[c];
     }
+    sums->refused_ray_count += traced->refused_ray_count;
 }
 
 static double variance_of(const struct bd_check_sums *sums, double sample_count)
@@ -229,6 +230,7 @@ static void estimate(const struct check *check, const struct bd_image *beauty,
 {
     struct bd_check_traced *traced = calloc((size_t)check->plan.sample_count + 1, sizeof *traced);
     BD_ASSERT(traced);
+    uint64_t refused_ray_count = 0;
     for (uint32_t i = 0; i < check->plan.sample_count; i++) {
         traced[i].sample_count = samples_of(check->levels[i]);
         for (uint32_t l = 0; l < check->levels[i]; l++) {
@@ -238,9 +240,11 @@ static void estimate(const struct check *check, const struct bd_image *beauty,
                 traced[i].sums.sum[1][c] += level->sum[1][c];
                 traced[i].sums.square_sum[c] += level->square_sum[c];
             }
+            refused_ray_count += level->refused_ray_count;
         }
     }
     bd_check_estimate(&check->plan, beauty, traced, out);
+    out->refused_ray_count = refused_ray_count;
     free(traced);
 }
 

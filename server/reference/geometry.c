@@ -1,6 +1,7 @@
 #include "reference/geometry.h"
 
 #include <embree3/rtcore.h>
+#include <float.h>
 #include <math.h>
 #include <stdatomic.h>
 #include <stdio.h>
@@ -14,10 +15,16 @@
 
 // Counted at every ray: not through the loader's general model of such variables.
 static _Thread_local uint64_t ray_count __attribute__((tls_model("initial-exec")));
+static _Thread_local uint64_t refused_ray_count __attribute__((tls_model("initial-exec")));
 
 uint64_t bd_geometry_ray_count(void)
 {
     return ray_count;
+}
+
+uint64_t bd_geometry_refused_ray_count(void)
+{
+    return refused_ray_count;
 }
 
 // --- reference space ----------------------------------------------------------------------------
@@ -244,6 +251,29 @@ bool bd_meeting_is_behind(const struct bd_meeting *meeting, const float directio
 
 // --- rays ---------------------------------------------------------------------------------------
 
+// Embree's FLT_LARGE: it computes with squares and products of two such numbers. Builds of it that
+// have their assertions end the process at a ray beyond.
+#define EMBREE_REACH 1.844e18f
+
+static bool is_within_reach(const float v[3])
+{
+    return fabsf(v[0]) <= EMBREE_REACH && fabsf(v[1]) <= EMBREE_REACH &&
+           fabsf(v[2]) <= EMBREE_REACH;
+}
+
+// The gate: no ray goes to Embree but through here. Cameras, lamps and their distances may be as
+// large beside the scene as two numbers of a file allow, and what is computed of them may be no
+// number at all. Each comparison is false for NaN. What begins at infinity is no fault: it is
+// empty.
+static bool admit(const struct bd_ray *ray)
+{
+    ray_count++;
+    bool is_within = is_within_reach(ray->origin) && is_within_reach(ray->direction) &&
+                     ray->near >= 0 && !isnan(ray->far);
+    if (!is_within) refused_ray_count++;
+    return is_within && ray->near <= FLT_MAX;
+}
+
 static struct RTCRay embree_ray(const struct bd_ray *ray)
 {
     return (struct RTCRay){
@@ -262,13 +292,13 @@ static struct RTCRay embree_ray(const struct bd_ray *ray)
 bool bd_geometry_meet(const struct bd_geometry *geometry, const struct bd_ray *ray,
                       enum bd_sight sight, struct bd_meeting *out)
 {
+    if (!admit(ray)) return false;
     struct context context = {.geometry = geometry, .ray = ray};
     rtcInitIntersectContext(&context.embree);
     if (sight == BD_SIGHT_FRONTS_ONLY) context.embree.filter = filter_backs;
     struct RTCRayHit query = {.ray = embree_ray(ray)};
     query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     rtcIntersect1(geometry->embree, &context.embree, &query);
-    ray_count++;
     if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
     bd_geometry_point(&geometry->parts[query.hit.geomID], query.hit.primID, query.hit.u,
                       query.hit.v, out);
@@ -278,10 +308,10 @@ bool bd_geometry_meet(const struct bd_geometry *geometry, const struct bd_ray *r
 
 bool bd_geometry_is_blocked(const struct bd_geometry *geometry, const struct bd_ray *ray)
 {
+    if (!admit(ray)) return false;
     struct context context = {.geometry = geometry, .ray = ray};
     rtcInitIntersectContext(&context.embree);
     struct RTCRay query = embree_ray(ray);
     rtcOccluded1(geometry->embree, &context.embree, &query);
-    ray_count++;
     return query.tfar < 0;
 }

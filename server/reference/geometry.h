@@ -87,10 +87,12 @@ struct bd_meeting {
     float clearance; // rays that leave start this far off the triangle
 };
 
-// The first surface along the ray. False: none.
+// The first surface along the ray. False: none, or a ray that Embree cannot trace (origin or
+// direction beyond 1.8e18, a negative start, anything that is no number): it meets nothing, and is
+// counted.
 bool bd_geometry_meet(const struct bd_geometry *geometry, const struct bd_ray *ray,
                       enum bd_sight sight, struct bd_meeting *out);
-// Whether anything lies between the ray's near and far.
+// Whether anything lies between the ray's near and far; false for rays that cannot be traced, too.
 bool bd_geometry_is_blocked(const struct bd_geometry *geometry, const struct bd_ray *ray);
 
 // The point of a triangle at Embree's barycentrics, without a ray.
@@ -101,5 +103,7 @@ bool bd_meeting_is_behind(const struct bd_meeting *meeting, const float directio
 
 // Rays traced by the calling thread.
 uint64_t bd_geometry_ray_count(void);
+// Those of them that could not be.
+uint64_t bd_geometry_refused_ray_count(void);
 
 #endif

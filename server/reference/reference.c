@@ -208,9 +208,11 @@ void bd_reference_trace(const struct bd_reference *reference, const struct bd_in
     BD_ASSERT_CMP(view->camera, <, reference->scene->placed_camera_count);
     const struct bd_integrand own = without_rig(reference, integrand);
     const struct shot shot = {reference, &own, bd_lens_of(&reference->geometry, view), x_px, y_px};
+    uint64_t refused_before = bd_geometry_refused_ray_count();
     for (uint32_t half = 0; half < 2; half++)
         for (uint32_t i = first; i < first + count; i++)
             trace_sample(&shot, bd_sampler_at(seed, x_px, y_px, half, i), half, pixel);
+    pixel->refused_ray_count += bd_geometry_refused_ray_count() - refused_before;
 }
 
 // --- points -------------------------------------------------------------------------------------

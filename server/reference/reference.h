@@ -102,6 +102,7 @@ struct bd_reference_pixel {
     double square_sum[BD_PART_COUNT][3];  // of single samples, both halves together
     double beauty_square_sum[3];          // of single samples' beauty
     uint64_t nonfinite_count;             // samples that were NaN or infinite, left out of the sums
+    uint64_t refused_ray_count;           // rays beyond what can be traced: they met nothing
     double coverage;                      // samples that met a surface
     double albedo[3], normal[3], depth_m; // sums over the first surfaces met
 };

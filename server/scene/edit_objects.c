@@ -234,7 +234,7 @@ void bd_edit_light(struct bd_edit *edit, const struct bd_edit_op *op)
     if (in->given & BD_GIVEN_INTENSITY)
         bd_edit_number(edit, "intensity", in->intensity, 0, 1e30, &light->intensity);
     if (in->given & BD_GIVEN_RANGE)
-        bd_edit_number(edit, "range", in->range, 0, FLT_MAX, &light->range_m);
+        bd_edit_number(edit, "range", in->range, 0, BD_COORDINATE_MAX_M, &light->range_m);
     if (light->range_m == 0) light->range_m = INFINITY;
     if (light->kind == BD_LIGHT_SPOT)
         set_cones(edit, in, was_spot, light);
@@ -268,8 +268,9 @@ static void set_planes(struct bd_edit *edit, const struct bd_camera_edit *in,
                        struct bd_camera *camera)
 {
     if (in->given & BD_GIVEN_NEAR)
-        bd_edit_number(edit, "near", in->near, FLT_MIN, FLT_MAX, &camera->near_m);
-    if (in->given & BD_GIVEN_FAR) bd_edit_number(edit, "far", in->far, 0, FLT_MAX, &camera->far_m);
+        bd_edit_number(edit, "near", in->near, FLT_MIN, BD_COORDINATE_MAX_M, &camera->near_m);
+    if (in->given & BD_GIVEN_FAR)
+        bd_edit_number(edit, "far", in->far, 0, BD_COORDINATE_MAX_M, &camera->far_m);
     if (camera->far_m == 0) camera->far_m = INFINITY;
     if (!camera->orthographic && !(camera->near_m > 0))
         bd_edit_fail(edit, BD_ERR_USAGE, "near", "is needed, > 0");

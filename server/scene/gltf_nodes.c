@@ -7,6 +7,12 @@
 
 static const double pi = 3.14159265358979323846;
 
+// Of what ends somewhere or nowhere: beyond every coordinate is nowhere.
+static float distance_or_none(double value_m)
+{
+    return value_m > 0 && value_m <= BD_COORDINATE_MAX_M ? (float)value_m : INFINITY;
+}
+
 static void read_light(struct bd_gltf_reader *reader, const struct bd_gltf_light *in,
                        struct bd_light *out)
 {
@@ -22,7 +28,7 @@ static void read_light(struct bd_gltf_reader *reader, const struct bd_gltf_light
     repaired |= !(in->intensity >= 0 && in->intensity <= 1e30);
     out->intensity = (float)fmin(fmax(in->intensity, 0), 1e30);
     repaired |= in->range < 0;
-    out->range_m = in->range > 0 && in->range <= FLT_MAX ? (float)in->range : INFINITY;
+    out->range_m = distance_or_none(in->range);
     if (out->kind == BD_LIGHT_SPOT) {
         const double outer_min = 1e-4, gap_min = 1e-5;
         out->cone_outer = (float)fmin(fmax(in->cone_outer, outer_min), 1.5707963);
@@ -34,13 +40,22 @@ static void read_light(struct bd_gltf_reader *reader, const struct bd_gltf_light
     reader->repairs.repaired_lights += repaired;
 }
 
+// Beyond every coordinate nothing is seen, as there.
+static float near_plane(double value_m, double least_m, bool *repaired)
+{
+    *repaired |= !(value_m >= least_m && value_m <= BD_COORDINATE_MAX_M);
+    return (float)fmin(fmax(value_m, least_m), BD_COORDINATE_MAX_M);
+}
+
 static void read_perspective(const struct bd_gltf_camera *in, struct bd_camera *out, bool *repaired)
 {
     const double yfov_min = 1e-3, yfov_max = 0.99 * pi;
-    *repaired |= !(in->yfov >= yfov_min && in->yfov <= yfov_max) || !(in->near > 0);
+    const double near_min = FLT_MIN, near_usual = 1e-3;
+    *repaired |= !(in->yfov >= yfov_min && in->yfov <= yfov_max);
     out->yfov = (float)fmin(fmax(in->yfov, yfov_min), yfov_max);
-    out->near_m = in->near > 0 && in->near <= FLT_MAX ? (float)in->near : 1e-3f;
-    out->far_m = in->far > 0 && in->far <= FLT_MAX ? (float)in->far : INFINITY;
+    *repaired |= !(in->near > 0);
+    out->near_m = near_plane(in->near > 0 ? in->near : near_usual, near_min, repaired);
+    out->far_m = distance_or_none(in->far);
 }
 
 // A negative magnification mirrors the picture in some tools; here its size is what counts.
@@ -48,7 +63,9 @@ static float magnification(double value, bool *repaired)
 {
     *repaired |= !(value > 0);
     double size = fabs(value);
-    return size > 1e-9 && size <= BD_COORDINATE_MAX_M ? (float)size : 1.0f;
+    bool usable = size >= 1e-9 && size <= BD_COORDINATE_MAX_M;
+    *repaired |= !usable;
+    return usable ? (float)size : 1.0f;
 }
 
 static void read_orthographic(const struct bd_gltf_camera *in, struct bd_camera *out,
@@ -57,9 +74,8 @@ static void read_orthographic(const struct bd_gltf_camera *in, struct bd_camera 
     out->orthographic = true;
     out->xmag = magnification(in->xmag, repaired);
     out->ymag = magnification(in->ymag, repaired);
-    *repaired |= !(in->near >= 0);
-    out->near_m = in->near >= 0 && in->near <= FLT_MAX ? (float)in->near : 0;
-    out->far_m = in->far > 0 && in->far <= FLT_MAX ? (float)in->far : INFINITY;
+    out->near_m = near_plane(in->near, 0, repaired);
+    out->far_m = distance_or_none(in->far);
 }
 
 static void read_camera(struct bd_gltf_reader *reader, const struct bd_gltf_camera *in,

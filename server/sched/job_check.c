@@ -92,6 +92,7 @@ static void report_first_error(const struct bd_job *job, const struct bd_check_r
 {
     report->error_count = 0;
     report->flag_count = job->check->flag_count;
+    bd_report_refused_rays(report, result->refused_ray_count);
     if (result->pixel_count == 0)
         bd_report_flag(report, "error_unknown: no pixel is finite");
     else

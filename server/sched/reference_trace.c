@@ -99,23 +99,35 @@ static enum bd_err trace_band(struct bd_reference_runner *runner, struct tracing
     return err;
 }
 
-static uint64_t store_band(const struct tracing *tracing)
+// What was left out of the picture, and why.
+struct left_out {
+    uint64_t nonfinite_count, refused_ray_count;
+};
+
+static void store_band(const struct tracing *tracing, struct left_out *left_out)
 {
-    uint64_t nonfinite_count = 0;
     for (uint32_t i = 0; i < tracing->band_count; i++) {
         uint32_t x_px, y_px;
         pixel_of(tracing, i, &x_px, &y_px);
         bd_reference_picture_store(tracing->job->result.layers, x_px, y_px, &tracing->band[i]);
-        nonfinite_count += tracing->band[i].nonfinite_count;
+        left_out->nonfinite_count += tracing->band[i].nonfinite_count;
+        left_out->refused_ray_count += tracing->band[i].refused_ray_count;
     }
-    return nonfinite_count;
+}
+
+static void report_left_out(struct bd_report *report, const struct left_out *left_out)
+{
+    if (left_out->nonfinite_count)
+        bd_report_flag(report, "nonfinite_samples: %llu left out",
+                       (unsigned long long)left_out->nonfinite_count);
+    bd_report_refused_rays(report, left_out->refused_ray_count);
 }
 
 static enum bd_err trace_bands(struct bd_reference_runner *runner, struct tracing *tracing)
 {
-    uint64_t pixels = (uint64_t)tracing->region[2] * tracing->region[3], nonfinite_count = 0;
+    uint64_t pixels = (uint64_t)tracing->region[2] * tracing->region[3];
     uint32_t band_max = pixels < BAND_PIXELS ? (uint32_t)pixels : BAND_PIXELS;
-    struct bd_report *report = &tracing->job->result.report;
+    struct left_out left_out = {0};
     tracing->total = pixels * (tracing->plan.params.spp / 2);
     tracing->band = malloc(band_max * sizeof *tracing->band);
     BD_ASSERT(tracing->band);
@@ -124,12 +136,10 @@ static enum bd_err trace_bands(struct bd_reference_runner *runner, struct tracin
         tracing->band_first = first;
         tracing->band_count = pixels - first < band_max ? (uint32_t)(pixels - first) : band_max;
         err = trace_band(runner, tracing);
-        if (!err) nonfinite_count += store_band(tracing);
+        if (!err) store_band(tracing, &left_out);
     }
     free(tracing->band);
-    if (nonfinite_count)
-        bd_report_flag(report, "nonfinite_samples: %llu left out",
-                       (unsigned long long)nonfinite_count);
+    report_left_out(&tracing->job->result.report, &left_out);
     return err;
 }
 

@@ -259,7 +259,10 @@ def test_bad_views_name_their_field(shared, options, fields, field):
     (dict(eye=[0, 0, 0], target=[0, 1, 0]), "pose.up"),
     (dict(eye=[0, 0, 0], target=[0, 0, 1], up=[0, 0, 0]), "pose.up"),
     (dict(eye=[0, 0, 0], target=[0, 0, 1], up=[0, 0, -3]), "pose.up"),
-    (dict(eye=[0, float("nan"), 0], target=[0, 0, 1]), "pose"),
+    (dict(eye=[0, float("nan"), 0], target=[0, 0, 1]), "pose.eye"),
+    (dict(eye=[0, 0, 2e15], target=[0, 0, 1]), "pose.eye"),
+    (dict(eye=[0, 0, 0], target=[0, -1e300, 1]), "pose.target"),
+    (dict(eye=[0, 0, 0], target=[0, 0, 1], up=[0, float("inf"), 0]), "pose.up"),
     (dict(eye=[0, 0, 0], target=[0, 0, 1], yfov=3.2), "pose.yfov"),
     (dict(eye=[0, 0, 0], target=[0, 0, 1], yfov=0), "pose.yfov"),
 ])

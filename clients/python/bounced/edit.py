@@ -100,7 +100,7 @@ class LightFields(TypedDict, total=False):
     kind: str              # "directional", "point", "spot"
     color: Vector          # linear RGB, >= 0
     intensity: float       # cd for point and spot, lux for directional
-    range: float           # metres; 0: unlimited
+    range: float           # metres, to 1e15; 0: unlimited
     cone_inner: float      # half-angle of a spot, radians, [0, cone_outer[
     cone_outer: float      # ]0, pi/2]
 
@@ -111,8 +111,8 @@ class CameraFields(TypedDict, total=False):
     yfov: float            # radians
     xmag: float            # metres
     ymag: float
-    near: float            # metres, > 0
-    far: float             # metres; 0: none
+    near: float            # metres, ]0, 1e15]
+    far: float             # metres, to 1e15; 0: none
 
 
 @dataclass

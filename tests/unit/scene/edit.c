@@ -128,6 +128,7 @@ static void lights_out_of_range(void **state)
     SET("intensity", BD_GIVEN_INTENSITY, "nan", .intensity = NAN);
     SET("color", BD_GIVEN_COLOR, "2e+30 is not in [0, 1e+30]", .color = {1, 1, 2e30});
     SET("range", BD_GIVEN_RANGE, "-3", .range = -3);
+    SET("range", BD_GIVEN_RANGE, "2e+15 is not in [0, 1e+15]", .range = 2e15);
     const uint32_t spot = BD_GIVEN_LIGHT_KIND | BD_GIVEN_CONE_OUTER | BD_GIVEN_CONE_INNER;
     SET("cone_outer", spot, "1.6", .kind = BD_LIGHT_SPOT, .cone_outer = 1.6);
     SET("cone_outer", spot, "0.0001", .kind = BD_LIGHT_SPOT, .cone_outer = 0);
@@ -160,10 +161,17 @@ static void cameras(void **state)
             "ops[0].set_camera." field, says)
     SET("yfov", BD_GIVEN_YFOV, "[0.001, 3.11]", .yfov = 3.2);
     SET("near", BD_GIVEN_NEAR, "0", .near = 0);
+    SET("near", BD_GIVEN_NEAR, "1e+18 is not in [1.17549435e-38, 1e+15]", .near = 1e18);
+    SET("near", BD_GIVEN_NEAR, "nan", .near = NAN);
+    SET("far", BD_GIVEN_FAR, "2e+15 is not in [0, 1e+15]", .far = 2e15);
+    SET("far", BD_GIVEN_FAR, "inf", .far = INFINITY);
     SET("far", BD_GIVEN_FAR | BD_GIVEN_NEAR, "beyond near 5", .near = 5, .far = 5);
     SET("xmag", BD_GIVEN_ORTHOGRAPHIC, "needed", .orthographic = true);
     SET("ymag", BD_GIVEN_ORTHOGRAPHIC | BD_GIVEN_XMAG | BD_GIVEN_YMAG, "0 is not",
         .orthographic = true, .xmag = 1, .ymag = 0);
+    const uint32_t flat = BD_GIVEN_ORTHOGRAPHIC | BD_GIVEN_XMAG | BD_GIVEN_YMAG;
+    SET("xmag", flat, "2e+15 is not in", .orthographic = true, .xmag = 2e15, .ymag = 1);
+    SET("ymag", flat, "inf is not in", .orthographic = true, .xmag = 1, .ymag = INFINITY);
 #undef SET
     bd_scene_release(&w.scene);
 }

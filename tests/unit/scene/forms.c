@@ -297,6 +297,31 @@ static void texture_transforms_and_sets(void **state)
     bd_scene_release(&scene);
 }
 
+// What a camera's plane, magnification and a light's range may be, as edits have it.
+static void cameras_and_lights_out_of_range(void **state)
+{
+    (void)state;
+    static const char text[] =
+        "{'asset':{'version':'2.0'},'extensionsUsed':['KHR_lights_punctual'],'extensions':{"
+        "'KHR_lights_punctual':{'lights':[{'type':'point','range':1e18}]}},'cameras':["
+        "{'type':'perspective','perspective':{'yfov':1,'znear':1e18,'zfar':1e30}},"
+        "{'type':'perspective','perspective':{'yfov':1,'znear':1e-3,'zfar':1e30}},"
+        "{'type':'orthographic','orthographic':{'xmag':1e18,'ymag':2,'znear':1e300,'zfar':2}},"
+        "{'type':'orthographic','orthographic':{'xmag':1,'ymag':1,'znear':0,'zfar':1e300}}],"
+        "'nodes':[{'camera':0},{'extensions':{'KHR_lights_punctual':{'light':0}}}]}";
+    struct bd_scene *scene = read_text(text, NULL, 0);
+    const struct bd_camera *cameras = scene->cameras;
+    const float most_m = (float)BD_COORDINATE_MAX_M;
+    assert_true(cameras[0].near_m == most_m && isinf(cameras[0].far_m));
+    assert_true(cameras[1].near_m == 1e-3f && isinf(cameras[1].far_m));
+    assert_true(cameras[2].xmag == 1 && cameras[2].ymag == 2);
+    assert_true(cameras[2].near_m == most_m && isinf(cameras[2].far_m));
+    assert_true(cameras[3].near_m == 0 && isinf(cameras[3].far_m));
+    assert_true(isinf(scene->lights[0].range_m));
+    assert_true(has_flag(scene, "repaired_cameras: 2"));
+    bd_scene_release(&scene);
+}
+
 // Two primitives share one list of six vertices; each keeps the three that it uses.
 static void shared_vertex_lists_are_split(void **state)
 {
@@ -385,6 +410,7 @@ int main(void)
         cmocka_unit_test(texture_transforms_and_sets),
         cmocka_unit_test(shared_vertex_lists_are_split),
         cmocka_unit_test(files_come_from_the_table),
+        cmocka_unit_test(cameras_and_lights_out_of_range),
         cmocka_unit_test(one_file_is_not_read_endlessly),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
