@@ -7,6 +7,7 @@
 
 // In the slicer's unit, an evaluation of a VPL; measured on the software device on Sponza and the
 // dragon.
+#define UNITS_PER_DRAW          2000.0
 #define UNITS_PER_TRIANGLE      120.0
 #define UNITS_PER_SURFACE_PIXEL 50.0
 #define UNITS_PER_ID_PIXEL      10.0
@@ -14,10 +15,14 @@
 // that would make it longer than so many slices.
 #define PIXELS_PER_TRIANGLE_COST 2.0
 #define BAND_SLICES_MAX          40.0
-// A long draw is cut into parts of no fewer triangles than this.
-#define PART_TRIANGLES_MIN 1024.0
 // Between parts a slice that has lasted its time ends, whatever was expected of its triangles.
 #define PARTS_PER_SLICE 4.0
+// How many pixels a triangle covers shows when it is drawn, and the host sees it at the next
+// checkpoint only. So a band begins with as many triangles as would last so many slices if each of
+// them covered all of it; then a slice may hold so many times what the last one did, or as many as
+// would have lasted a slice at that one's pace.
+#define SLICES_AT_WORST 16.0
+#define SLICE_GROWTH    4.0
 
 static bool needs_alpha(const struct bd_material *m)
 {
@@ -215,14 +220,14 @@ static enum bd_err record_part(struct bd_gpu *gpu, const struct bd_scene_draws *
     return BD_ERR_OK;
 }
 
-static double triangle_units(const struct bd_scene_draw *draw)
+static double part_triangles(const struct part *part)
 {
-    return UNITS_PER_TRIANGLE * draw->triangles_per_instance * draw->instance_count;
+    return (double)part->triangle_count * part->instance_count;
 }
 
-static double part_units(const struct part *part)
+static double triangle_units(double triangles)
 {
-    return UNITS_PER_TRIANGLE * part->triangle_count * part->instance_count;
+    return UNITS_PER_DRAW + UNITS_PER_TRIANGLE * triangles;
 }
 
 static double units_per_pixel(const struct bd_scene_draws *draws)
@@ -233,8 +238,10 @@ static double units_per_pixel(const struct bd_scene_draws *draws)
 static double all_triangle_units(const struct bd_scene_draws *draws)
 {
     double units = 0;
-    for (uint32_t d = 0; d < draws->scene->draw_count; d++)
-        units += triangle_units(&draws->scene->draws[d]);
+    for (uint32_t d = 0; d < draws->scene->draw_count; d++) {
+        const struct bd_scene_draw *draw = &draws->scene->draws[d];
+        units += triangle_units((double)draw->triangles_per_instance * draw->instance_count);
+    }
     return units;
 }
 
@@ -245,32 +252,70 @@ static const char *kind_of(const struct bd_scene_draws *draws, double per_unit)
     return by_pixels ? "draws ids" : "draws id triangles";
 }
 
-// Of `rows` rows. Their pixels are spread evenly over the triangles, for want of better knowledge.
+// A band of rows that is drawn, and its current slice.
+struct band {
+    struct bd_slicer *slicer;
+    double units_per_unit;   // pixels included: they are spread evenly over the triangles, for want
+                             // of better knowledge
+    double units, triangles; // in the slice so far
+    double triangles_first, triangles_max; // that a slice may hold: at least, and this one
+};
+
+static struct band begin_band(const struct bd_scene_draws *draws, uint32_t rows,
+                              struct bd_slicer *slicer)
+{
+    double pixel_units = units_per_pixel(draws) * draws->viewpoint->width_px * rows;
+    struct band band = {.slicer = slicer};
+    band.units_per_unit = 1 + pixel_units / fmax(all_triangle_units(draws), 1);
+    // Triangles and pixels have paces of their own.
+    bd_slicer_work(slicer, kind_of(draws, band.units_per_unit));
+    double worst_units = UNITS_PER_TRIANGLE + pixel_units;
+    band.triangles_first = fmax(SLICES_AT_WORST * bd_slicer_units(slicer) / worst_units, 1);
+    band.triangles_max = band.triangles_first;
+    return band;
+}
+
+static enum bd_err end_slice(struct band *band)
+{
+    enum bd_err err = bd_slicer_checkpoint(band->slicer, band->units);
+    double growth = fmin(1 / fmax(band->slicer->last_share, 1e-3), SLICE_GROWTH);
+    band->triangles_max = fmax(band->triangles * growth, band->triangles_first);
+    band->units = band->triangles = 0;
+    return err;
+}
+
+static bool is_slice_full(const struct band *band)
+{
+    return band->units >= bd_slicer_units(band->slicer) || band->triangles >= band->triangles_max ||
+           bd_slicer_is_over(band->slicer);
+}
+
+// Triangles of the next part: what the slice has left, and no more than is expected to take a part
+// of its time.
+static double part_triangles_max(const struct band *band)
+{
+    double expected = bd_slicer_units(band->slicer) / PARTS_PER_SLICE /
+                      (UNITS_PER_TRIANGLE * band->units_per_unit);
+    return fmax(fmin(expected, band->triangles_max - band->triangles), 1);
+}
+
 static enum bd_err record_band(struct bd_gpu *gpu, const struct bd_scene_draws *draws,
                                const struct bd_view *view, const struct bd_buf *instances,
                                uint32_t rows, struct bd_slicer *slicer, struct bd_fault *fault)
 {
-    double pixel_units = units_per_pixel(draws) * draws->viewpoint->width_px * rows;
-    double per_unit = 1 + pixel_units / fmax(all_triangle_units(draws), 1);
-    // Triangles and pixels have paces of their own.
-    bd_slicer_work(slicer, kind_of(draws, per_unit));
-    double units = 0, units_per_slice = bd_slicer_units(slicer);
-    double triangles_max = fmax(units_per_slice / PARTS_PER_SLICE / (UNITS_PER_TRIANGLE * per_unit),
-                                PART_TRIANGLES_MIN);
+    struct band band = begin_band(draws, rows, slicer);
     for (uint32_t d = 0; d < draws->scene->draw_count; d++) {
         const struct bd_scene_draw *draw = &draws->scene->draws[d];
         struct part part = {0};
-        while (next_part(draw, triangles_max, &part)) {
+        while (next_part(draw, part_triangles_max(&band), &part)) {
             enum bd_err err = record_part(gpu, draws, draw, &part, view, instances, fault);
-            units += part_units(&part) * per_unit;
-            if (!err && (units >= units_per_slice || bd_slicer_is_over(slicer))) {
-                err = bd_slicer_checkpoint(slicer, units);
-                units = 0;
-            }
+            band.triangles += part_triangles(&part);
+            band.units += triangle_units(part_triangles(&part)) * band.units_per_unit;
+            if (!err && is_slice_full(&band)) err = end_slice(&band);
             if (err) return err;
         }
     }
-    return bd_slicer_checkpoint(slicer, units);
+    return end_slice(&band);
 }
 
 static uint32_t band_rows(const struct bd_scene_draws *draws, struct bd_slicer *slicer,

@@ -116,6 +116,7 @@ enum bd_err bd_slicer_checkpoint(struct bd_slicer *slicer, double units)
     if (err) return err;
     double ms = slice_ms(slicer);
     learn(slicer, units, ms);
+    slicer->last_share = ms / SLICE_MS;
     if (ms > slicer->longest_ms) {
         slicer->longest_ms = ms;
         slicer->longest_kind = slicer->kinds[slicer->kind].name;

@@ -33,6 +33,7 @@ struct bd_slicer {
     double forced_units; // of a slice, whatever is learnt: for tests. 0 = none
     uint64_t slice_start_ns;
     double slice_start_compile_ms;
+    double last_share; // of a slice's time that the last one took
     uint32_t slice_count;
     // Without the compiling of programs, which nobody can cut.
     double longest_ms;
