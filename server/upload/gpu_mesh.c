@@ -1,5 +1,6 @@
 #include "upload/gpu_mesh.h"
 
+#include <search.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -89,13 +90,39 @@ static enum bd_err upload_mesh(struct bd_uploader *uploader, const struct bd_mes
     return err;
 }
 
+static int mesh_order(const void *a, const void *b)
+{
+    uint64_t x = ((const struct bd_gpu_mesh *)a)->content_hash;
+    uint64_t y = ((const struct bd_gpu_mesh *)b)->content_hash;
+    return (x > y) - (x < y);
+}
+
+static void destroy_mesh(struct bd_uploader *uploader, struct bd_gpu_mesh *mesh)
+{
+    bd_buf_destroy(uploader->gpu, &mesh->vertices);
+    bd_buf_destroy(uploader->gpu, &mesh->indices);
+    free(mesh->primitives);
+    free(mesh);
+}
+
+// Or the one that another scene, uploaded in a pause of this one's, brought in the meantime.
+static struct bd_gpu_mesh *share_mesh(struct bd_uploader *uploader, struct bd_gpu_mesh *made)
+{
+    struct bd_gpu_mesh **shared = tsearch(made, &uploader->meshes, mesh_order);
+    BD_ASSERT(shared);
+    if (*shared != made) destroy_mesh(uploader, made);
+    (*shared)->reference_count++;
+    return *shared;
+}
+
 enum bd_err bd_gpu_mesh_acquire(struct bd_uploader *uploader, const struct bd_mesh *mesh,
                                 struct bd_gpu_mesh **out, struct bd_fault *fault)
 {
-    for (struct bd_gpu_mesh *m = uploader->meshes; m; m = m->next) {
-        if (m->content_hash != mesh->content_hash) continue;
-        m->reference_count++;
-        *out = m;
+    const struct bd_gpu_mesh wanted = {.content_hash = mesh->content_hash};
+    struct bd_gpu_mesh **known = tfind(&wanted, &uploader->meshes, mesh_order);
+    if (known) {
+        (*known)->reference_count++;
+        *out = *known;
         return BD_ERR_OK;
     }
     struct bd_gpu_mesh *made = calloc(1, sizeof *made);
@@ -103,16 +130,13 @@ enum bd_err bd_gpu_mesh_acquire(struct bd_uploader *uploader, const struct bd_me
     made->primitives = calloc(mesh->primitive_count + 1, sizeof *made->primitives);
     BD_ASSERT(made->primitives);
     made->content_hash = mesh->content_hash;
-    made->reference_count = 1;
     made->primitive_count = mesh->primitive_count;
     enum bd_err err = upload_mesh(uploader, mesh, made, fault);
     if (err) {
-        bd_gpu_mesh_drop(uploader, &made);
+        destroy_mesh(uploader, made);
         return err;
     }
-    made->next = uploader->meshes;
-    uploader->meshes = made;
-    *out = made;
+    *out = share_mesh(uploader, made);
     return BD_ERR_OK;
 }
 
@@ -121,13 +145,8 @@ void bd_gpu_mesh_drop(struct bd_uploader *uploader, struct bd_gpu_mesh **mesh)
     struct bd_gpu_mesh *m = *mesh;
     *mesh = NULL;
     if (!m || --m->reference_count > 0) return;
-    struct bd_gpu_mesh **link = &uploader->meshes;
-    while (*link && *link != m) link = &(*link)->next;
-    if (*link) *link = m->next; // one that was not uploaded to its end is not in the list
-    bd_buf_destroy(uploader->gpu, &m->vertices);
-    bd_buf_destroy(uploader->gpu, &m->indices);
-    free(m->primitives);
-    free(m);
+    tdelete(m, &uploader->meshes, mesh_order);
+    destroy_mesh(uploader, m);
 }
 
 static enum bd_err upload_rows(struct bd_uploader *uploader, const struct bd_picture *picture,
@@ -145,13 +164,38 @@ static enum bd_err upload_rows(struct bd_uploader *uploader, const struct bd_pic
     return err;
 }
 
+static int picture_order(const void *a, const void *b)
+{
+    const struct bd_gpu_picture *x = a, *y = b;
+    if (x->content_hash != y->content_hash) return x->content_hash < y->content_hash ? -1 : 1;
+    return x->srgb - y->srgb;
+}
+
+static void destroy_picture(struct bd_uploader *uploader, struct bd_gpu_picture *picture)
+{
+    bd_tex_destroy(uploader->gpu, &picture->tex);
+    free(picture);
+}
+
+// As share_mesh.
+static struct bd_gpu_picture *share_picture(struct bd_uploader *uploader,
+                                            struct bd_gpu_picture *made)
+{
+    struct bd_gpu_picture **shared = tsearch(made, &uploader->pictures, picture_order);
+    BD_ASSERT(shared);
+    if (*shared != made) destroy_picture(uploader, made);
+    (*shared)->reference_count++;
+    return *shared;
+}
+
 enum bd_err bd_gpu_picture_acquire(struct bd_uploader *uploader, const struct bd_picture *picture,
                                    bool srgb, struct bd_gpu_picture **out, struct bd_fault *fault)
 {
-    for (struct bd_gpu_picture *p = uploader->pictures; p; p = p->next) {
-        if (p->content_hash != picture->content_hash || p->srgb != srgb) continue;
-        p->reference_count++;
-        *out = p;
+    const struct bd_gpu_picture wanted = {.content_hash = picture->content_hash, .srgb = srgb};
+    struct bd_gpu_picture **known = tfind(&wanted, &uploader->pictures, picture_order);
+    if (known) {
+        (*known)->reference_count++;
+        *out = *known;
         return BD_ERR_OK;
     }
     const struct bd_tex_desc desc = {
@@ -170,9 +214,8 @@ enum bd_err bd_gpu_picture_acquire(struct bd_uploader *uploader, const struct bd
     }
     struct bd_gpu_picture *made = calloc(1, sizeof *made);
     BD_ASSERT(made);
-    *made = (struct bd_gpu_picture){picture->content_hash, srgb, 1, tex, uploader->pictures};
-    uploader->pictures = made;
-    *out = made;
+    *made = (struct bd_gpu_picture){picture->content_hash, srgb, 0, tex};
+    *out = share_picture(uploader, made);
     return BD_ERR_OK;
 }
 
@@ -181,9 +224,6 @@ void bd_gpu_picture_drop(struct bd_uploader *uploader, struct bd_gpu_picture **p
     struct bd_gpu_picture *p = *picture;
     *picture = NULL;
     if (!p || --p->reference_count > 0) return;
-    struct bd_gpu_picture **link = &uploader->pictures;
-    while (*link != p) link = &(*link)->next;
-    *link = p->next;
-    bd_tex_destroy(uploader->gpu, &p->tex);
-    free(p);
+    tdelete(p, &uploader->pictures, picture_order);
+    destroy_picture(uploader, p);
 }

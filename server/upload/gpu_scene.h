@@ -42,7 +42,6 @@ struct bd_gpu_mesh {
     struct bd_buf *vertices, *indices;
     uint32_t primitive_count;
     struct bd_gpu_primitive *primitives;
-    struct bd_gpu_mesh *next;
 };
 
 struct bd_gpu_picture {
@@ -50,7 +49,6 @@ struct bd_gpu_picture {
     bool srgb;
     uint32_t reference_count;
     struct bd_tex *tex;
-    struct bd_gpu_picture *next;
 };
 
 // All instances of one primitive that share a winding: one draw call.
@@ -87,8 +85,7 @@ struct bd_uploader {
     struct bd_gpu *gpu;
     enum bd_err (*pause)(void *user);
     void *user;
-    struct bd_gpu_mesh *meshes;
-    struct bd_gpu_picture *pictures;
+    void *meshes, *pictures; // those that are there as a whole, by content: trees of tsearch
     double upload_ms;
     uint64_t piece_start_ns;
 };
