@@ -62,6 +62,7 @@ struct bd_cli_region {
 
 struct bd_cli_compare_files {
     struct bd_exr *reference, *half, *image; // `half` may be NULL
+    bool shown; // what a display shows is compared, not light: one of them is a PNG or JPEG
     struct bd_cli_region
         region; // what every file shows: all of it, unless its manifest names a part
     char notes[BD_CLI_COMPARE_NOTE_MAX][256];

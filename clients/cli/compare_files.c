@@ -9,6 +9,7 @@
 #include "clients/cli/compare.h"
 #include "clients/cli/files.h"
 #include "image/layers.h"
+#include "image/shown.h"
 
 // A reference of 3840 x 2160 has 1.8 GiB of planes; what a file may hold is its owner's decision.
 static const struct bd_exr_limits limits = {.side_px_max = 32768,
@@ -21,6 +22,12 @@ static void note(struct bd_cli_compare_files *files, const char *text)
     snprintf(place, sizeof files->notes[0], "%s", text);
     bd_text_make_plain(place); // it may quote the files, and cut what it quotes
 }
+
+// A file of either kind: light, or what a display shows.
+struct picture {
+    struct bd_exr **exr; // where it goes
+    bool shown;
+};
 
 // --- reading --------------------------------------------------------------------------------
 
@@ -41,16 +48,18 @@ static enum bd_err read_all(int fd, const char *path, uint64_t size_bytes, struc
     return BD_ERR_OK;
 }
 
-static enum bd_err decode(const char *path, const struct bd_bytes *bytes, struct bd_exr **out,
+static enum bd_err decode(const char *path, const struct bd_bytes *bytes, struct picture *out,
                           struct bd_fault *fault)
 {
     struct bd_fault inner = {0};
-    enum bd_err err = bd_exr_read(bytes->data, bytes->size_bytes, &limits, out, &inner);
+    out->shown = bd_shown_is(bytes->data, bytes->size_bytes);
+    enum bd_err err = (out->shown ? bd_shown_read : bd_exr_read)(bytes->data, bytes->size_bytes,
+                                                                 &limits, out->exr, &inner);
     if (!err) return BD_ERR_OK;
     return bd_fault_set(fault, err, path, "%.200s: %s", path, inner.message);
 }
 
-static enum bd_err open_exr(const char *path, struct bd_exr **out, struct bd_fault *fault)
+static enum bd_err open_picture(const char *path, struct picture *out, struct bd_fault *fault)
 {
     uint64_t size_bytes;
     int fd = bd_cli_open_regular(path, &size_bytes, fault);
@@ -63,12 +72,59 @@ static enum bd_err open_exr(const char *path, struct bd_exr **out, struct bd_fau
     return err;
 }
 
-static enum bd_err open_golden(const char *path, struct bd_exr **out, struct bd_fault *fault)
+static enum bd_err open_golden(const char *path, struct picture *out, struct bd_fault *fault)
 {
     if (access(path, F_OK) && (errno == ENOENT || errno == ENOTDIR))
         return bd_fault_set(fault, BD_ERR_NO_GOLDEN, "reference",
                             "%.200s: there is no such reference", path);
-    return open_exr(path, out, fault);
+    return open_picture(path, out, fault);
+}
+
+// --- pictures as they are shown ---------------------------------------------------------------
+
+// How a side was shown, in words.
+static void note_showing(struct bd_cli_compare_files *files, const char *side,
+                         const struct picture *picture, const struct bd_showing *showing,
+                         bool is_said)
+{
+    char text[256], how[96];
+    snprintf(how, sizeof how, "%+.4g stops, curve %s", (double)showing->stops,
+             bd_tonemap_name(showing->tonemap));
+    if (!picture->shown)
+        snprintf(text, sizeof text, "%s holds light: it is shown with %s%s", side, how,
+                 is_said ? ", as the other side was" : "; the other side does not say how it was");
+    else
+        snprintf(text, sizeof text, "%s is decoded from sRGB to linear, 0 to 1%s%s%s", side,
+                 is_said ? " (it was shown with " : "", is_said ? how : "", is_said ? ")" : "");
+    note(files, text);
+}
+
+// Where one side is a PNG or JPEG, what a display shows is compared: the other, if it holds light,
+// is shown likewise.
+static enum bd_err show_both(const struct bd_cli_compare *compare, const struct picture *reference,
+                             const struct picture *image, struct bd_cli_compare_files *files,
+                             struct bd_fault *fault)
+{
+    const struct picture *sides[] = {reference, image};
+    const char *const names[] = {"REFERENCE", "IMAGE"};
+    const char *const paths[] = {compare->reference, compare->image};
+    struct bd_showing showing[2];
+    bool is_said[2];
+    for (int s = 0; s < 2; s++) is_said[s] = bd_showing_of(*sides[s]->exr, &showing[s]);
+    for (int s = 0; s < 2; s++) {
+        int how = sides[s]->shown ? s : !s;
+        note_showing(files, names[s], sides[s], &showing[how], is_said[how]);
+        struct bd_fault inner = {0};
+        enum bd_err err =
+            sides[s]->shown ? BD_ERR_OK : bd_show_exr(*sides[s]->exr, &showing[how], &inner);
+        if (err) return bd_fault_set(fault, err, "layer", "%.200s: %s", paths[s], inner.message);
+    }
+    bool differ = showing[0].stops < showing[1].stops || showing[0].stops > showing[1].stops ||
+                  showing[0].tonemap != showing[1].tonemap;
+    if (sides[0]->shown && sides[1]->shown && is_said[0] && is_said[1] && differ)
+        note(files, "exposure or tone curve differ: that is error as well (--exposure STOPS of "
+                    "bounce render holds it)");
+    return BD_ERR_OK;
 }
 
 // --- what must agree ------------------------------------------------------------------------
@@ -208,10 +264,17 @@ enum bd_err bd_cli_compare_open(const struct bd_cli_compare *compare,
                                 struct bd_cli_compare_files *out, struct bd_fault *fault)
 {
     *out = (struct bd_cli_compare_files){0};
-    enum bd_err err = open_golden(compare->reference, &out->reference, fault);
-    if (!err && compare->half) err = open_golden(compare->half, &out->half, fault);
+    struct picture reference = {.exr = &out->reference}, half = {.exr = &out->half},
+                   image = {.exr = &out->image};
+    enum bd_err err = open_golden(compare->reference, &reference, fault);
+    if (!err && compare->half) err = open_golden(compare->half, &half, fault);
     if (!err && compare->half) err = check_half(compare, fault);
-    if (!err) err = open_exr(compare->image, &out->image, fault);
+    if (!err) err = open_picture(compare->image, &image, fault);
+    out->shown = reference.shown || image.shown || half.shown;
+    if (!err && out->shown && compare->half)
+        err = bd_fault_set(fault, BD_ERR_USAGE, "half",
+                           "--half: halves are of light; a PNG or JPEG shows none");
+    if (!err && out->shown) err = show_both(compare, &reference, &image, out, fault);
     if (!err)
         err = check_size(compare->reference, out->reference, compare->image, out->image, fault);
     if (!err && out->half)
@@ -300,6 +363,11 @@ enum bd_err bd_cli_compare_layer_open(const struct bd_cli_compare *compare,
                                       struct bd_cli_compare_layer *out, struct bd_fault *fault)
 {
     *out = (struct bd_cli_compare_layer){0};
+    if (files->shown && strcmp(layer, "beauty") != 0)
+        return bd_fault_set(fault, BD_ERR_DIFFERS, "layer",
+                            "layer %.40s: a PNG or JPEG has no layers, only what it shows; leave "
+                            "--layer out",
+                            layer);
     struct bd_image **reference = out->owned, **image = out->owned + 2;
     enum bd_err err =
         open_side(compare->reference, files->reference, files->image, layer, reference, fault);
@@ -312,6 +380,7 @@ enum bd_err bd_cli_compare_layer_open(const struct bd_cli_compare *compare,
         .reference = {reference[0], reference[1] ? reference[1] : reference[0]},
         .image = {image[0], image[1] ? image[1] : image[0]},
         .display = image[0]->channel_count == 3 && strcmp(layer, "normal") != 0,
+        .shown = files->shown,
         .ppd = compare->ppd,
     };
     return BD_ERR_OK;

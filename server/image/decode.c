@@ -106,7 +106,8 @@ static enum bd_err decode_jpeg(struct decoding *d)
 {
     tjhandle jpeg = tjInitDecompress();
     if (!jpeg) return bd_fault_set(d->fault, BD_ERR_NO_MEMORY, d->field, "no memory for a JPEG");
-    int width, height, subsampling, colorspace;
+    // A file that ends before its frame header is only warned of, and leaves these as they are.
+    int width = 0, height = 0, subsampling = 0, colorspace = 0;
     enum bd_err err;
     if (tjDecompressHeader3(jpeg, d->bytes, d->size, &width, &height, &subsampling, &colorspace)) {
         err = jpeg_fault(d, jpeg);

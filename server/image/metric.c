@@ -202,11 +202,12 @@ static double weighted_median(float *errors, size_t count)
     return (double)errors[p];
 }
 
-static bool is_present(const struct bd_metrics *out, enum bd_metric metric, bool display)
+static bool is_present(const struct bd_metric_input *input, const struct bd_metrics *out,
+                       enum bd_metric metric)
 {
-    if (metric == BD_METRIC_PSNR || metric == BD_METRIC_SSIM || metric == BD_METRIC_FLIP ||
-        metric == BD_METRIC_HDR_FLIP)
-        return display;
+    if (metric == BD_METRIC_HDR_FLIP) return input->display && !input->shown;
+    if (metric == BD_METRIC_PSNR || metric == BD_METRIC_SSIM || metric == BD_METRIC_FLIP)
+        return input->display;
     if (metric == BD_METRIC_NOISE_FLOOR || metric == BD_METRIC_MAPE_FLOOR ||
         metric == BD_METRIC_SMAPE_FLOOR)
         return out->reference_debiased || out->image_debiased;
@@ -227,8 +228,7 @@ static enum bd_err find_intervals(struct measuring *m, struct bd_fault *fault)
                                      &out->figures[BD_METRIC_P99], fault);
     if (err) return err;
     for (int i = 0; i < BD_METRIC_SUM_COUNT; i++)
-        if (is_present(out, (enum bd_metric)i, m->input->display))
-            out->states[i] = BD_METRIC_WITH_INTERVAL;
+        if (is_present(m->input, out, (enum bd_metric)i)) out->states[i] = BD_METRIC_WITH_INTERVAL;
     return BD_ERR_OK;
 }
 
@@ -246,8 +246,8 @@ static enum bd_err measure(struct measuring *m, struct bd_fault *fault)
     if (err) return err;
     walk(m);
     if (!m->out->pixel_count) return BD_ERR_OK;
-    if (m->input->display) {
-        m->out->display_stops = log2(m->display.exposure);
+    if (m->input->display) m->out->display_stops = log2(m->display.exposure);
+    if (m->input->display && !m->input->shown) {
         m->out->hdr_exposures = m->display.hdr_exposures;
         set_value(m->out, BD_METRIC_HDR_FLIP_MEDIAN,
                   weighted_median(m->display.hdr_flip, pixel_count));

@@ -94,6 +94,8 @@ struct bd_metric_input {
     const struct bd_image *reference[2]; // A, B; the same picture twice if there are no halves
     const struct bd_image *image[2];     // likewise
     bool display; // 3 channels of light or colour: psnr, ssim and the flips make sense
+    bool shown; // these are what a display shows, 0 to 1: nothing exposes or bends them again, and
+                // there is no hdr_flip
     double ppd;   // of the flips: BD_FLIP_PPD_DEFAULT
 };
 

@@ -2,6 +2,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "image/display.h"
 #include "image/metric_sums.h"
@@ -89,18 +90,31 @@ static void measure_squares(const struct pictures *pictures, size_t count, float
     }
 }
 
+// What is shown already, kept to what a display has.
+static void clamp(const struct bd_image *image, struct bd_image *out)
+{
+    size_t count = (size_t)3 * image->width_px * image->height_px;
+    for (size_t i = 0; i < count; i++) out->pixels[i] = fminf(fmaxf(image->pixels[i], 0), 1);
+}
+
 static enum bd_err measure_planes(const struct bd_metric_input *input, struct pictures *pictures,
                                   struct bd_metric_display *out, struct bd_fault *fault)
 {
     struct bd_luminance_range range;
     if (!bd_luminance_range(pictures->linear[REFERENCE], &range)) return no_memory(fault);
-    out->exposure = range.high > 0 ? 1 / range.high : 1;
+    out->exposure = range.high > 0 && !input->shown ? 1 / range.high : 1;
     out->hdr_exposures = bd_flip_exposures(range.median, range.max);
-    for (int s = 0; s < SIDE_COUNT; s++)
-        bd_display_image(pictures->linear[s], out->exposure, pictures->shown[s]);
+    for (int s = 0; s < SIDE_COUNT; s++) {
+        if (input->shown)
+            clamp(pictures->linear[s], pictures->shown[s]);
+        else
+            bd_display_image(pictures->linear[s], out->exposure, pictures->shown[s]);
+    }
     enum bd_err err = bd_flip_ldr(pictures->shown[REFERENCE], pictures->shown[IMAGE], input->ppd,
                                   out->flip, fault);
-    if (!err)
+    if (!err && input->shown)
+        memset(out->hdr_flip, 0, pixel_count_of(input) * sizeof *out->hdr_flip);
+    else if (!err)
         err = bd_flip_hdr(pictures->linear[REFERENCE], pictures->linear[IMAGE], input->ppd,
                           &out->hdr_exposures, out->hdr_flip, fault);
     if (err) return err;

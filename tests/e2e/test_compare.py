@@ -350,3 +350,113 @@ def test_help_lists_every_figure(pictures):
     result = pictures("compare", "--help")
     assert result.returncode == 0 and len(names) == 23
     assert names <= set(result.stdout.decode().split())
+
+
+# --- what a display shows ---
+
+def coded(linear):
+    """sRGB codes, 0 to 1."""
+    linear = numpy.clip(linear, 0, 1)
+    return numpy.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+
+
+def decoded(codes):
+    return numpy.where(codes <= 0.04045, codes / 12.92, ((codes + 0.055) / 1.055) ** 2.4)
+
+
+def png(image, bits, **texts):
+    """RGB of 8 or 16 bits, and the codes that it holds, 0 to 1."""
+    most = 2 ** bits - 1
+    codes = numpy.round(coded(image) * most).astype(">u2" if bits == 16 else "u1")
+    rows = b"".join(b"\0" + row.tobytes() for row in codes)
+
+    def chunk(kind, body):
+        return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
+
+    head = chunk(b"IHDR", struct.pack(">IIBBBBB", image.shape[1], image.shape[0], bits, 2, 0, 0, 0))
+    said = b"".join(chunk(b"tEXt", key.encode() + b"\0" + text.encode()) for key, text in texts.items())
+    return (b"\x89PNG\r\n\x1a\n" + head + said + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b""),
+            codes.astype(float) / most)
+
+
+@pytest.mark.parametrize("bits", [8, 16])
+def test_pngs_are_compared_as_a_display_shows_them(bounce, bits):
+    truth, image = numpy.clip(scene(), 0, 0.9), numpy.clip(scene() * 1.03, 0, 1)
+    codes = []
+    for name, picture in (("ref.png", truth), ("image.png", image)):
+        data, code = png(picture, bits)
+        (bounce.folder / name).write_bytes(data)
+        codes.append(code)
+    got = figures(bounce("compare", "ref.png", "image.png", "--json"))
+    a, b = (decoded(code) for code in codes)
+    assert got["rel_rmse"]["value"] == pytest.approx(((b - a) ** 2).mean() ** 0.5 / a.mean(), rel=1e-5)
+    assert got["mean_image"]["value"] == pytest.approx(b.mean(), rel=1e-5)
+    # The codes themselves are what psnr is of: nothing exposes or bends them once more.
+    assert got["psnr"]["value"] == pytest.approx(-10 * numpy.log10(((codes[1] - codes[0]) ** 2).mean()), rel=1e-4)
+    assert "hdr_flip" not in got or got["hdr_flip"]["value"] is None
+    assert [note.split(",")[0] for note in got["notes"]] == [
+        "REFERENCE is decoded from sRGB to linear", "IMAGE is decoded from sRGB to linear"]
+    bounce("compare", "ref.png", "image.png", "--tolerance", "rel_rmse=0.5", "--map", "map.png")
+    assert (bounce.folder / "map.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_sixteen_bits_are_kept(bounce):
+    """A difference far below a step of 8 bits is found."""
+    truth = numpy.full((HEIGHT, WIDTH, 3), 0.5)
+    for name, picture in (("ref.png", truth), ("image.png", truth * 1.0005)):
+        (bounce.folder / name).write_bytes(png(picture, 16)[0])
+    got = figures(bounce("compare", "ref.png", "image.png", "--json"))
+    assert got["rel_rmse"]["value"] == pytest.approx(5e-4, rel=0.1)
+
+
+def test_an_exr_beside_a_png_is_shown_as_that_says(bounce):
+    image = scene().astype(numpy.float32)
+    save(bounce.folder, "ref.exr", {**planes(image), **planes(image * 2, "half_a."), **planes(image * 0, "half_b.")})
+    shown = numpy.clip(image.astype(float) * 2 ** -1.5, 0, 1)
+    data, _ = png(shown, 16, exposure_stops="-1.5", tonemap="linear")
+    (bounce.folder / "image.png").write_bytes(data)
+    got = figures(bounce("compare", "ref.exr", "image.png", "--json"))
+    assert got["rel_rmse"]["value"] < 1e-4 and got["debiased"] == "none"
+    assert got["notes"][0] == "REFERENCE holds light: it is shown with -1.5 stops, curve linear, as the other side was"
+    # Without its word: 0 stops and no curve, and a note that says so.
+    (bounce.folder / "mute.png").write_bytes(png(shown, 16)[0])
+    got = figures(bounce("compare", "ref.exr", "mute.png", "--json"))
+    assert got["rel_rmse"]["value"] > 0.3
+    assert "the other side does not say how it was" in got["notes"][0]
+    got = figures(bounce("compare", "mute.png", "ref.exr", "--json"))
+    assert got["rel_rmse"]["value"] > 0.3
+    # Pictures that were shown differently are told apart.
+    (bounce.folder / "brighter.png").write_bytes(png(shown, 8, exposure_stops="-1.25", tonemap="linear")[0])
+    got = figures(bounce("compare", "image.png", "brighter.png", "--json"))
+    assert any("exposure or tone curve differ" in note for note in got["notes"])
+
+
+def test_jpegs_are_read(bounce):
+    truth = numpy.clip(scene(), 0, 1)
+    Image = pytest.importorskip("PIL.Image")
+    (bounce.folder / "ref.png").write_bytes(png(truth, 8)[0])
+    codes = numpy.round(coded(truth) * 255).astype(numpy.uint8)
+    Image.fromarray(codes).save(bounce.folder / "image.jpg", quality=98, subsampling=0,
+                                comment=b"exposure_stops=1.5\ntonemap=agx\n")
+    got = figures(bounce("compare", "ref.png", "image.jpg", "--json"))
+    assert 0 < got["rel_rmse"]["value"] < 0.05
+    assert "+1.5 stops, curve agx" in got["notes"][1]
+
+
+@pytest.mark.parametrize("words,code,says", [
+    (("ref.exr", "image.png", "--half", "ref.exr"), 2, "halves"),
+    (("ref.exr", "image.png", "--layer", "direct"), 1, "no layers"),
+    (("ref.exr", "cut.png"), 4, "cut.png: broken PNG"),
+    (("cut.jpg", "image.png"), 4, "cut.jpg: picture of 0 x 0"),
+    (("ref.exr", "small.png"), 1, "sizes differ"),
+])
+def test_pictures_that_cannot_be_compared(bounce, words, code, says):
+    image = scene().astype(numpy.float32)
+    save(bounce.folder, "ref.exr", {**planes(image), **planes(image, "direct.")})
+    data, _ = png(image, 8)
+    (bounce.folder / "image.png").write_bytes(data)
+    (bounce.folder / "cut.png").write_bytes(data[:len(data) // 2])
+    (bounce.folder / "cut.jpg").write_bytes(b"\xff\xd8\xff\xe0\x00\x10JFIF\0")
+    (bounce.folder / "small.png").write_bytes(png(image[:8], 8)[0])
+    result = bounce("compare", *words)
+    assert result.returncode == code and says in result.stderr, result.stderr
