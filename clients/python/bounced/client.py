@@ -4,6 +4,7 @@ from __future__ import annotations
 from types import TracebackType
 from typing import Any, Unpack
 
+from . import due
 from .conn import Connection, Pending
 from .frame import Frame, FrameOptions, render_request
 from .files import PathLike
@@ -47,7 +48,7 @@ class Client:
 
     @by.setter
     def by(self, name: str | None) -> None:
-        self._conn.by = name
+        self._conn.by = None if name is None else due.text("by", name)
 
     @property
     def author(self) -> str:

@@ -4,11 +4,14 @@ from __future__ import annotations
 import os
 import secrets
 from dataclasses import dataclass, field
+from numbers import Integral
 from types import TracebackType
 from typing import Any, TypedDict, Union, Unpack
 
+import numpy
 from numpy.typing import ArrayLike
 
+from . import due
 from .conn import Connection
 from .files import Content, PathLike, content_of, file_content, scene_contents, upload
 from .frame import FrameOptions, fill_request
@@ -139,6 +142,7 @@ _WIDTHS = {"positions": 3, "normals": 3, "tangents": 4, "uv0": 2, "uv1": 2, "col
 _REFERENCES = frozenset((
     "node", "parent", "mesh", "camera", "light", "material", "texture", "base_color_texture",
     "metallic_roughness_texture", "normal_texture", "emissive_texture", "transmission_texture"))
+_LENGTHS = {"translation": 3, "rotation": 4, "scale": 3, "radiance": 3, "color": 3, "emissive": 3}
 _TRANSFORM = ("translation", "rotation", "scale", "matrix")
 
 
@@ -208,11 +212,11 @@ class Edit:
         if frame is not None:
             fill_request(self._batch.frame, frame)
         if message:
-            self._batch.message = message
+            due.put(self._batch, "message", message)
         if base_revision is not None:
-            self._batch.base_revision = base_revision
+            due.put(self._batch, "base_revision", base_revision)
         if client_edit_id is not None:
-            self._batch.client_edit_id = client_edit_id
+            due.put(self._batch, "client_edit_id", client_edit_id)
         elif not transient and not dry_run:
             self._batch.client_edit_id = new_edit_id()
 
@@ -284,25 +288,22 @@ class Edit:
             self._fill(message.transform, transform)
 
     def _set(self, message: Any, name: str, value: Any) -> None:
-        descriptor = message.DESCRIPTOR.fields_by_name[name]
         if name in _REFERENCES:
-            setattr(message, name, self._reference(value))
+            setattr(message, name, self._reference(name, value))
         elif name == "matrix":
             message.matrix.extend(_column_major(value))
-        elif descriptor.label == descriptor.LABEL_REPEATED:
-            getattr(message, name).extend(map(float, value))
         else:
-            setattr(message, name, value)
+            due.put(message, name, value, _LENGTHS.get(name))
 
-    def _reference(self, value: Reference) -> int:
+    def _reference(self, name: str, value: Reference) -> int:
         if isinstance(value, Handle):
             return value.reference(self)
-        if value < NONE:
-            raise ValueError(f"{value}: an object's id, NONE, or what an operation returned")
-        return int(value)
+        if not isinstance(value, Integral) or isinstance(value, bool):
+            due.wrong_kind(name, "an object's id, NONE, or what an operation returned", value)
+        return due.whole(name, value, NONE, (1 << 31) - 1)
 
     def _remove(self, name: str, value: Reference) -> None:
-        reference = self._reference(value)
+        reference = self._reference(name.removeprefix("remove_"), value)
         self._operation(name).id = reference
 
     # --- nodes ---
@@ -340,8 +341,11 @@ class Edit:
         self._write_mesh("set_mesh", {"mesh": mesh, "name": name}, primitives)
 
     def _write_mesh(self, operation: str, fields: Any, primitives: tuple[Primitive, ...]) -> None:
+        for primitive in primitives:
+            if not isinstance(primitive, Primitive):
+                due.wrong_kind("primitives", "a bounced.Primitive", primitive)
         arrays = [_arrays_of(primitive) for primitive in primitives]
-        materials = [None if primitive.material is None else self._reference(primitive.material)
+        materials = [None if primitive.material is None else self._reference("material", primitive.material)
                      for primitive in primitives]
         self._write(operation, fields)
         message = getattr(self._batch.ops[-1], operation)
@@ -391,6 +395,8 @@ class Edit:
     def _texture(self, fields: Any) -> dict[str, Any]:
         out = dict(fields)
         image = out.pop("image", None)
+        if image is not None and not isinstance(image, (bytes, str, os.PathLike)):
+            due.wrong_kind("image", "a path, or the bytes of a picture,", image)
         if image is not None:
             content = content_of(image) if isinstance(image, bytes) else file_content(image)
             self._contents.append(content)
@@ -429,6 +435,8 @@ class Edit:
         map       an EXR file: the whole sphere, zenith on top
         """
         fields: dict[str, Any] = {"radiance": radiance}
+        if radiance is not None:
+            fields["radiance"] = due.row("radiance", radiance, length=3)
         if map is not None:
             content = file_content(map)
             self._contents.append(content)
@@ -441,7 +449,7 @@ class Edit:
                     name: str | None = None) -> Handle:
         """A glTF file's default scene, as children of a new node under `parent`; its uris are
         resolved as `Scenes.add` does. Returns the new node."""
-        reference = None if parent is None else self._reference(parent)
+        reference = None if parent is None else self._reference("parent", parent)
         contents = scene_contents(path)
         handle = self._added("import", {"blob": contents[0].blob,
                                         "name": name or os.path.basename(os.fspath(path))})
@@ -455,9 +463,12 @@ class Edit:
 
 
 def _column_major(matrix: Any) -> list[float]:
-    rows = [[float(number) for number in row] for row in matrix]
-    if len(rows) != 4 or any(len(row) != 4 for row in rows):
-        raise ValueError("matrix: not 4 x 4")
+    if isinstance(matrix, (str, bytes)) or not hasattr(matrix, "__iter__"):
+        due.wrong_kind("matrix", "a table of 4 x 4 numbers", matrix)
+    given = matrix if isinstance(matrix, numpy.ndarray) else list(matrix)
+    if len(given) != 4:
+        raise ValueError(f"matrix: 4 x 4 numbers are due, not {len(given)} rows")
+    rows = [due.row(f"matrix[{i}]", row, length=4) for i, row in enumerate(given)]
     return [rows[row][column] for column in range(4) for row in range(4)]
 
 

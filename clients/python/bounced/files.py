@@ -18,6 +18,7 @@ import warnings
 from dataclasses import dataclass
 from typing import Any, Iterable, Iterator, Union
 
+from . import due
 from .conn import Connection
 from .errors import BadInput, Error
 from .messages import pb
@@ -81,7 +82,7 @@ def open_regular(path: str) -> Any:
 
 def file_content(path: PathLike, uri: str = "") -> Content:
     """Reads and hashes one file, whatever is in it."""
-    name = os.fspath(path)
+    name = due.path("file", path)
     digest, size_bytes = hashlib.sha256(), 0
     with open_regular(name) as file:
         while piece := file.read(PIECE_BYTES):
@@ -156,7 +157,7 @@ def _uris(root: Any) -> Iterator[tuple[str, str]]:
 
 def scene_contents(path: PathLike) -> list[Content]:
     """The files that a scene is made of, itself first."""
-    name = os.fspath(path)
+    name = due.path("file", path)
     contents: dict[str | None, Content] = {None: file_content(name)}
     folder = os.path.realpath(os.path.dirname(name) or ".")
     for place, uri in _uris(_json_of(name)):

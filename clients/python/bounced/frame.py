@@ -5,12 +5,13 @@ import io
 import os
 from dataclasses import dataclass, field
 from functools import cached_property
+from numbers import Integral, Real
 from typing import Any, Sequence, TypedDict, cast
 
 import numpy
 from numpy.typing import NDArray
 
-from . import exr
+from . import due, exr
 from .errors import BadInput, Error, Unreachable
 from .files import PathLike, open_regular
 from .messages import add_pairs, as_dict, pb
@@ -33,12 +34,12 @@ class Pose:
     yfov: float | None = None
 
     def fill(self, message: Any) -> None:
-        message.eye.extend(map(float, self.eye))
-        message.target.extend(map(float, self.target))
-        if self.up is not None:
-            message.up.extend(map(float, self.up))
+        for name in ("eye", "target", "up"):
+            values = getattr(self, name)
+            if values is not None or name != "up":
+                getattr(message, name).extend(due.row(f"pose.{name}", values, length=3))
         if self.yfov is not None:
-            message.yfov = self.yfov
+            message.yfov = due.number("pose.yfov", self.yfov)
 
 
 class FrameOptions(TypedDict, total=False):
@@ -66,11 +67,33 @@ class FrameOptions(TypedDict, total=False):
     plan_only: bool              # what would run, without running it
 
 
-_LISTS = ("size", "region", "layers")
+_LENGTHS = {"size": 2, "region": 4}
+
+
+def _camera(value: Any) -> str:
+    if isinstance(value, str):
+        return value
+    if not isinstance(value, Integral) or isinstance(value, bool):
+        due.wrong_kind("camera", "a name or an index", value)
+    return str(int(value))
+
+
+def _exposure(value: Any) -> str:
+    if isinstance(value, str):
+        return value
+    if not isinstance(value, Real) or isinstance(value, bool):
+        due.wrong_kind("exposure", '"auto" or stops', value)
+    return str(float(value))
+
+
+def _fill_pose(request: Any, value: Any) -> None:
+    if not isinstance(value, Pose):
+        due.wrong_kind("pose", "a bounced.Pose", value)
+    value.fill(request.pose)
 
 
 def fill_request(request: Any, options: FrameOptions, encoding: str = "exr") -> None:
-    """Fills a FrameRequest. TypeError for an option that there is none of."""
+    """Fills a FrameRequest. TypeError for an option that there is none of, or of another kind."""
     unknown = options.keys() - FrameOptions.__annotations__.keys()
     if unknown:
         raise TypeError(f"no such option of a frame: {', '.join(sorted(unknown))}")
@@ -81,15 +104,15 @@ def fill_request(request: Any, options: FrameOptions, encoding: str = "exr") -> 
         if value is None:
             continue
         if name == "parameters":
-            add_pairs(request.parameters, cast("dict[str, Any]", value))
+            add_pairs(request.parameters, due.table(name, value))
         elif name == "pose":
-            cast(Pose, value).fill(request.pose)
-        elif name in _LISTS:
-            getattr(request, name).extend(cast("Sequence[Any]", value))
-        elif name in ("camera", "exposure"):
-            setattr(request, name, str(value))
+            _fill_pose(request, value)
+        elif name == "camera":
+            request.camera = _camera(value)
+        elif name == "exposure":
+            request.exposure = _exposure(value)
         else:
-            setattr(request, name, value)
+            due.put(request, name, value, _LENGTHS.get(name))
     # Read at once, so that compression would only cost time.
     request.exr_raw = request.encoding == "exr"
 
@@ -154,7 +177,7 @@ class Frame:
 
     def save(self, path: PathLike) -> None:
         """Writes `data`, whole or not at all."""
-        name = os.fspath(path)
+        name = due.path("path", path)
         beside = f"{name}.{os.getpid()}.part"
         try:
             with open(beside, "wb") as file:
@@ -211,7 +234,7 @@ def render_request(options: FrameOptions, progress: bool) -> Any:
 def read_exr(path: PathLike) -> dict[str, NDArray[numpy.float32]]:
     """The layers of an EXR that `Frame.save` wrote, as `Frame.layers` gives them. Other files, the
     compressed ones of `bounce render` too, are BadInput."""
-    with open_regular(os.fspath(path)) as file:
+    with open_regular(due.path("path", path)) as file:
         data = file.read()
     try:
         return exr.layers(exr.read(data)[0])

@@ -6,6 +6,7 @@ from typing import Any
 import numpy
 from numpy.typing import ArrayLike
 
+from . import due
 from .files import Content, content_of
 
 ALIGNMENT_BYTES = 16  # of each array in the payload; more than any number in it needs
@@ -13,7 +14,10 @@ ALIGNMENT_BYTES = 16  # of each array in the payload; more than any number in it
 
 def float_array(name: str, values: ArrayLike, width: int) -> numpy.ndarray:
     """n x width, float32 in little-endian order. ValueError names `name`."""
-    array = numpy.ascontiguousarray(values, "<f4")
+    try:
+        array = numpy.ascontiguousarray(values, "<f4")
+    except (TypeError, ValueError):
+        due.wrong_kind(name, f"an array of n x {width} numbers", values)
     if array.ndim != 2 or array.shape[1] != width:
         raise ValueError(f"{name}: shape {array.shape}, not n x {width}")
     return array

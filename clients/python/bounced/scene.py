@@ -4,6 +4,7 @@ from __future__ import annotations
 import os
 from typing import Any, Callable, Iterator, Unpack, cast
 
+from . import due
 from .conn import Connection, Pending
 from .edit import Edit, EditResult, new_edit_id, result_of
 from .errors import Unreachable
@@ -35,13 +36,13 @@ class Environment:
     """
 
     def __init__(self, radiance: Vector | None = None, map: PathLike | None = None) -> None:
-        self.radiance = radiance
+        self.radiance = None if radiance is None else due.row("radiance", radiance, length=3)
         self.content: Content | None = None if map is None else file_content(map)
 
     def fill(self, message: Any) -> None:
         message.SetInParent()
         if self.radiance is not None:
-            message.radiance.extend(map(float, self.radiance))
+            message.radiance.extend(self.radiance)
         if self.content is not None:
             message.map = self.content.blob
 
@@ -49,6 +50,8 @@ class Environment:
 def send_file(conn: Connection, path: PathLike, environment: Environment | None,
               request: Any) -> None:
     """Uploads a scene's files and names them in a SceneAdd or a Render."""
+    if environment is not None and not isinstance(environment, Environment):
+        due.wrong_kind("environment", "a bounced.Environment", environment)
     contents = scene_contents(path)
     request.name = os.path.basename(os.fspath(path))
     request.blob = contents[0].blob
@@ -60,12 +63,20 @@ def send_file(conn: Connection, path: PathLike, environment: Environment | None,
     upload(conn, contents)
 
 
+def _fill_revision(request: Any, parameter: str, revision: Any) -> None:
+    """By number or by name."""
+    if isinstance(revision, str):
+        request.name = revision
+    elif revision is not None:
+        request.revision = due.whole(parameter, revision)
+
+
 class Scene:
     """One scene, by its id. Asks the daemon for everything; keeps nothing but the id."""
 
     def __init__(self, conn: Connection, scene_id: str) -> None:
         self._conn = conn
-        self.id = scene_id
+        self.id = due.text("scene_id", scene_id)
 
     def __repr__(self) -> str:
         return f"<bounced scene {self.id}>"
@@ -97,11 +108,10 @@ class Scene:
                 raise Unreachable(f"export was answered by {envelope.WhichOneof('body')}")
             return Frame({}, "glb", bytes(payload))
 
+        if path is not None:
+            due.path("path", path)
         request = pb.SceneExport(scene=self.id)
-        if isinstance(revision, str):
-            request.name = revision
-        elif revision is not None:
-            request.revision = revision
+        _fill_revision(request, "revision", revision)
         exported = self._conn.start("scene_export", request, read).wait()
         if path is not None:
             exported.save(path)
@@ -141,27 +151,28 @@ class Scene:
                line that says who and what, where somebody changed the same property of the same
                object. "all": the last that anybody did
         """
-        return self._ask_edit("edit_undo", pb.EditUndo(scene=self.id, scope=scope),
+        return self._ask_edit("edit_undo", pb.EditUndo(
+            scene=self.id, scope=due.text("scope", scope)),
                               base_revision=base_revision)
 
     def redo(self, base_revision: int | None = None, scope: str = "mine") -> EditResult:
         """Takes back the last undo, of the same scopes."""
-        return self._ask_edit("edit_undo", pb.EditUndo(scene=self.id, redo=True, scope=scope),
+        return self._ask_edit("edit_undo", pb.EditUndo(
+            scene=self.id, redo=True, scope=due.text("scope", scope)),
                               base_revision=base_revision)
 
     def revert(self, to: int | str, base_revision: int | None = None) -> EditResult:
         """Makes the scene what it was at a revision, or at a named one, as a new revision."""
         request = pb.EditRevert(scene=self.id)
-        if isinstance(to, str):
-            request.name = to
-        else:
-            request.revision = to
+        if to is None:
+            due.wrong_kind("to", "a revision, by number or by name,", to)
+        _fill_revision(request, "to", to)
         return self._ask_edit("edit_revert", request, base_revision=base_revision)
 
     def _ask_edit(self, name: str, request: Any, **fields: Any) -> EditResult:
         for key, value in fields.items():
             if value is not None:
-                setattr(request, key, value)
+                due.put(request, key, value)
         if self._conn.by is not None:
             request.by = self._conn.by
         if not request.HasField("client_edit_id"):
@@ -173,23 +184,23 @@ class Scene:
     def name_revision(self, name: str, revision: int | None = None) -> None:
         """Names a revision, the current one by default: 1 to 64 bytes; one that is taken moves.
         The state that it names is kept as long as the scene."""
-        request = pb.RevisionName(scene=self.id, name=name)
+        request = pb.RevisionName(scene=self.id, name=due.text("name", name))
         if revision is not None:
-            request.revision = revision
+            due.put(request, "revision", revision)
         self._conn.call("revision_name", request, "done")
 
     def forget_name(self, name: str) -> None:
         """Takes a revision's name away."""
-        self._conn.call("revision_name", pb.RevisionName(scene=self.id, name=name, remove=True),
-                        "done")
+        self._conn.call("revision_name", pb.RevisionName(
+            scene=self.id, name=due.text("name", name), remove=True), "done")
 
     def log(self, after: int | None = None, limit: int | None = None) -> list[LogEntry]:
         """Revisions, the oldest first: those beyond `after`, at most the newest `limit` (100)."""
         request = pb.SceneLog(scene=self.id)
         if after is not None:
-            request.after = after
+            due.put(request, "after", after)
         if limit is not None:
-            request.limit = limit
+            due.put(request, "limit", limit)
         reply = self._conn.call("scene_log", request, "scene_log_reply")
         return [cast(LogEntry, as_dict(entry)) for entry in reply.entries]
 
@@ -241,7 +252,7 @@ class Scenes:
         request = pb.SceneAdd()
         send_file(self._conn, file, environment, request)
         if name is not None:
-            request.name = name
+            due.put(request, "name", name)
         return Scene(self._conn, self._conn.call("scene_add", request, "scene").id)
 
     def list(self) -> list[SceneInfo]:

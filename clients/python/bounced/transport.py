@@ -13,6 +13,7 @@ from typing import Protocol, Sequence, Union
 
 import numpy
 
+from . import due
 from .errors import Error, Unreachable
 
 Buffer = Union[bytes, bytearray, memoryview]
@@ -132,7 +133,7 @@ def open_transport(address: str | None, token: str | None, timeout_s: float) -> 
         if path is None:
             raise Unreachable("no daemon: XDG_RUNTIME_DIR is not set; name an address", "server")
         return StreamTransport(connect_unix(path, timeout_s))
-    scheme, _, rest = address.partition(":")
+    scheme, _, rest = due.text("address", address).partition(":")
     if scheme == "unix" and rest:
         return StreamTransport(connect_unix(rest, timeout_s))
     if scheme == "tcp":

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from types import TracebackType
 from typing import Any, Callable, Generic, Iterator, TypeVar, Unpack, cast
 
+from . import due
 from .conn import Connection
 from .errors import Error, Unreachable
 from .frame import Frame, FrameOptions, Pose, encoding_of, fill_request, report_of
@@ -140,10 +141,12 @@ class View(Subscription[ViewFrame]):
         self._options: FrameOptions = options
         self._sequence = 0
         self._owed = 0
-        body = pb.ViewOpen(scene=scene, credits=credits, refine=refine)
+        body = pb.ViewOpen(scene=scene)
+        due.put(body, "credits", credits)
+        due.put(body, "refine", refine)
         fill_request(body.frame, options, "jpeg")
         if frames_per_second is not None:
-            body.frames_per_second = frames_per_second
+            due.put(body, "frames_per_second", frames_per_second)
         super().__init__(conn, "view_open", body, "view_reply", self._read_frame)
         self.number: int = self._answer.view
 
@@ -185,8 +188,7 @@ class View(Subscription[ViewFrame]):
                **options: Unpack[FrameOptions]) -> int:
         """Changes what is named and keeps the rest. Returns a number that the frames which show
         the change carry as `sequence`. `pose=Pose(...)` alone is the common case."""
-        self._sequence += 1
-        body = pb.ViewUpdate(view=self.number, sequence=self._sequence)
+        body = pb.ViewUpdate(view=self.number, sequence=self._sequence + 1)
         pose = options.get("pose")
         if set(options) == {"pose"} and isinstance(pose, Pose):
             pose.fill(body.pose)
@@ -198,9 +200,10 @@ class View(Subscription[ViewFrame]):
         if options and not body.HasField("pose"):
             fill_request(body.frame, merged, "jpeg")
         if frames_per_second is not None:
-            body.frames_per_second = frames_per_second
+            due.put(body, "frames_per_second", frames_per_second)
         if refine is not None:
-            body.refine = refine
+            due.put(body, "refine", refine)
+        self._sequence += 1
         self._conn.call("view_update", body, "done")
         self._options = merged
         return self._sequence
