@@ -2,9 +2,9 @@
 
 build_packages=(
   gcc g++ meson ninja-build pkg-config python3
-  libembree-dev libepoxy-dev libhttp-parser-dev libjansson-dev libopenexr-dev libprotobuf-c-dev libseccomp-dev
+  libembree-dev libepoxy-dev libjansson-dev libopenexr-dev libprotobuf-c-dev libseccomp-dev
   libspng-dev libsqlite3-dev libssl-dev libtinygltf-dev libturbojpeg0-dev libuv1-dev libwslay-dev libxxhash-dev
-  protobuf-c-compiler
+  node-llhttp protobuf-c-compiler
 )
 # A device for machines that have no GPU, and the library that finds either.
 device_packages=(libegl1 libegl-mesa0 libgl1-mesa-dri libopengl0)

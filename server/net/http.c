@@ -15,29 +15,29 @@
 // Until a peer has read this far, its next request waits.
 #define UNSENT_BYTES_MAX (8u << 20)
 
-static struct bd_http *http_of(http_parser *parser)
+static struct bd_http *http_of(llhttp_t *parser)
 {
     return parser->data;
 }
 
 // --- the parser's events --------------------------------------------------------------------
 
-static int on_url(http_parser *parser, const char *bytes, size_t size)
+static int on_url(llhttp_t *parser, const char *bytes, size_t size)
 {
     return bd_http_head_url(&http_of(parser)->head, bytes, size) ? 0 : -1;
 }
 
-static int on_name(http_parser *parser, const char *bytes, size_t size)
+static int on_name(llhttp_t *parser, const char *bytes, size_t size)
 {
     return bd_http_head_name(&http_of(parser)->head, bytes, size) ? 0 : -1;
 }
 
-static int on_value(http_parser *parser, const char *bytes, size_t size)
+static int on_value(llhttp_t *parser, const char *bytes, size_t size)
 {
     return bd_http_head_value(&http_of(parser)->head, bytes, size) ? 0 : -1;
 }
 
-static int method_of(unsigned method)
+static int method_of(uint8_t method)
 {
     switch (method) {
     case HTTP_GET:
@@ -55,14 +55,15 @@ static int method_of(unsigned method)
     }
 }
 
-static int on_head(http_parser *parser)
+static int on_head(llhttp_t *parser)
 {
     struct bd_http *http = http_of(parser);
     http->method = method_of(parser->method);
-    http->keep_alive = http_should_keep_alive(parser) && !parser->upgrade;
+    http->keep_alive = llhttp_should_keep_alive(parser) && !parser->upgrade;
     http->phase = BD_HTTP_PHASE_BODY;
     http->conn.clock_runs = false;
     bd_conn_touch(&http->conn);
+    bd_http_head_resolve(&http->head);
     bd_http_route_find(http->head.url ? http->head.url : "", &http->target);
     bd_http_begin_body(http);
     if (!http->has_refusal) return 0;
@@ -72,20 +73,19 @@ static int on_head(http_parser *parser)
     return 1;
 }
 
-static int on_body(http_parser *parser, const char *bytes, size_t size)
+static int on_body(llhttp_t *parser, const char *bytes, size_t size)
 {
     bd_http_take_body(http_of(parser), (const uint8_t *)bytes, size);
     return 0;
 }
 
-static int on_complete(http_parser *parser)
+static int on_complete(llhttp_t *parser)
 {
     http_of(parser)->is_complete = true;
-    http_parser_pause(parser, 1);
-    return 0;
+    return HPE_PAUSED; // what follows is the next request's
 }
 
-static const http_parser_settings parser_settings = {
+static const llhttp_settings_t parser_settings = {
     .on_url = on_url,
     .on_header_field = on_name,
     .on_header_value = on_value,
@@ -108,18 +108,22 @@ static void begin_request(struct bd_http *http)
     http->set_cookie[0] = 0;
     http->conn.clock_runs = true;
     bd_conn_touch(&http->conn);
-    http_parser_init(&http->parser, HTTP_REQUEST);
+    http->lines = (struct bd_http_lines){0};
+    http->breach = NULL;
+    http->fed = 0;
+    llhttp_init(&http->parser, HTTP_REQUEST, &parser_settings);
     http->parser.data = http;
 }
 
 // The bytes are no HTTP. One answer, in our own words, and the end.
 static void refuse_bytes(struct bd_http *http)
 {
-    enum http_errno error = HTTP_PARSER_ERRNO(&http->parser);
+    const llhttp_errno_t error = llhttp_get_errno(&http->parser);
+    const char *why = http->breach ? http->breach : llhttp_get_error_reason(&http->parser);
     struct bd_http_refusal refusal = {.status = 400};
     http->keep_alive = false;
     http->method = -1;
-    if (http->head.bytes > http->head.bytes_max || error == HPE_HEADER_OVERFLOW) {
+    if (http->head.bytes > http->head.bytes_max) {
         refusal.status = 431;
         bd_fault_set(&refusal.fault, BD_ERR_LIMIT, "head_bytes",
                      "the head is longer than %zu bytes (limit head_bytes)", http->head.bytes_max);
@@ -127,26 +131,48 @@ static void refuse_bytes(struct bd_http *http)
         if (!http->head.seen[BD_HTTP_CONTENT_LENGTH]) refusal.status = 411;
         bd_fault_set(&refusal.fault, BD_ERR_USAGE, "Transfer-Encoding",
                      "a body comes with Content-Length, not with Transfer-Encoding");
+    } else if (!http->breach && error == HPE_INVALID_VERSION) {
+        refusal.status = 505;
+        bd_fault_set(&refusal.fault, BD_ERR_UNSUPPORTED, "", "HTTP 1.1 is spoken here");
     } else {
         bd_fault_set(&refusal.fault, BD_ERR_USAGE, "", "this is no HTTP request: %s",
-                     http_errno_description(error));
+                     why ? why : llhttp_errno_name(error));
     }
     bd_log(BD_LOG_DEBUG, "net/http", "%s: %s", http->conn.client->key, refusal.fault.message);
     http->phase = BD_HTTP_PHASE_BUSY;
     bd_http_send_fault(http, &refusal);
 }
 
+// Gives bytes to the parser. Returns how much it took: less than all at the end of a request.
+static size_t parse(struct bd_http *http, const uint8_t *bytes, size_t size)
+{
+    const char *text = (const char *)bytes;
+    const llhttp_errno_t error = llhttp_execute(&http->parser, text, size);
+    return error == HPE_OK ? size : (size_t)(llhttp_get_error_pos(&http->parser) - text);
+}
+
+static bool has_failed(const struct bd_http *http)
+{
+    const llhttp_errno_t error = llhttp_get_errno(&http->parser);
+    // Where the one sees a head's end and the other does not, neither is right.
+    return http->breach || (error != HPE_OK && error != HPE_PAUSED) ||
+           (http->lines.place == BD_HTTP_IS_OVER && http->phase == BD_HTTP_PHASE_HEAD);
+}
+
 // Feeds the parser up to the end of one request at most. Returns how much it took.
 static size_t feed(struct bd_http *http, const uint8_t *bytes, size_t size)
 {
     // The first byte of a request starts the clock that it must be whole by.
-    if (http->phase == BD_HTTP_PHASE_HEAD && http->head.bytes == 0 && http->parser.nread == 0)
-        bd_conn_touch(&http->conn);
-    size_t taken = http_parser_execute(&http->parser, &parser_settings, (const char *)bytes, size);
+    if (http->phase == BD_HTTP_PHASE_HEAD && http->fed == 0) bd_conn_touch(&http->conn);
+    size_t looked = size;
+    if (http->phase == BD_HTTP_PHASE_HEAD)
+        http->breach = bd_http_lines_check(&http->lines, bytes, size, &looked);
+    const size_t taken = http->breach ? looked : parse(http, bytes, looked);
+    http->fed += taken;
     if (http->is_complete) {
         http->phase = BD_HTTP_PHASE_BUSY;
         bd_http_run(http);
-    } else if (HTTP_PARSER_ERRNO(&http->parser) != HPE_OK) {
+    } else if (has_failed(http)) {
         refuse_bytes(http);
     }
     return taken;
@@ -233,7 +259,7 @@ void bd_http_next(struct bd_http *http)
 
 static bool is_between_requests(const struct bd_http *http)
 {
-    return http->phase == BD_HTTP_PHASE_HEAD && http->parser.nread == 0 && http->head.bytes == 0;
+    return http->phase == BD_HTTP_PHASE_HEAD && http->fed == 0;
 }
 
 static uint64_t patience_s(const struct bd_conn *conn)

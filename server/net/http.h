@@ -1,7 +1,7 @@
 // The HTTP face: one connection, its requests one after the other.
 //
-// http_parser reads the bytes; what a request may be is decided by http_guard.h (who asks) and
-// http_route.h (what for); commands do the work.
+// llhttp reads the bytes, once they are found to be lines (http_head.h); what a request may be is
+// decided by http_guard.h (who asks) and http_route.h (what for); commands do the work.
 //
 // Thread: the event loop's.
 

@@ -30,7 +30,7 @@ static const struct bd_spool_events spool_events = {on_spool_drained, on_spool_e
 
 static bool has_body(const struct bd_http *http)
 {
-    return http->parser.content_length != UINT64_MAX && http->parser.content_length > 0;
+    return http->parser.content_length > 0;
 }
 
 static void send_continue(struct bd_http *http)

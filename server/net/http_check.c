@@ -24,7 +24,7 @@ static enum bd_err check_body_size(struct bd_http *http)
     uint64_t most = is_long ? limits->blob_bytes : limits->message_bytes;
     uint64_t size = http->parser.content_length;
     const char *name = is_long ? "blob_bytes" : "message_bytes";
-    if (size == UINT64_MAX || size <= most) return BD_ERR_OK;
+    if (size <= most) return BD_ERR_OK;
     return bd_fault_set(&http->refusal.fault, BD_ERR_LIMIT, name,
                         "a body of %llu bytes is above the limit %s of %llu",
                         (unsigned long long)size, name, (unsigned long long)most);

@@ -3,6 +3,7 @@
 #include <ctype.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 #include "base/assert.h"
 
@@ -116,4 +117,93 @@ bool bd_http_head_value(struct bd_http_head *head, const char *bytes, size_t siz
     }
     if (head->current >= 0) append(&head->values[head->current], bytes, size);
     return true;
+}
+
+// --- targets that name their host -----------------------------------------------------------
+
+void bd_http_head_resolve(struct bd_http_head *head)
+{
+    const char *url = head->url;
+    if (!url) return;
+    const size_t scheme = strncasecmp(url, "http://", 7) == 0    ? 7
+                          : strncasecmp(url, "https://", 8) == 0 ? 8
+                                                                 : 0;
+    if (scheme == 0) return;
+    const size_t length = strcspn(url + scheme, "/?#");
+    const char *rest = url + scheme + length;
+    char *path = NULL;
+    if (*rest != '/') append(&path, "/", 1);
+    append(&path, rest, strlen(rest));
+    // A request without the header is none, and stays so.
+    if (head->values[BD_HTTP_HOST]) {
+        free(head->values[BD_HTTP_HOST]);
+        head->values[BD_HTTP_HOST] = NULL;
+        append(&head->values[BD_HTTP_HOST], url + scheme, length);
+    }
+    free(head->url);
+    head->url = path;
+}
+
+// --- lines ----------------------------------------------------------------------------------
+
+static const char *end_line(struct bd_http_lines *lines)
+{
+    lines->saw_cr = false;
+    if (lines->place == BD_HTTP_IN_NAME) return "a header has no colon";
+    if (lines->place == BD_HTTP_IN_START && (lines->spaces != 2 || lines->at_space))
+        return "a request line is METHOD TARGET HTTP/1.1";
+    lines->place = lines->place == BD_HTTP_AT_START ? BD_HTTP_AT_START
+                   : lines->place == BD_HTTP_AT_END ? BD_HTTP_IS_OVER
+                                                    : BD_HTTP_AT_NAME;
+    return NULL;
+}
+
+static const char *look_at_name(struct bd_http_lines *lines, unsigned char c)
+{
+    const bool is_first = lines->place == BD_HTTP_AT_NAME;
+    if (is_first && (c == ' ' || c == '\t')) return "a header is folded into the next line";
+    if (c == ':' && !is_first) {
+        lines->place = BD_HTTP_IN_VALUE;
+        return NULL;
+    }
+    lines->place = BD_HTTP_IN_NAME;
+    return is_token(c) ? NULL : "a header's name is no name";
+}
+
+static const char *look_at_start(struct bd_http_lines *lines, unsigned char c)
+{
+    const bool is_extra = c == ' ' && (lines->at_space || lines->spaces == 2);
+    const bool is_first = lines->place == BD_HTTP_AT_START;
+    if (is_extra || c == '\t' || (c == ' ' && is_first))
+        return "a request line has two single spaces";
+    lines->place = BD_HTTP_IN_START;
+    lines->at_space = c == ' ';
+    lines->spaces += c == ' ';
+    return NULL;
+}
+
+static const char *look_at(struct bd_http_lines *lines, unsigned char c)
+{
+    if (c == 0) return "there is a zero in the head";
+    if (c == '\n') return lines->saw_cr ? end_line(lines) : "a line ends without a carriage return";
+    if (lines->saw_cr) return "a carriage return is not the end of a line";
+    if (c == '\r') {
+        lines->saw_cr = true;
+        if (lines->place == BD_HTTP_AT_NAME) lines->place = BD_HTTP_AT_END;
+        return NULL;
+    }
+    if (lines->place <= BD_HTTP_IN_START) return look_at_start(lines, c);
+    if (lines->place == BD_HTTP_AT_NAME || lines->place == BD_HTTP_IN_NAME)
+        return look_at_name(lines, c);
+    return NULL;
+}
+
+const char *bd_http_lines_check(struct bd_http_lines *lines, const uint8_t *bytes, size_t size,
+                                size_t *looked)
+{
+    const char *breach = NULL;
+    *looked = 0;
+    while (!breach && *looked < size && lines->place != BD_HTTP_IS_OVER)
+        breach = look_at(lines, bytes[(*looked)++]);
+    return breach;
 }

@@ -42,6 +42,29 @@ struct bd_http_head {
     bool in_value;
 };
 
+// The head's bytes before anybody reads them: where a line, a name or the head itself ends must not
+// be a matter of opinion between us and a proxy. Lines end in CR LF and in nothing else, no line
+// goes on with a space in the next, the first has two spaces and three words, names are tokens and
+// end at their colon, and there is no zero.
+struct bd_http_lines {
+    enum {
+        BD_HTTP_AT_START, // an empty line may come before a request
+        BD_HTTP_IN_START,
+        BD_HTTP_AT_NAME,
+        BD_HTTP_IN_NAME,
+        BD_HTTP_IN_VALUE,
+        BD_HTTP_AT_END, // of the empty line
+        BD_HTTP_IS_OVER,
+    } place;
+    bool saw_cr;
+    uint8_t spaces; // of the request line, and whether the last character was one
+    bool at_space;
+};
+
+// Looks at bytes up to the head's end and says how many these are. NULL, or what is wrong.
+const char *bd_http_lines_check(struct bd_http_lines *lines, const uint8_t *bytes, size_t size,
+                                size_t *looked);
+
 // Frees what is there and begins anew; the first time on zeroes.
 void bd_http_head_begin(struct bd_http_head *head, size_t bytes_max);
 void bd_http_head_finish(struct bd_http_head *head);
@@ -50,5 +73,8 @@ void bd_http_head_finish(struct bd_http_head *head);
 bool bd_http_head_url(struct bd_http_head *head, const char *bytes, size_t size);
 bool bd_http_head_name(struct bd_http_head *head, const char *bytes, size_t size);
 bool bd_http_head_value(struct bd_http_head *head, const char *bytes, size_t size);
+
+// Makes "http://HOST/PATH" into the path, of that Host whatever the header says (RFC 9112, 3.2.2).
+void bd_http_head_resolve(struct bd_http_head *head);
 
 #endif

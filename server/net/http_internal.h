@@ -3,7 +3,7 @@
 #ifndef BD_NET_HTTP_INTERNAL_H
 #define BD_NET_HTTP_INTERNAL_H
 
-#include <http_parser.h>
+#include <llhttp.h>
 
 #include "net/command.h"
 #include "net/http.h"
@@ -23,7 +23,9 @@ struct bd_websocket;
 
 struct bd_http {
     struct bd_conn conn;
-    http_parser parser;
+    llhttp_t parser;
+    struct bd_http_lines lines;
+    size_t fed; // bytes of the request that is coming
     enum bd_http_phase phase;
     struct bd_http_head head;
     struct bd_http_target target;
@@ -32,7 +34,8 @@ struct bd_http {
     const struct bd_grant *grant; // what who asks may do
     bool has_refusal;             // decided on the head: no body is read
     struct bd_http_refusal refusal;
-    bool is_complete; // the parser saw the end of the message
+    bool is_complete;   // the parser saw the end of the message
+    const char *breach; // what is wrong with the bytes themselves, or NULL
     bool is_pumping;
     char local_host[64];
 

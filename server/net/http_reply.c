@@ -1,5 +1,6 @@
 // Answers of the HTTP face: one head, one body, always with a length.
 
+#include <ctype.h>
 #include <inttypes.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -11,7 +12,9 @@
 #include "net/viewer.h"
 #include "protocol/json.h"
 
-static const char *reason_of(int status)
+#define REASON_BYTES 40
+
+static const char *name_of(int status)
 {
     switch (status) {
 #define XX(number, name, string)                                                                   \
@@ -20,8 +23,21 @@ static const char *reason_of(int status)
         HTTP_STATUS_MAP(XX)
 #undef XX
     default:
-        return "Other";
+        return "OTHER";
     }
+}
+
+// "NOT_FOUND" as "Not Found".
+static const char *reason_of(int status, char out[REASON_BYTES])
+{
+    const char *name = name_of(status);
+    size_t i = 0;
+    for (; name[i] && i + 1 < REASON_BYTES; i++) {
+        const bool begins = i == 0 || name[i - 1] == '_' || status == 200;
+        out[i] = name[i] == '_' ? ' ' : (char)(begins ? name[i] : tolower((unsigned char)name[i]));
+    }
+    out[i] = 0;
+    return out;
 }
 
 // A head under construction. What does not fit is left out by whoever adds it, never cut.
@@ -47,7 +63,8 @@ static struct head begin_head_cached(const struct bd_http *http, int status, con
 {
     struct head head = {.text = malloc(HEAD_BYTES_MAX), .capacity = HEAD_BYTES_MAX};
     BD_ASSERT(head.text);
-    add(&head, "HTTP/1.1 %d %s\r\n", status, reason_of(status));
+    char reason[REASON_BYTES];
+    add(&head, "HTTP/1.1 %d %s\r\n", status, reason_of(status, reason));
     if (type) add(&head, "Content-Type: %s\r\n", type);
     if (status != 204 && status != 304) add(&head, "Content-Length: %zu\r\n", body_bytes);
     add(&head, "Connection: %s\r\nCache-Control: %s\r\nX-Content-Type-Options: nosniff\r\n",

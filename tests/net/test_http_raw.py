@@ -136,6 +136,76 @@ def test_5_a_large_answer_does_not_hold_up_others(shared):
     assert len(body) == length > 1 << 20
 
 
+# --- where a head ends: no two readers may differ ---------------------------------------------
+
+GET = b"GET /v1/techniques HTTP/1.1\r\n"
+
+
+@pytest.mark.parametrize("data, why", [
+    (GET + HOST + b"X: a\r\n b\r\n\r\n", "folded"), (GET + HOST + b"X: a\r\n\tb\r\n\r\n", "folded"),
+    (GET + b" Host: 127.0.0.1\r\n\r\n", "folded"),
+    (GET.replace(b"\r", b"") + HOST + b"\r\n", "carriage return"), (GET + HOST[:-2] + b"\n\r\n", "carriage return"),
+    (GET + HOST + b"\n", "carriage return"), (GET + HOST + b"X: a\n\n", "carriage return"),
+    (GET + HOST + b"X: a\rY: b\r\n\r\n", "carriage return"), (GET + HOST + b"X: a\r\r\n\r\n", "carriage return"),
+    (GET + HOST + b"\rX: a\r\n\r\n", "carriage return"), (b"\nGET / HTTP/1.1\r\n" + HOST + b"\r\n", "carriage return"),
+    (GET + HOST + b"Content-Length : 5\r\n\r\nhello", "name"), (GET + HOST + b"Content-Length\t: 5\r\n\r\n", "name"),
+    (GET + HOST + b"Content\x00-Length: 5\r\n\r\n", "zero"), (GET + HOST + b"X: a\x00b\r\n\r\n", "zero"),
+    (GET + HOST + b": empty\r\n\r\n", "name"), (GET + HOST + b"no colon\r\n\r\n", "name"),
+    (GET + HOST + b"nocolon\r\n\r\n", "colon"), (GET + HOST + b"Content-Length\x0b: 5\r\n\r\n", "name"),
+    (b"GET /v1/techniques\r\n" + HOST + b"\r\n", ""), (b"GET  /v1/techniques HTTP/1.1\r\n" + HOST + b"\r\n", ""),
+    (b"GET /v1/techniques HTTP/1.1 \r\n" + HOST + b"\r\n", ""), (b"GET\t/v1/techniques\tHTTP/1.1\r\n" + HOST + b"\r\n", ""),
+])
+def test_heads_that_two_could_read_differently(shared, data, why):
+    for cut in (len(data), 1, len(data) // 2):
+        with socket.create_connection(("127.0.0.1", shared.port), 10) as sock:
+            sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            for at in range(0, len(data), cut) if cut > 1 else range(0, min(len(data), 90)):
+                sock.sendall(data[at:at + cut] if cut > 1 or at < 89 else data[at:])
+            sock.sendall(NEXT)
+            reply = read_all(sock)
+        assert_one_json_error(reply, 400)
+        assert why in json.loads(reply.split(b"\r\n\r\n", 1)[1])["message"], reply
+
+
+@pytest.mark.parametrize("body", [
+    b"5;ext=1\r\nhello\r\n0\r\n\r\n", b"5;a=\"\r\n\"\r\nhello\r\n0\r\n\r\n", b"5 \r\nhello\r\n0\r\n\r\n",
+    b"0x5\r\nhello\r\n0\r\n\r\n", b"5\nhello\n0\n\n", b"fffffffffffffffff\r\n", b"0\r\nTrailer: x\r\n\r\n",
+])
+@pytest.mark.parametrize("encoding, status", [
+    (b"Transfer-Encoding: chunked\r\n", 411), (b"Transfer-Encoding: chunked\r\nContent-Length: 5\r\n", 400),
+    (b"Transfer-Encoding: chunked\r\nTransfer-Encoding: identity\r\n", 411),
+    (b"Transfer-Encoding: chunked, identity\r\n", 411), (b"Transfer-Encoding:\x0bchunked\r\n", None),
+])
+def test_chunks_are_never_read(shared, encoding, status, body):
+    post = b"POST /v1/scenes HTTP/1.1\r\n" + HOST + b"Content-Type: application/json\r\n"
+    reply = shared.raw(post + encoding + b"\r\n" + body + NEXT)
+    assert_one_json_error(reply, status or status_of(reply))
+    assert status_of(reply) in (400, 411)
+
+
+def test_an_empty_line_may_come_before_a_request(shared):
+    close = NEXT.replace(b"\r\n\r\n", b"\r\nConnection: close\r\n\r\n")
+    reply = shared.raw(b"\r\n" + NEXT + b"\r\n\r\n" + close)
+    assert reply.count(b"HTTP/1.1 200") == 2
+
+
+@pytest.mark.parametrize("target, host, status", [
+    (b"http://127.0.0.1/v1/techniques", b"127.0.0.1", 200), (b"HTTP://localhost:81/v1/techniques", b"localhost:81", 200),
+    (b"https://127.0.0.1/v1/techniques", b"127.0.0.1", 200),
+    # Who names the host in the target means that one, whatever stands in the header.
+    (b"http://127.0.0.1/v1/techniques", b"evil.example", 200), (b"http://evil.example/v1/techniques", b"127.0.0.1", 403),
+    (b"http://user@127.0.0.1/v1/techniques", b"127.0.0.1", 403), (b"http://127.0.0.1", b"127.0.0.1", 200),
+    (b"http://127.0.0.1?x=1", b"127.0.0.1", 200), (b"http:///v1/techniques", b"127.0.0.1", 403),
+    (b"http://127.0.0.1/v1/techniques", None, 400), (b"ftp://127.0.0.1/v1/techniques", b"127.0.0.1", 404),
+    (b"http://127.0.0.1/http://127.0.0.1/v1/techniques", b"127.0.0.1", 404), (b"*", b"127.0.0.1", 404),
+])
+def test_targets_that_name_their_host(shared, target, host, status):
+    header = b"Host: %s\r\n" % host if host else b""
+    reply = shared.raw(b"GET " + target + b" HTTP/1.1\r\n" + header + b"Connection: close\r\n\r\n")
+    assert status_of(reply) == status or (status == 403 and status_of(reply) == 400), reply
+    assert reply.count(b"HTTP/1.1 ") == 1
+
+
 # --- beyond the five ------------------------------------------------------------------------
 
 
