@@ -49,6 +49,8 @@ extern "C" {
     /* A frame: width or height, and their product. */                                             \
     X(image_side_px, 16384, 1, 32768)                                                              \
     X(image_pixels, 64 * BD_MIB, 1, BD_GIB)                                                        \
+    /* Complete frames kept as they were sent by HTTP, with their reports; 0 = none. */            \
+    X(frame_cache_bytes, 64 * BD_MIB, 0, 64 * BD_GIB)                                              \
     /* Jobs waiting for the GPU, and jobs under way of one client. */                              \
     X(jobs_waiting, 128, 1, 65536)                                                                 \
     X(jobs_per_client, 64, 1, 65536)                                                               \

@@ -10,6 +10,7 @@
 #include <stdint.h>
 
 #include "base/err.h"
+#include "base/hash.h"
 #include "protocol/bounced.pb-c.h"
 #include "scene/store.h"
 #include "sched/sched.h"
@@ -18,7 +19,8 @@ struct bd_answer {
     Bounced__Envelope *envelope; // with one body; owned
     uint8_t *payload;            // malloc'ed, owned; NULL = none
     size_t payload_bytes;
-    const char *payload_type; // MIME; static
+    const char *payload_type;     // MIME; static
+    char etag[2 + BD_SHA256_HEX]; // of a frame that is the same whenever it is asked for; "" = none
 };
 
 // Frees what is left in it and zeroes it.

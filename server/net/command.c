@@ -252,6 +252,7 @@ static void render(struct bd_command *command)
     if (bd_command_stop_here(command)) return;
     command->scene = bd_scene_retain(entry->scene);
     command->revision = entry->revision;
+    if (bd_command_render_remembered(command, entry)) return;
     bd_command_render(command);
 }
 
@@ -391,6 +392,7 @@ struct bd_command *bd_command_start(const struct bd_command_start *start)
                                    .envelope = start->envelope,
                                    .events = &watched,
                                    .user = &watch,
+                                   .may_remember = start->may_remember,
                                    .next = start->net->commands,
                                    .start_ns = bd_clock_ns()};
     if (start->body) command->body = *start->body;

@@ -49,6 +49,7 @@ struct bd_command_start {
     const struct bd_grant *grant; // what whoever asks may do; outlives the command
     const uint8_t *payload;       // of the message; copied if it is needed
     size_t payload_bytes;
+    bool may_remember; // a frame of a held scene may be one that was sent before
 };
 
 // Its face has counted the request and taken it out of the bucket. NULL if it has been answered

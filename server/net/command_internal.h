@@ -42,6 +42,8 @@ struct bd_command {
     double load_ms, encode_ms;
 
     struct bd_frame_options options;
+    bool may_remember, has_frame_key;
+    uint8_t frame_key[BD_SHA256_BYTES]; // net/frame_cache.h
     struct bd_job *job;
     struct bd_frame_job frame_job;
     struct bd_encoded encoded;       // of an export the bytes alone
@@ -79,6 +81,10 @@ void bd_command_progress(struct bd_command *command, const char *stage);
 
 // The files of the request become command->scene, then `then` runs on the loop.
 void bd_command_import(struct bd_command *command, void (*then)(struct bd_command *command));
+
+// Answers by a frame that was sent before, and is true then: the command has ended. `entry`: of the
+// scene that is asked for.
+bool bd_command_render_remembered(struct bd_command *command, const struct bd_store_entry *entry);
 
 // command->scene becomes a frame and the answer.
 void bd_command_render(struct bd_command *command);

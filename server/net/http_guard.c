@@ -141,6 +141,23 @@ enum bd_err bd_http_guard_check(const struct bd_http_guard *guard, const struct 
     return err;
 }
 
+bool bd_http_etag_is_held(const char *header, const char *etag)
+{
+    const size_t length = strlen(etag);
+    const char *at = header ? header : "";
+    at += strspn(at, " \t");
+    if (*at == '*') return at[1 + strspn(at + 1, " \t")] == 0;
+    for (; *at; at += strspn(at, ", \t")) {
+        if (strncmp(at, "W/", 2) == 0) at += 2;
+        if (*at != '"') return false; // no list of tags
+        const char *end = strchr(at + 1, '"');
+        if (!end) return false;
+        if ((size_t)(end + 1 - at) == length && strncmp(at, etag, length) == 0) return true;
+        at = end + 1;
+    }
+    return false;
+}
+
 bool bd_http_media_is(const char *value, const char *type)
 {
     size_t length = strlen(type);

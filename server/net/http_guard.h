@@ -49,6 +49,10 @@ BD_MUST_CHECK
 enum bd_err bd_http_guard_content_type(const struct bd_http_head *head, bool is_scene,
                                        struct bd_http_refusal *refusal);
 
+// Whether If-None-Match (NULL: not there) names what we would send: "*", or the tag among others,
+// weak or strong. `etag` with its quotes.
+bool bd_http_etag_is_held(const char *header, const char *etag);
+
 // True if the header is that media type, whatever its parameters.
 bool bd_http_media_is(const char *value, const char *type);
 

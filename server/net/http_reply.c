@@ -148,8 +148,7 @@ void bd_http_send_fault(struct bd_http *http, const struct bd_http_refusal *refu
 
 void bd_http_send_file(struct bd_http *http, const struct bd_viewer_file *file)
 {
-    const char *held = http->head.values[BD_HTTP_IF_NONE_MATCH];
-    bool is_held = held && strstr(held, file->etag);
+    bool is_held = bd_http_etag_is_held(http->head.values[BD_HTTP_IF_NONE_MATCH], file->etag);
     size_t size = is_held ? 0 : file->size_bytes;
     struct head head = begin_head_cached(http, is_held ? 304 : 200, file->type, size, "no-cache");
     add(&head, "ETag: %s\r\n" VIEWER_POLICY, file->etag);
@@ -191,12 +190,23 @@ static void add_clean(struct head *head, const char *name, const char *text)
 static void send_frame(struct bd_http *http, struct bd_answer *answer)
 {
     const Bounced__Report *report = answer->envelope->render_reply->report;
-    struct head head = begin_head(http, 200, answer->payload_type, answer->payload_bytes);
+    const char *held = http->head.values[BD_HTTP_IF_NONE_MATCH];
+    const bool is_held = answer->etag[0] && bd_http_etag_is_held(held, answer->etag);
+    // A frame that has a name may be kept by who asked, and is asked for again by it.
+    struct head head =
+        begin_head_cached(http, is_held ? 304 : 200, answer->payload_type, answer->payload_bytes,
+                          answer->etag[0] ? "private, no-cache" : "no-store");
+    if (answer->etag[0]) add(&head, "ETag: %s\r\n", answer->etag);
+    if (report->remembered) add(&head, "Bounced-Remembered: 1\r\n");
     add_timing(&head, report);
     add_clean(&head, "Bounced-Scene", report->scene);
     add_clean(&head, "Bounced-Device", report->device->class_);
     add_clean(&head, "Bounced-Stopped", report->stopped);
     for (size_t i = 0; i < report->n_flags; i++) add_clean(&head, "Bounced-Flag", report->flags[i]);
+    if (is_held) {
+        send_reply(http, &head, NULL, 0);
+        return;
+    }
     uint8_t *payload = answer->payload;
     answer->payload = NULL;
     send_reply(http, &head, payload, answer->payload_bytes);

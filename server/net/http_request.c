@@ -31,6 +31,7 @@ static void start(struct bd_http *http, struct bd_answer request, struct bd_comm
                                      .grant = http->grant,
                                      .envelope = request.envelope,
                                      .body = body,
+                                     .may_remember = http->target.route == BD_HTTP_ROUTE_FRAME,
                                      .events = &command_events,
                                      .user = http};
     // One that is answered at once may have been followed by the next request's by now.

@@ -10,6 +10,7 @@
 #include "net/commit.h"
 #include "net/cookie.h"
 #include "net/edit_step.h"
+#include "net/frame_cache.h"
 #include "net/frame_job.h"
 #include "net/framed.h"
 #include "net/import_cache.h"
@@ -184,6 +185,7 @@ enum bd_err bd_net_create(const struct bd_net_options *options, struct bd_net **
         return err;
     }
     net->import_cache = bd_import_cache_create();
+    net->frame_cache = bd_frame_cache_create(&net->options.limits);
     net->clients = bd_clients_create(&net->options.limits);
     net->cookies = bd_cookies_create(&net->options.limits);
     start_own_handles(net);
@@ -230,6 +232,7 @@ void bd_net_destroy(struct bd_net **net_address)
     bd_clients_destroy(&net->clients);
     bd_cookies_destroy(&net->cookies);
     bd_import_cache_destroy(&net->import_cache);
+    bd_frame_cache_destroy(&net->frame_cache);
     bd_tokens_destroy(&net->tokens);
     bd_options_finish(&net->reloaded);
     free(net);

@@ -18,6 +18,7 @@ struct bd_commit;
 struct bd_cookies;
 struct bd_delta;
 struct bd_edit_place;
+struct bd_frame_cache;
 struct bd_frame_job;
 struct bd_import_cache;
 struct bd_journal_turn;
@@ -31,7 +32,7 @@ struct bd_watch;
 struct bd_net_stats {
     uint64_t requests, requests_refused;
     uint64_t bytes_in, bytes_out;
-    uint64_t frames;
+    uint64_t frames, frames_remembered;
     // Seconds spent in each pass of every frame, by name, in order of first appearance.
     uint32_t pass_count;
     struct {
@@ -48,6 +49,7 @@ struct bd_net {
     struct bd_clients *clients;
     struct bd_cookies *cookies;
     struct bd_import_cache *import_cache;
+    struct bd_frame_cache *frame_cache;
     struct bd_listener *listeners;
     struct bd_conn *conns; // newest first
     uint32_t conn_count;

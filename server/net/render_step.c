@@ -1,10 +1,12 @@
 // The steps from a scene to an image: a job on the scheduler, then encoding on the pool.
 
+#include <stdio.h>
 #include <stdlib.h>
 
 #include "base/assert.h"
 #include "base/clock.h"
 #include "net/command_internal.h"
+#include "net/frame_cache.h"
 #include "net/frame_encode.h"
 #include "net/stats.h"
 
@@ -17,8 +19,7 @@ static void encode_on_pool(uv_work_t *work)
                                           .result = bd_job_result(command->job),
                                           .revision = command->revision,
                                           .bytes_max = command->net->options.limits.reply_bytes};
-    command->err =
-        bd_frame_encode(&frame, &command->encoded, &command->encode_ms, &command->fault);
+    command->err = bd_frame_encode(&frame, &command->encoded, &command->encode_ms, &command->fault);
 }
 
 // --- answer ---------------------------------------------------------------------------------
@@ -29,6 +30,13 @@ static Bounced__Report *report_message(struct bd_command *command)
     bool has_exposure = command->encoded.bytes.size_bytes > 0;
     return bd_report_message(report, command->revision, command->load_ms, command->encode_ms,
                              has_exposure ? &command->encoded.exposure_stops : NULL);
+}
+
+static void name_frame(const struct bd_command *command, struct bd_answer *answer)
+{
+    char hex[BD_SHA256_HEX];
+    bd_sha256_hex(command->frame_key, hex);
+    snprintf(answer->etag, sizeof answer->etag, "\"%.64s\"", hex);
 }
 
 static void answer_frame(struct bd_command *command)
@@ -48,7 +56,30 @@ static void answer_frame(struct bd_command *command)
         encoded->bytes = (struct bd_bytes){0};
     }
     bd_net_count_frame(command->net, &bd_job_result(command->job)->report);
+    if (command->has_frame_key &&
+        bd_frame_cache_put(command->net->frame_cache, command->frame_key, &answer))
+        name_frame(command, &answer);
     bd_command_end(command, &answer);
+}
+
+bool bd_command_render_remembered(struct bd_command *command, const struct bd_store_entry *entry)
+{
+    struct bd_net *net = command->net;
+    const Bounced__FrameRequest *request = command->envelope->render->frame;
+    if (!command->may_remember || !request || !bd_frame_cache_may_keep(request)) return false;
+    struct bd_sched_stats device;
+    struct bd_answer answer;
+    bd_sched_stats(net->options.sched, &device);
+    if (!device.device_ok) return false;
+    bd_frame_cache_key(request, entry, &device, command->frame_key);
+    command->has_frame_key = true;
+    if (!bd_frame_cache_get(net->frame_cache, command->frame_key, &answer)) return false;
+    net->stats.frames_remembered++;
+    name_frame(command, &answer);
+    Bounced__ReportTime *time = answer.envelope->render_reply->report->time_ms;
+    if (time) BD_SET(time, total, bd_ms_since(command->start_ns));
+    bd_command_end(command, &answer);
+    return true;
 }
 
 // A frame that its deadline or a cancel stopped: the error carries how far it came.

@@ -192,6 +192,8 @@ char *bd_net_metrics_text(struct bd_net *net)
     write_counter(out, "requests_total", "Requests, both faces.", (double)net->stats.requests);
     write_counter(out, "requests_refused_total", "Requests answered by an error.",
                   (double)net->stats.requests_refused);
+    write_counter(out, "frames_remembered_total", "Frames answered as they were sent before.",
+                  (double)net->stats.frames_remembered);
     write_counter(out, "received_bytes_total", "Bytes from clients.", (double)net->stats.bytes_in);
     write_counter(out, "sent_bytes_total", "Bytes to clients.", (double)net->stats.bytes_out);
     write_gauge(out, "connections", "Open connections.", net->conn_count);
