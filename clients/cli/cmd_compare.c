@@ -123,7 +123,7 @@ static enum bd_err compare_all(struct comparing *comparing, struct bd_fault *fau
     enum bd_err err = asked->map ? bd_cli_output_check(asked->map, fault) : BD_ERR_OK;
     if (!err) err = bd_cli_compare_open(asked, &comparing->files, fault);
     for (uint32_t i = 0; !err && !asked->quiet && i < comparing->files.note_count; i++)
-        fprintf(stderr, "bounce: note: %s\n", comparing->files.notes[i]);
+        bd_cli_print_line(stderr, "bounce: note: %s", comparing->files.notes[i]);
     if (!err) err = open_report(comparing, fault);
     for (uint32_t i = 0; !err && i < asked->layer_count; i++)
         err = compare_layer(comparing, asked->layers[i], fault);

@@ -2,6 +2,7 @@
 #include <stdio.h>
 
 #include "clients/cli/compare.h"
+#include "clients/cli/print.h"
 
 static const char *debiased(const struct bd_metrics *metrics)
 {
@@ -38,8 +39,8 @@ void bd_cli_compare_print(const struct bd_cli_compare *compare,
                           const struct bd_metrics *metrics)
 {
     const struct bd_image *image = pictures->input.image[0];
-    printf("%s of %s against %s, %ux%u", layer, compare->image, compare->reference, image->width_px,
-           image->height_px);
+    bd_cli_print(stdout, "%s of %s against %s, %ux%u", layer, compare->image, compare->reference,
+                 image->width_px, image->height_px);
     if (files->region.width_px != files->image->width_px ||
         files->region.height_px != files->image->height_px)
         printf(" at %u,%u", files->region.x_px, files->region.y_px);

@@ -4,10 +4,29 @@
 #include <strings.h>
 
 #include "net/cookie.h"
+#include "net/http_guard.h"
 #include "net/http_internal.h"
+#include "protocol/json.h"
+
+// Nothing is asked for but the session itself: a name in the body would be passed over.
+static bool has_good_body(struct bd_http *http)
+{
+    const char *type = http->head.values[BD_HTTP_CONTENT_TYPE];
+    struct bd_http_refusal refusal = {0};
+    ProtobufCMessage *message;
+    if (http->body_bytes == 0 || !bd_http_media_is(type, "application/json")) return true;
+    if (bd_json_text_to_message((const char *)http->body, http->body_bytes,
+                                &bounced__done__descriptor, &message, &refusal.fault)) {
+        bd_http_send_fault(http, &refusal);
+        return false;
+    }
+    protobuf_c_message_free_unpacked(message, NULL);
+    return true;
+}
 
 void bd_http_begin_session(struct bd_http *http)
 {
+    if (!has_good_body(http)) return;
     char value[BD_COOKIE_BYTES];
     const char *origin = http->head.values[BD_HTTP_ORIGIN];
     bool is_secure = origin && strncasecmp(origin, "https://", 8) == 0;

@@ -287,14 +287,13 @@ void bd_options_print_help(FILE *out)
     for (size_t i = 0; i < OPTION_COUNT; i++)
         fprintf(out, "  --%s %s\n", table[i].name, table[i].help);
     fputs("  --debug --list-devices --version --help\n", out);
-    fputs(
-        "\nSIGHUP reads the options' --config files and the token file again. Tokens, public "
-        "names,\n"
-        "proxies and the limits of peers and requests count from then on; connections and "
-        "sessions\n"
-        "of tokens that are gone, or have other rights, end. What else has changed is named in "
-        "the\n"
-        "log and needs a restart. A file with a fault changes nothing: one line says where it is.\n"
-        "SIGTERM ends the daemon in good order.\n",
-        out);
+    fputs("\n"
+          "SIGHUP reads --config files and the token file again. Tokens, public names,\n"
+          "proxies and the limits of peers and requests count from then on; connections\n"
+          "and sessions of tokens that are gone, or have other rights, end. What else has\n"
+          "changed is named in the log and needs a restart: listeners, data, device,\n"
+          "memory, the log's form, limits of scenes, pictures and imports. A file with a\n"
+          "fault changes nothing: one line says where it is. SIGTERM ends the daemon in\n"
+          "good order.\n",
+          out);
 }

@@ -297,6 +297,8 @@ def test_a_name_that_is_not_there_in_a_body(shared):
     blob = shared.put_blob(GLB)
     status, error = shared.json("POST", "/v1/scenes", {"blob": blob, "nmae": "x"})
     assert (status, error["details"]["field"]) == (400, "nmae") and 'mean "name"' in error["message"]
+    status, error = shared.json("POST", "/v1/session", {"token": "x"})
+    assert (status, error["details"]["field"]) == (400, "token"), error
     status, error = shared.json("POST", "/v1/scenes", {"blob": blob, "environment": {"radience": [1, 1, 1]}})
     assert (status, error["details"]["field"]) == (400, "environment.radience"), error
 

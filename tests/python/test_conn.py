@@ -250,3 +250,9 @@ def test_nothing_is_left_of_closed_connections():
             client.scenes.add(SCENES / "cornell.glb").render(size=(4, 4))
         counts.append(count())
     assert len(set(counts)) == 1, counts
+
+
+def test_words_of_others_do_not_command_a_terminal():
+    assert bounced.plain("K\u00fcche \u20ac \u2764\ufe0f") == "K\u00fcche \u20ac \u2764\ufe0f"
+    assert bounced.plain("a\u202eb\u200bc\x1b[2J\n\u2066\ud800\u3164\U000e0041") == "a?b?c?[2J?????"
+    assert str(bounced.NotFound("no \u202e here", "x\u200by")) == "not_found: no ? here (x?y)"

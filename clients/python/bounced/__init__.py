@@ -23,6 +23,7 @@ from .errors import (BadInput, Cancelled, Conflict, Deadline, Error, NotFound, U
 from .files import MissingFileWarning
 from .frame import Frame, FrameOptions, Pose, read_exr
 from .scene import Environment, Scene, Scenes
+from .text import plain
 from .types import LogEntry, Report, SceneEvent, SceneInfo, SceneObject
 from .view import View, ViewFrame, Watch
 
@@ -32,5 +33,5 @@ __all__ = [
     "LogEntry", "MaterialFields", "MissingFileWarning", "NodeFields", "NotFound", "Pending", "Pose",
     "Primitive", "Report", "Scene", "SceneEvent", "SceneInfo", "SceneObject", "Scenes",
     "TextureFields", "Unreachable", "Unsupported", "View", "ViewFrame", "Watch", "connect",
-    "private", "read_exr",
+    "plain", "private", "read_exr",
 ]

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from .text import plain
+
 
 class Error(Exception):
     """A request that failed.
@@ -33,7 +35,7 @@ class Error(Exception):
 
     def __str__(self) -> str:
         place = f" ({self.field})" if self.field and self.field not in self.message else ""
-        return f"{self.code}: {self.message}{place}"
+        return plain(f"{self.code}: {self.message}{place}")
 
 
 class BadInput(Error):

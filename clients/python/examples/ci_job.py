@@ -66,7 +66,7 @@ def main():
         print(error, file=sys.stderr)
         return EXIT_CODES.get(error.code, 4)
     for flag in frame.report["flags"]:
-        print("flag:", flag, file=sys.stderr)
+        print("flag:", bounced.plain(flag), file=sys.stderr)
     if asked.report:
         asked.report.write_text(json.dumps(frame.report, indent=2))
     return judge(asked, frame)

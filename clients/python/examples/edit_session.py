@@ -53,8 +53,8 @@ def main():
         scene.revert("as it came")
         scene.render(**look).save(asked.output / "3 after.png")
         for entry in scene.log():
-            print(entry["revision"], entry["kind"], entry.get("message", ""),
-                  "; ".join(entry["changes"]))
+            print(entry["revision"], entry["kind"],
+                  bounced.plain(entry.get("message", "") + " " + "; ".join(entry["changes"])))
         scene.remove()
 
 
