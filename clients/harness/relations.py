@@ -27,7 +27,10 @@ REFERENCE_SETTINGS = {"filter": "box"}
 REFERENCE_RUNG = 3  # of its ladder: whatever it is, the variance layer says what noise there is
 OUTWARD = np.array([0.6, -0.64, 0.48])  # a unit vector along no axis
 TURN = [0.1830127, 0.3061862, 0.2041241, 0.9083396]  # about no axis of the scenes
-FAR = 2  # rungs from one to the next: about 16 times the samples
+FAR = 2  # rungs from one to the next where nothing tells how many samples they have
+SAMPLES_AHEAD = 16  # times as many from one to the next
+SAMPLES = ("vpls", "shadow_size", "spp")
+MIDDLE_VPLS_COMPARED = 256  # of what is there to be compared with, which takes long
 # Of techniques that light blocks of pixels: with as many blocks as they have by default, pictures as
 # small as these would have none but single pixels.
 COARSE = {"coarsest": "8"}
@@ -77,9 +80,32 @@ def _own_rungs(technique):
     ladder = technique.ladder or ({},)
     if technique.is_reference:
         ladder = [{**settings, **REFERENCE_SETTINGS} for settings in ladder[REFERENCE_RUNG:][:1]]
-    last = len(ladder) - 1
-    return {name: ladder[min(last // 2 + ahead * FAR, last)]
-            for ahead, name in enumerate(("middle", "finer", "finest"))}
+    middle = _middle(technique, ladder)
+    finer = _further(ladder, middle)
+    return {"middle": ladder[middle], "finer": ladder[finer],
+            "finest": ladder[_further(ladder, finer)]}
+
+
+def _middle(technique, ladder):
+    """The rung that the defaults are on, or a cheaper one."""
+    defaults = {key: parameter["standard"] for key, parameter in technique.parameters.items()}
+    for place, rung in enumerate(ladder):
+        if technique.for_comparison and float(rung.get("vpls", 0)) >= MIDDLE_VPLS_COMPARED:
+            return place
+        if all(float(defaults[key]) == float(value) for key, value in rung.items()):
+            return place
+    return len(ladder) // 2
+
+
+def _further(ladder, place):
+    """The first rung with so many more samples; a few rungs on where there is none."""
+    keys = [key for key in SAMPLES if key in ladder[place]]
+    here = [float(ladder[place][key]) ** (2 if key == "shadow_size" else 1) for key in keys]
+    for further in range(place + 1, len(ladder)):
+        there = [float(ladder[further][key]) ** (2 if key == "shadow_size" else 1) for key in keys]
+        if any(b >= SAMPLES_AHEAD * a for a, b in zip(here, there)):
+            return further
+    return min(place + FAR, len(ladder) - 1)
 
 
 def rungs(technique, registry):

@@ -1,5 +1,6 @@
 #include "frame/ladder.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -61,35 +62,59 @@ static bool names_any(const char *rung, const struct bd_param_list *given)
     return false;
 }
 
-static double number_in(const char *rung, const char *key)
+// Where a value stands among a key's values from rung to rung: on the rungs `lowest` to `highest`,
+// which have it, or half a rung between two of them, or beyond an end. Whether values grow or fall
+// on the way up, or do either, says nothing: what is better is what a later rung has.
+struct standing {
+    double lowest, highest;
+};
+
+static bool value_on(const char *rung, const char *key, double *value)
 {
     struct bd_param_list pair;
-    while (next_pair(&rung, &pair))
-        if (strcmp(pair.pairs[0].key, key) == 0) return strtod(pair.pairs[0].value, NULL);
-    return 0;
+    while (next_pair(&rung, &pair)) {
+        if (strcmp(pair.pairs[0].key, key) != 0) continue;
+        *value = strtod(pair.pairs[0].value, NULL);
+        return true;
+    }
+    return false;
 }
 
-// 1 where a key's values grow from the cheapest rung to the best, -1 where they fall (thresholds).
-static double direction_of(const char *const *ladder, const char *key)
+static bool is_between(double value, double a, double b)
 {
-    uint32_t best = 0;
-    while (ladder[best + 1]) best++;
-    return number_in(ladder[best], key) < number_in(ladder[0], key) ? -1 : 1;
+    return (a < value && value < b) || (b < value && value < a);
 }
 
-// No value cheaper than what was given, and one better.
-static bool is_above(const char *const *ladder, const char *rung, const struct bd_param_list *given)
+static struct standing standing_of(const char *const *ladder, const char *key, double value)
+{
+    struct standing on = {-1, -1}, between = {-1, -1};
+    double before, here, first = 0, last = 0;
+    uint32_t count = 0;
+    for (; ladder[count] && value_on(ladder[count], key, &here); before = here, count++) {
+        if (here == value && on.lowest < 0) on.lowest = count;
+        if (here == value) on.highest = count;
+        if (count > 0 && between.lowest < 0 && is_between(value, before, here))
+            between = (struct standing){count - 0.5, count - 0.5};
+        if (count == 0) first = here;
+        last = here;
+    }
+    if (on.lowest >= 0) return on;
+    if (between.lowest >= 0) return between;
+    double end = fabs(value - first) <= fabs(value - last) ? -0.5 : count - 0.5;
+    return (struct standing){end, end};
+}
+
+// Nothing that was given is better than the rung's, and something is worse.
+static bool is_above(const char *const *ladder, uint32_t rung, const struct bd_param_list *given)
 {
     struct bd_param_list pair;
     bool above = false;
-    while (next_pair(&rung, &pair)) {
-        const char *value = value_of(given, pair.pairs[0].key);
+    for (const char *at = ladder[rung]; next_pair(&at, &pair);) {
+        const char *key = pair.pairs[0].key, *value = value_of(given, key);
         if (!value) continue;
-        double better = direction_of(ladder, pair.pairs[0].key);
-        double has = better * strtod(value, NULL);
-        double would = better * strtod(pair.pairs[0].value, NULL);
-        if (would < has) return false;
-        above = above || would > has;
+        const struct standing standing = standing_of(ladder, key, strtod(value, NULL));
+        if (standing.lowest > rung) return false;
+        above = above || standing.highest < rung;
     }
     return above;
 }
@@ -105,7 +130,7 @@ uint32_t bd_ladder_begin(const struct bd_technique *technique, const struct bd_p
         return 1;
     }
     uint32_t rung = 0;
-    while (ladder[rung] && !is_above(ladder, ladder[rung], given)) rung++;
+    while (ladder[rung] && !is_above(ladder, rung, given)) rung++;
     return rung;
 }
 

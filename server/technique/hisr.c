@@ -48,9 +48,10 @@ static const char *const passes[] = {"gather", "upsample", NULL};
 static const char *const ladder[] = {
     "vpls=1024 tau=0.1 depth_threshold=0.2 normal_threshold=1",
     "vpls=4096 tau=0.05 depth_threshold=0.1 normal_threshold=0.5",
-    "vpls=16384 tau=0.02 depth_threshold=0.05 normal_threshold=0.25",
+    "vpls=65536 tau=0.03 depth_threshold=0.05 normal_threshold=0.25",
     "vpls=65536 tau=0.01 depth_threshold=0.02 normal_threshold=0.1",
     "vpls=65536 tau=0.005 depth_threshold=0.01 normal_threshold=0.05",
+    "vpls=65536 tau=0.003 depth_threshold=0.005 normal_threshold=0.02",
     "vpls=65536 tau=0.002 depth_threshold=0 normal_threshold=0",
     NULL,
 };

@@ -20,8 +20,11 @@ static const char *const ladder[] = {
     "vpls=64 cluster_levels=1 depth_threshold=0.2 normal_threshold=1",
     "vpls=256 cluster_levels=2 depth_threshold=0.1 normal_threshold=0.5",
     "vpls=1024 cluster_levels=2 depth_threshold=0.05 normal_threshold=0.25",
-    "vpls=1024 cluster_levels=3 depth_threshold=0.02 normal_threshold=0.1",
+    "vpls=1024 cluster_levels=3 depth_threshold=0.05 normal_threshold=0.25",
+    "vpls=4096 cluster_levels=3 depth_threshold=0.02 normal_threshold=0.1",
     "vpls=16384 cluster_levels=3 depth_threshold=0.01 normal_threshold=0.05",
+    "vpls=65536 cluster_levels=2 depth_threshold=0.01 normal_threshold=0.05",
+    "vpls=65536 cluster_levels=2 depth_threshold=0.005 normal_threshold=0.02",
     "vpls=65536 cluster_levels=2 depth_threshold=0 normal_threshold=0",
     NULL,
 };

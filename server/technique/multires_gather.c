@@ -26,13 +26,26 @@ static enum bd_err gather_fragments(const struct bd_pass_context *context,
 
 static const char *const passes[] = {"gather", "upsample", "glossy", NULL};
 static const char *const glossy_passes[] = {"glossy", NULL};
+// Flat walls stay few blocks whatever the thresholds are: towards the top it is how large a block
+// may be that makes them more.
 static const char *const ladder[] = {
-    "vpls=64 depth_threshold=0.05 normal_threshold=0.9 finest=4 light_threshold=0.2",
-    "vpls=256 depth_threshold=0.02 normal_threshold=0.5 finest=4 light_threshold=0.1",
-    "vpls=1024 depth_threshold=0.01 normal_threshold=0.25 finest=2 light_threshold=0.05",
-    "vpls=4096 depth_threshold=0.005 normal_threshold=0.1 finest=1 light_threshold=0.02",
-    "vpls=16384 depth_threshold=0.002 normal_threshold=0.05 finest=1 light_threshold=0.01",
-    "vpls=65536 depth_threshold=0 normal_threshold=0 finest=1 light_threshold=inf",
+    "vpls=64 depth_threshold=0.05 normal_threshold=0.9 finest=4 light_threshold=0.2 coarsest=64",
+    "vpls=256 depth_threshold=0.02 normal_threshold=0.5 finest=4 light_threshold=0.1 coarsest=64",
+    "vpls=1024 depth_threshold=0.01 normal_threshold=0.25 finest=2 light_threshold=0.05 "
+    "coarsest=64",
+    "vpls=2048 depth_threshold=0.005 normal_threshold=0.1 finest=1 light_threshold=0.02 "
+    "coarsest=64",
+    "vpls=8192 depth_threshold=0.005 normal_threshold=0.1 finest=1 light_threshold=0.02 "
+    "coarsest=64",
+    "vpls=16384 depth_threshold=0.002 normal_threshold=0.05 finest=1 light_threshold=0.01 "
+    "coarsest=64",
+    "vpls=65536 depth_threshold=0.002 normal_threshold=0.05 finest=1 light_threshold=0.01 "
+    "coarsest=64",
+    "vpls=65536 depth_threshold=0.002 normal_threshold=0.05 finest=1 light_threshold=0.01 "
+    "coarsest=128",
+    "vpls=65536 depth_threshold=0.002 normal_threshold=0.05 finest=1 light_threshold=0.01 "
+    "coarsest=256",
+    "vpls=65536 depth_threshold=0 normal_threshold=0 finest=1 light_threshold=0.005 coarsest=512",
     NULL,
 };
 

@@ -19,8 +19,7 @@ static enum bd_err splat_fragments(const struct bd_pass_context *context,
                                    const struct bd_technique_inputs *inputs,
                                    struct bd_indirect **out, struct bd_fault *fault)
 {
-    enum bd_err err =
-        bd_fragment_light(context, inputs, "splat", bd_fragments_splat, out, fault);
+    enum bd_err err = bd_fragment_light(context, inputs, "splat", bd_fragments_splat, out, fault);
     if (err || !inputs->glossy_receivers) return err;
     err = bd_glossy_light(context, inputs, BD_GLOSSY_LIGHT_AT_BLOCKS, *out, fault);
     if (err) bd_indirect_destroy(context->gpu, out);
@@ -34,6 +33,8 @@ static const char *const ladder[] = {
     "vpls=64 depth_threshold=0.2 normal_threshold=1 radiance_threshold=0.5",
     "vpls=256 depth_threshold=0.1 normal_threshold=0.5 radiance_threshold=0.5",
     "vpls=512 depth_threshold=0.05 normal_threshold=0.25 radiance_threshold=0.25",
+    "vpls=1024 depth_threshold=0.05 normal_threshold=0.25 radiance_threshold=0.25",
+    "vpls=1024 depth_threshold=0.01 normal_threshold=0.05 radiance_threshold=0.1",
     "vpls=1024 depth_threshold=0 normal_threshold=0 radiance_threshold=0",
     NULL,
 };

@@ -256,7 +256,7 @@ static void without_a_bound_it_is_the_gather(void **state)
 // The bound is searched in render space: lights and scenes of any size give the same splats.
 static void the_bound_knows_no_units(void **state)
 {
-    static const char *const settings[] = {"vpls=96", NULL};
+    static const char *const settings[] = {"vpls=96", "splat_share=0.05", NULL};
     struct bd_image *before[BD_LAYER_COUNT], *after[BD_LAYER_COUNT];
     struct world *w = *state;
     const uint32_t layer = 1u << BD_LAYER_INDIRECT;

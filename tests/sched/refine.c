@@ -1,6 +1,7 @@
 // What is decided after a checked frame, and how ladders are climbed: no device, no tracing.
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "frame/ladder.h"
@@ -178,6 +179,69 @@ static void a_ladder_may_fall(void **state)
     assert_false(bd_ladder_climb(&made_up, &given, &rung, &now));
 }
 
+// What is better is what comes later, whether a key's values grow, fall, or end in a word for none.
+static void rungs_are_ordered_by_their_place(void **state)
+{
+    (void)state;
+    static const char *const turning[] = {"vpls=16 threshold=0.2",   "vpls=64 threshold=0.1",
+                                          "vpls=256 threshold=0.05", "vpls=1024 threshold=0.1",
+                                          "vpls=4096 threshold=inf", NULL};
+    static const struct bd_technique made_up = {.name = "made_up", .ladder = turning};
+    static const struct {
+        const char *first, *second, *next; // vpls of the rung climbed to
+    } steps[] = {
+        {"vpls=16", "threshold=0.2", "64"},     {"vpls=64", "threshold=0.1", "256"},
+        {"vpls=256", "threshold=0.05", "1024"}, {"vpls=16", "threshold=0.15", "64"},
+        {"vpls=1024", "threshold=0.1", "4096"}, {"vpls=1024", "threshold=0.07", "1024"},
+        {"vpls=100000", "threshold=0.2", NULL}, {"vpls=16", "threshold=inf", "4096"},
+    };
+    for (size_t i = 0; i < sizeof steps / sizeof *steps; i++) {
+        struct bd_param_list given = list_of(steps[i].first, steps[i].second), now;
+        uint32_t rung = bd_ladder_begin(&made_up, &given, &now);
+        bool climbed = bd_ladder_climb(&made_up, &given, &rung, &now);
+        assert_int_equal(climbed, steps[i].next != NULL);
+        if (climbed) assert_string_equal(value_of(&now, "vpls"), steps[i].next);
+    }
+}
+
+static bool is_on(const struct bd_param_list *list, const struct bd_param_list *rung)
+{
+    for (uint32_t i = 0; i < rung->count; i++)
+        if (strtod(value_of(list, rung->pairs[i].key), NULL) != strtod(rung->pairs[i].value, NULL))
+            return false;
+    return true;
+}
+
+// Of every technique: the defaults are a rung, and who asks for no more than those climbs to the
+// next.
+static void defaults_sit_on_their_own_ladder(void **state)
+{
+    (void)state;
+    const struct bd_technique *of;
+    for (uint32_t i = 0; (of = bd_technique_at(i)) != NULL; i++) {
+        const struct bd_param_list none = {0};
+        struct bd_params params;
+        struct bd_param_list defaults, rung, next, climbed;
+        assert_int_equal(bd_params_read(&none, of, &params, NULL), BD_ERR_OK);
+        bd_params_write(&params, of, &defaults);
+        uint32_t place = bd_ladder_begin(of, &none, &rung);
+        while (!is_on(&defaults, &rung))
+            if (!bd_ladder_climb(of, &none, &place, &rung))
+                fail_msg("%s: the defaults are on no rung", of->name);
+        uint32_t above = bd_ladder_begin(of, &defaults, &climbed);
+        assert_int_equal(above, place);
+        assert_true(bd_ladder_climb(of, &none, &place, &next));
+        assert_true(bd_ladder_climb(of, &none, &above, &climbed));
+        for (uint32_t k = 0; k < next.count; k++)
+            assert_string_equal(next.pairs[k].value, value_of(&climbed, next.pairs[k].key));
+        // No two rungs are the same.
+        struct bd_param_list before = rung;
+        for (place = bd_ladder_begin(of, &none, &before); bd_ladder_climb(of, &none, &place, &next);
+             before = next)
+            assert_false(is_on(&before, &next));
+    }
+}
+
 static void a_key_given_twice_is_replaced(void **state)
 {
     (void)state;
@@ -211,6 +275,8 @@ int main(void)
         cmocka_unit_test(a_ladder_begins_at_its_foot),
         cmocka_unit_test(a_ladder_begins_above_what_was_given),
         cmocka_unit_test(a_ladder_may_fall),
+        cmocka_unit_test(rungs_are_ordered_by_their_place),
+        cmocka_unit_test(defaults_sit_on_their_own_ladder),
         cmocka_unit_test(a_key_given_twice_is_replaced),
         cmocka_unit_test(a_technique_without_ladder_stays),
     };

@@ -84,10 +84,10 @@ class Case:
         out = dict(self.technique.tolerance_settings)
         if self.technique.has("brdf"):
             out["brdf"] = "lambert"
-        if self.technique.has("coarsest"):
-            out["coarsest"] = COARSEST
         if best and self.technique.ladder and not self.technique.is_reference:
             out.update(self.technique.ladder[-1])
+        if self.technique.has("coarsest"):
+            out["coarsest"] = COARSEST
         for key in ("spp", "samples"):
             if self.technique.is_reference and self.technique.has(key):
                 out[key] = samples or (SAMPLES_MANY if best else SAMPLES_USUAL)
