@@ -55,7 +55,10 @@ static void print_passes(const Bounced__Report *report, FILE *out)
 {
     for (size_t i = 0; i < report->n_passes; i++) {
         const Bounced__ReportPass *pass = report->passes[i];
-        if (strcmp(or_none(pass->state), "ran") == 0)
+        if (strcmp(or_none(pass->state), "ran") == 0 && report->aa > 1 && pass->sub_frames > 0)
+            bd_cli_print_line(out, "  %-16s %9.2f ms, %u of %u sub-frames", or_none(pass->name),
+                              pass->ms, pass->sub_frames, report->aa);
+        else if (strcmp(or_none(pass->state), "ran") == 0)
             bd_cli_print_line(out, "  %-16s %9.2f ms", or_none(pass->name), pass->ms);
         else
             bd_cli_print_line(out, "  %-16s %9s", or_none(pass->name), or_none(pass->state));

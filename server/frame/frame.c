@@ -88,7 +88,8 @@ static enum bd_err create_layers(struct bd_frame *frame, struct bd_tex *layers[B
     return BD_ERR_OK;
 }
 
-static enum bd_err composite(struct bd_frame *frame, uint32_t sub_frame,
+// Into the layers themselves (`only`), or into their sums over sub-frames.
+static enum bd_err composite(struct bd_frame *frame, bool first, bool only,
                              struct bd_tex *layers[BD_LAYER_COUNT])
 {
     const struct bd_composite_inputs inputs = {
@@ -98,10 +99,10 @@ static enum bd_err composite(struct bd_frame *frame, uint32_t sub_frame,
         .direct = frame->direct,
         .indirect = frame->indirect,
         .lambert = frame->plan->params.lambert,
-        .sub_frame = sub_frame,
-        .sub_frame_count = frame->request->aa,
+        .first = first,
+        .only = only,
     };
-    bd_report_mark(frame->report, "composite", BD_PASS_RAN);
+    bd_stage_mark(frame, "composite", BD_PASS_RAN);
     bd_gpu_pass_begin(frame->context.gpu, "composite");
     enum bd_err err = BD_ERR_OK;
     for (uint32_t l = 0; !err && l < BD_LAYER_COUNT; l++)
@@ -110,32 +111,105 @@ static enum bd_err composite(struct bd_frame *frame, uint32_t sub_frame,
     return err;
 }
 
-static void count_indirect(struct bd_frame *frame)
+// --- what is told of indirect light ---------------------------------------------------------
+
+static void count_indirect(const struct bd_indirect *indirect, struct bd_indirect_counts *counts)
 {
-    const struct bd_subsplat_counts *subsplats = &frame->indirect->subsplats;
-    frame->report->counts.fragments += frame->indirect->fragment_count;
-    frame->report->counts.subsplats += subsplats->drawn;
-    frame->report->counts.subsplats_tested += subsplats->tested;
-    frame->report->counts.subsplats_split += subsplats->split;
-    if (subsplats->is_limited && !frame->subsplats_limited)
-        bd_report_flag(frame->report,
-                       "subsplats_limited: coarser than radiance_threshold asks for");
-    frame->subsplats_limited |= subsplats->is_limited;
+    if (!indirect) return;
+    counts->fragments += indirect->fragment_count;
+    counts->subsplats += indirect->subsplats.drawn;
+    counts->subsplats_tested += indirect->subsplats.tested;
+    counts->subsplats_split += indirect->subsplats.split;
+    counts->subsplats_limited |= indirect->subsplats.is_limited;
 }
 
-static enum bd_err run_sub_frame(struct bd_frame *frame, uint32_t index,
-                                 struct bd_tex *layers[BD_LAYER_COUNT])
+static void report_counts(struct bd_report *report, const struct bd_indirect_counts *counts)
 {
+    report->counts.fragments = counts->fragments;
+    report->counts.subsplats = counts->subsplats;
+    report->counts.subsplats_tested = counts->subsplats_tested;
+    report->counts.subsplats_split = counts->subsplats_split;
+    if (counts->subsplats_limited)
+        bd_report_flag(report, "subsplats_limited: coarser than radiance_threshold asks for");
+}
+
+// --- sub-frames -----------------------------------------------------------------------------
+
+static enum bd_err see_sub_frame(struct bd_frame *frame, uint32_t index)
+{
+    const struct bd_plan *plan = frame->plan;
+    const bool is_shared = plan->shared && index > 0;
+    const bool blocks = plan->fragments && !is_shared;
     bd_viewpoint_set_sub_frame(&frame->viewpoint, index, frame->request->aa);
     enum bd_err err = bd_stage_gbuffer(frame);
     if (!err) err = bd_stage_direct(frame);
-    if (!err && frame->plan->fragments) err = bd_stage_discontinuity(frame);
-    if (!err && frame->plan->fragments) err = bd_stage_fragments(frame);
-    if (!err && frame->plan->fragments) err = bd_stage_surfaces(frame);
-    if (!err && frame->plan->indirect) err = bd_stage_indirect(frame);
-    if (!err) err = composite(frame, index, layers);
-    if (!err && frame->indirect) count_indirect(frame);
-    if (frame->request->aa > 1) bd_stage_forget_camera_side(frame);
+    if (!err && blocks) err = bd_stage_discontinuity(frame);
+    if (!err && blocks) err = bd_stage_fragments(frame);
+    if (!err && blocks) err = bd_stage_surfaces(frame);
+    if (!err && is_shared) return bd_stage_shared_indirect(frame);
+    if (!err && plan->indirect) err = bd_stage_indirect(frame);
+    return err;
+}
+
+static enum bd_err add_sub_frame(struct bd_frame *frame, struct bd_frame_sums *sums)
+{
+    enum bd_err err = composite(frame, sums->count == 0, false, sums->layers);
+    if (err) return err;
+    count_indirect(frame->indirect, &sums->counts);
+    sums->count++;
+    return BD_ERR_OK;
+}
+
+// From as many as were added up before, by this frame's like or one of fewer sub-frames.
+static enum bd_err add_sub_frames(struct bd_frame *frame, struct bd_frame_sums *sums)
+{
+    enum bd_err err = sums->count == 0 ? add_sub_frame(frame, sums) : BD_ERR_OK;
+    frame->first = (struct bd_sub_frame){frame->viewpoint, frame->gbuffer, frame->indirect};
+    for (uint32_t s = sums->count; !err && s < frame->request->aa; s++) {
+        bd_stage_leave_camera_side(frame);
+        err = see_sub_frame(frame, s);
+        if (!err) err = add_sub_frame(frame, sums);
+        if (!err) bd_stage_forget_camera_side(frame);
+    }
+    return err;
+}
+
+static enum bd_err finish_sums(struct bd_frame *frame, const struct bd_frame_sums *sums,
+                               struct bd_tex *layers[BD_LAYER_COUNT])
+{
+    enum bd_err err = BD_ERR_OK;
+    bd_gpu_pass_begin(frame->context.gpu, "composite");
+    for (uint32_t l = 0; !err && l < BD_LAYER_RENDERED_COUNT; l++) {
+        const struct bd_composite_sums inputs = {frame->scene, &frame->viewpoint, sums->layers[l],
+                                                 sums->count};
+        if (layers[l])
+            err = bd_composite_finish(&frame->context, &inputs, l, layers[l], frame->fault);
+    }
+    bd_gpu_pass_end(frame->context.gpu);
+    return err;
+}
+
+// The first sub-frame is seen whole, kept for the others and for a frame of one sub-frame: those
+// look through the same places.
+static enum bd_err run_sub_frames(struct bd_frame *frame, struct bd_tex *layers[BD_LAYER_COUNT])
+{
+    struct bd_frame_sums *sums;
+    enum bd_err err = see_sub_frame(frame, 0);
+    if (err) return err;
+    if (frame->request->aa == 1) {
+        struct bd_indirect_counts counts = {0};
+        err = composite(frame, true, true, layers);
+        count_indirect(frame->indirect, &counts);
+        report_counts(frame->report, &counts);
+        return err;
+    }
+    err = bd_stage_take_sums(frame, &sums);
+    if (!err && sums->count == frame->request->aa)
+        bd_stage_mark(frame, "composite", BD_PASS_REUSED);
+    if (!err) err = add_sub_frames(frame, sums);
+    if (!err) err = finish_sums(frame, sums, layers);
+    if (!err) report_counts(frame->report, &sums->counts);
+    bd_stage_keep_sums(frame, &sums, err == BD_ERR_OK);
     return err;
 }
 
@@ -148,11 +222,10 @@ static enum bd_err run_camera_side(struct bd_frame *frame, struct bd_tex *layers
                                                   request->width_px, request->height_px)
                            : bd_viewpoint_of_camera(frame->snapshot, (uint32_t)frame->plan->camera,
                                                     request->width_px, request->height_px);
-    for (uint32_t s = 0; s < frame->request->aa; s++) {
-        enum bd_err err = run_sub_frame(frame, s, layers);
-        if (err) return err;
-    }
-    return BD_ERR_OK;
+    frame->is_camera_side = true;
+    enum bd_err err = run_sub_frames(frame, layers);
+    frame->is_camera_side = false;
+    return err;
 }
 
 // --- readback -------------------------------------------------------------------------------
@@ -225,7 +298,7 @@ static enum bd_err read_layers(struct bd_frame *frame, struct bd_tex *textures[B
     const uint32_t width = frame->request->width_px, height = frame->request->height_px;
     float *rgba = malloc(width * TEXEL_BYTES * band_rows_max(frame));
     BD_ASSERT(rgba);
-    bd_report_mark(frame->report, "readback", BD_PASS_RAN);
+    bd_stage_mark(frame, "readback", BD_PASS_RAN);
     enum bd_err err = BD_ERR_OK;
     for (uint32_t l = 0; !err && l < BD_LAYER_COUNT; l++) {
         if (!textures[l]) continue;
@@ -380,7 +453,7 @@ enum bd_err bd_frame_render(struct bd_renderer *renderer, struct bd_scene *scene
         // Other scenes' and views' outputs stood in the way: once more with the room to itself.
         destroy_images(layers);
         *report = planned;
-        frame.subsplats_limited = false;
+        frame.is_camera_side = false;
         err = run_frame(&frame, layers);
     }
     bd_memo_end_frame(renderer->memo);

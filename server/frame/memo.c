@@ -129,6 +129,18 @@ void *bd_memo_find(struct bd_memo *memo, uint64_t key)
     return NULL;
 }
 
+void *bd_memo_take(struct bd_memo *memo, uint64_t key)
+{
+    for (size_t i = 0; i < memo->count; i++) {
+        if (memo->entries[i].key != key || memo->entries[i].is_forgotten) continue;
+        void *output = memo->entries[i].output;
+        memo->used_bytes -= memo->entries[i].bytes;
+        memo->entries[i] = memo->entries[--memo->count];
+        return output;
+    }
+    return NULL;
+}
+
 void bd_memo_store(struct bd_memo *memo, uint64_t key, void *output, uint64_t bytes,
                    bd_memo_destroy_fn destroy)
 {

@@ -33,6 +33,9 @@ void bd_memo_end_frame(struct bd_memo *memo);
 
 // NULL if there is no such output.
 void *bd_memo_find(struct bd_memo *memo, uint64_t key);
+// The same, and the caller's from then on: for what is changed in place. Nobody else finds it until
+// it is stored again.
+void *bd_memo_take(struct bd_memo *memo, uint64_t key);
 // Takes ownership of `output`. What the key had before, made by a frame in between, is forgotten.
 void bd_memo_store(struct bd_memo *memo, uint64_t key, void *output, uint64_t bytes,
                    bd_memo_destroy_fn destroy);

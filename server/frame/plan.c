@@ -8,6 +8,7 @@
 #include "pass/discontinuity.h"
 #include "pass/gather_tree.h"
 #include "pass/upsample.h"
+#include "technique/sub_frame_light.h"
 
 bool bd_plan_light_shines(const struct bd_scene *scene, uint32_t placed_light)
 {
@@ -105,6 +106,7 @@ static void list_passes(const struct bd_plan *plan, struct bd_report *report)
     for (const char *const *pass = own_passes(plan); *pass; pass++)
         add_pass(report, plan->indirect && (plan->glossy || !is_for_glossy_alone(plan, *pass)),
                  *pass);
+    add_pass(report, plan->shared, "share");
     add_pass(report, true, "composite");
     add_pass(report, true, "readback");
 }
@@ -302,6 +304,9 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
     out->fragments = out->indirect && (out->technique->inputs & BD_INPUT_FRAGMENTS);
     out->glossy = out->indirect && out->technique->model.glossy_receivers && !out->params.lambert &&
                   f->has_glossy;
+    out->shared = request->aa > 1 && out->indirect &&
+                  bd_technique_shares(out->technique, &out->params, out->glossy);
+    out->normal_maps = f->has_normal_map;
     out->emission = f->has_emissive || f->has_unlit;
     out->flux_lm = total_flux_lm(scene);
     out->unoccluded = has_indirect(out) && !model_of(out).indirect_visibility;

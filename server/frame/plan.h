@@ -24,6 +24,8 @@ struct bd_plan {
     bool vpl_clusters; // the same, with VPLs from blocks of several sizes
     bool vpl_tree;     // a tree over the VPLs
     bool fragments;    // it is found at blocks of pixels
+    bool shared;       // of several sub-frames all but the first take its indirect light over
+    bool normal_maps;  // some surface has one
     bool glossy;       // receivers with a specular lobe worth its price
     bool emission;     // some surface emits or is unlit
     bool unoccluded;   // there is indirect light, and nothing in the scene hides any of it

@@ -57,6 +57,7 @@ struct bd_report {
         char name[24]; // of the one fixed list in protocol/README.md
         double ms;
         enum bd_pass_state state;
+        uint32_t sub_frames; // for which it ran; 0 of what is made for a light, or not at all
     } passes[BD_REPORT_PASS_MAX];
     uint32_t omitted_count;
     struct {

@@ -4,11 +4,13 @@
 
 #include "frame/stage_parts.h"
 
-void bd_report_mark(struct bd_report *report, const char *pass, enum bd_pass_state state)
+void bd_stage_mark(struct bd_frame *frame, const char *pass, enum bd_pass_state state)
 {
+    struct bd_report *report = frame->report;
     for (uint32_t i = 0; i < report->pass_count; i++) {
         if (strcmp(report->passes[i].name, pass) != 0) continue;
         if (report->passes[i].state != BD_PASS_RAN) report->passes[i].state = state;
+        if (state == BD_PASS_RAN && frame->is_camera_side) report->passes[i].sub_frames++;
         return;
     }
 }
@@ -52,7 +54,7 @@ uint64_t bd_stage_key_settings(uint64_t key, const struct bd_discontinuity_setti
 
 void bd_stage_begin(struct bd_frame *frame, const char *name)
 {
-    bd_report_mark(frame->report, name, BD_PASS_RAN);
+    bd_stage_mark(frame, name, BD_PASS_RAN);
     bd_gpu_pass_begin(frame->context.gpu, name);
 }
 
@@ -72,7 +74,7 @@ bool bd_stage_take_over(struct bd_frame *frame, uint64_t key, void **output)
 bool bd_stage_reuse(struct bd_frame *frame, const char *name, uint64_t key, void **output)
 {
     bool found = bd_stage_take_over(frame, key, output);
-    if (found) bd_report_mark(frame->report, name, BD_PASS_REUSED);
+    if (found) bd_stage_mark(frame, name, BD_PASS_REUSED);
     return found;
 }
 

@@ -7,6 +7,7 @@
 #include "frame/stage_parts.h"
 #include "frame/stages.h"
 #include "pass/upsample.h"
+#include "technique/sub_frame_light.h"
 
 static void destroy_gbuffer(void *owner, void *output)
 {
@@ -190,7 +191,10 @@ enum bd_err bd_stage_surfaces(struct bd_frame *frame)
     return BD_ERR_OK;
 }
 
-static enum bd_err run_indirect(struct bd_frame *frame)
+// Calls `run` with what a technique is given of the frame.
+static enum bd_err with_inputs(struct bd_frame *frame,
+                               enum bd_err (*run)(struct bd_frame *frame,
+                                                  const struct bd_technique_inputs *inputs))
 {
     const struct bd_vpl_list **lists = calloc(frame->light_count + 1, sizeof *lists);
     const struct bd_vpl_tree **trees = calloc(frame->light_count + 1, sizeof *trees);
@@ -211,35 +215,74 @@ static enum bd_err run_indirect(struct bd_frame *frame)
         .fragments = frame->fragments,
         .surfaces = frame->surfaces,
         .glossy_receivers = frame->plan->glossy,
+        .normal_maps = frame->plan->normal_maps,
     };
-    // The technique brackets its own passes: it alone knows which it runs.
-    enum bd_err err =
-        frame->plan->technique->indirect(&frame->context, &inputs, &frame->indirect, frame->fault);
+    enum bd_err err = run(frame, &inputs);
     free(lists);
     free(trees);
     return err;
 }
 
-enum bd_err bd_stage_indirect(struct bd_frame *frame)
+// The technique brackets its own passes: it alone knows which it runs.
+static enum bd_err run_indirect(struct bd_frame *frame, const struct bd_technique_inputs *inputs)
+{
+    return frame->plan->technique->indirect(&frame->context, inputs, &frame->indirect,
+                                            frame->fault);
+}
+
+static enum bd_err run_shared(struct bd_frame *frame, const struct bd_technique_inputs *inputs)
+{
+    const struct bd_first_sub_frame first = {&frame->first.viewpoint, frame->first.gbuffer,
+                                             frame->first.indirect};
+    return bd_sub_frame_light(&frame->context, frame->plan->technique, inputs, &first,
+                              &frame->indirect, frame->fault);
+}
+
+static uint64_t key_indirect(const struct bd_frame *frame, const char *of)
 {
     const struct bd_technique *technique = frame->plan->technique;
-    uint64_t key = bd_key_number(bd_key_begin(technique->name), frame->gbuffer_key);
+    uint64_t key = bd_key_number(bd_key_begin(of), frame->gbuffer_key);
     struct bd_param_list params;
     bd_params_write(&frame->plan->params, technique, &params);
     for (uint32_t i = 0; i < params.count; i++)
         key = bd_key_bytes(key, params.pairs[i].value, strlen(params.pairs[i].value));
     for (uint32_t i = 0; i < frame->light_count; i++)
         key = bd_key_number(key, frame->lights[i].vpl_key);
-    key = bd_key_number(key, frame->plan->glossy);
-    frame->indirect_key = key;
-    bool reused = bd_stage_take_over(frame, key, (void **)&frame->indirect);
+    return bd_key_number(key, frame->plan->glossy);
+}
+
+static void keep_indirect(struct bd_frame *frame)
+{
+    bd_memo_store(frame->renderer->memo, frame->indirect_key, frame->indirect,
+                  bd_indirect_bytes(frame->indirect), destroy_indirect);
+}
+
+enum bd_err bd_stage_indirect(struct bd_frame *frame)
+{
+    const struct bd_technique *technique = frame->plan->technique;
+    frame->indirect_key = key_indirect(frame, technique->name);
+    bool reused = bd_stage_take_over(frame, frame->indirect_key, (void **)&frame->indirect);
     for (const char *const *pass = technique->passes; *pass; pass++)
-        bd_report_mark(frame->report, *pass, reused ? BD_PASS_REUSED : BD_PASS_RAN);
+        bd_stage_mark(frame, *pass, reused ? BD_PASS_REUSED : BD_PASS_RAN);
     if (reused) return BD_ERR_OK;
-    enum bd_err err = run_indirect(frame);
+    enum bd_err err = with_inputs(frame, run_indirect);
+    if (!err) keep_indirect(frame);
+    return err;
+}
+
+enum bd_err bd_stage_shared_indirect(struct bd_frame *frame)
+{
+    const struct bd_technique *technique = frame->plan->technique;
+    frame->indirect_key =
+        bd_key_bytes(key_indirect(frame, "share"), technique->name, strlen(technique->name));
+    bd_stage_mark(frame, "share", BD_PASS_RAN);
+    enum bd_err err = with_inputs(frame, run_shared);
     if (err) return err;
-    bd_memo_store(frame->renderer->memo, key, frame->indirect, bd_indirect_bytes(frame->indirect),
-                  destroy_indirect);
+    if (frame->indirect->fragment_count > 0)
+        bd_stage_mark(frame, technique->passes[0], BD_PASS_RAN);
+    const char *const *glossy = frame->plan->glossy ? technique->glossy_passes : NULL;
+    for (; glossy && *glossy; glossy++) bd_stage_mark(frame, *glossy, BD_PASS_RAN);
+    keep_indirect(frame);
     return BD_ERR_OK;
 }
 
@@ -251,10 +294,84 @@ void bd_stage_forget_camera_side(struct bd_frame *frame)
     bd_memo_forget(frame->renderer->memo, frame->fragments_key);
     bd_memo_forget(frame->renderer->memo, frame->surfaces_key);
     bd_memo_forget(frame->renderer->memo, frame->indirect_key);
+    bd_stage_leave_camera_side(frame);
+}
+
+void bd_stage_leave_camera_side(struct bd_frame *frame)
+{
+    frame->gbuffer_key = frame->direct_key = frame->discontinuity_key = 0;
+    frame->fragments_key = frame->surfaces_key = frame->indirect_key = 0;
     frame->gbuffer = NULL;
     frame->direct = NULL;
     frame->discontinuity = NULL;
     frame->fragments = NULL;
     frame->surfaces = NULL;
     frame->indirect = NULL;
+}
+
+// --- sums over sub-frames -------------------------------------------------------------------
+
+static void destroy_sums(void *owner, void *output)
+{
+    struct bd_frame_sums *sums = output;
+    for (uint32_t l = 0; l < BD_LAYER_RENDERED_COUNT; l++)
+        bd_tex_destroy(((struct bd_renderer *)owner)->gpu, &sums->layers[l]);
+    free(sums);
+}
+
+static uint64_t sums_bytes(const struct bd_frame_sums *sums)
+{
+    uint64_t bytes = 0;
+    for (uint32_t l = 0; l < BD_LAYER_RENDERED_COUNT; l++)
+        if (sums->layers[l]) bytes += bd_tex_bytes(sums->layers[l]);
+    return bytes;
+}
+
+// The layers asked for, and the first sub-frame, of which the others follow. Not how many.
+static uint64_t key_sums(const struct bd_frame *frame)
+{
+    uint64_t key = bd_key_number(bd_key_begin("sums"), frame->gbuffer_key);
+    key = bd_key_number(key, frame->direct_key);
+    key = bd_key_number(key, frame->plan->indirect ? frame->indirect_key : 0);
+    return bd_key_number(key, frame->plan->layers | 1u << BD_LAYER_BEAUTY);
+}
+
+static enum bd_err create_sums(struct bd_frame *frame, struct bd_frame_sums **out)
+{
+    struct bd_frame_sums *sums = *out = calloc(1, sizeof *sums);
+    BD_ASSERT(sums);
+    enum bd_err err = BD_ERR_OK;
+    for (uint32_t l = 0; !err && l < BD_LAYER_RENDERED_COUNT; l++) {
+        const struct bd_tex_desc desc = {
+            .name = "sum of sub-frames",
+            .format = BD_FORMAT_RGBA32F,
+            .width_px = frame->request->width_px,
+            .height_px = frame->request->height_px,
+        };
+        if (l == BD_LAYER_BEAUTY || (frame->plan->layers >> l & 1))
+            err = bd_tex_create(frame->context.gpu, &desc, &sums->layers[l], frame->fault);
+    }
+    return err;
+}
+
+enum bd_err bd_stage_take_sums(struct bd_frame *frame, struct bd_frame_sums **out)
+{
+    struct bd_memo *memo = frame->renderer->memo;
+    frame->sums_key = key_sums(frame);
+    *out = bd_memo_take(memo, frame->sums_key);
+    if (*out && ((*out)->count > frame->request->aa || frame->anew)) {
+        destroy_sums(frame->renderer, *out);
+        *out = NULL;
+    }
+    return *out ? BD_ERR_OK : create_sums(frame, out);
+}
+
+void bd_stage_keep_sums(struct bd_frame *frame, struct bd_frame_sums **sums, bool whole)
+{
+    if (whole)
+        bd_memo_store(frame->renderer->memo, frame->sums_key, *sums, sums_bytes(*sums),
+                      destroy_sums);
+    else
+        destroy_sums(frame->renderer, *sums);
+    *sums = NULL;
 }

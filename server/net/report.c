@@ -58,6 +58,8 @@ static void fill_passes(Bounced__Report *message, const struct bd_report *report
         pass->name = bd_answer_text(report->passes[i].name);
         BD_SET(pass, ms, report->passes[i].ms);
         pass->state = bd_answer_text(bd_pass_state_name(report->passes[i].state));
+        if (report->passes[i].sub_frames > 0)
+            BD_SET(pass, sub_frames, report->passes[i].sub_frames);
         message->passes[message->n_passes++] = pass;
     }
     message->omitted = new_zeroed(report->omitted_count, sizeof(Bounced__ReportOmitted *));

@@ -1,5 +1,6 @@
 #include "pass/composite.h"
 
+#include "pass/kernels.h"
 #include "shared/bindings.h"
 
 // Of the slicer, one for each evaluation of a VPL.
@@ -29,6 +30,35 @@ static void bind_inputs(const struct bd_composite_inputs *inputs, struct bd_bind
     bindings->textures[BD_UNIT_INDIRECT_GLOSSY].tex = inputs->indirect->glossy;
 }
 
+// Over all rows, in slices. `args` but for those.
+static enum bd_err run_rows(const struct bd_pass_context *context,
+                            const struct bd_program_source *source, const struct bd_view *view,
+                            struct bd_bindings *bindings, struct bd_composite_args *args,
+                            struct bd_fault *fault)
+{
+    struct bd_program *program;
+    enum bd_err err = bd_program_get(context->gpu, source, &program, fault);
+    if (err) return err;
+    bindings->uniforms[BD_UNIFORM_VIEW].bytes = view;
+    bindings->uniforms[BD_UNIFORM_VIEW].size_bytes = sizeof *view;
+    bindings->uniforms[BD_UNIFORM_ARGS].bytes = args;
+    bindings->uniforms[BD_UNIFORM_ARGS].size_bytes = sizeof *args;
+    uint32_t group[3];
+    bd_program_group_size(program, group);
+    const uint32_t width = view->size_px.x, height = view->size_px.y;
+    bd_slicer_work(context->slicer, "composite");
+    for (uint32_t row = 0; !err && row < height;) {
+        uint32_t rows = bd_slicer_rows(context->slicer, UNITS_PER_PIXEL * width, height - row);
+        args->state.z = row;
+        args->state.w = rows;
+        bd_gpu_dispatch(context->gpu, program, bindings, (width + group[0] - 1) / group[0],
+                        (rows + group[1] - 1) / group[1], 1);
+        err = bd_slicer_checkpoint(context->slicer, UNITS_PER_PIXEL * width * rows);
+        row += rows;
+    }
+    return err;
+}
+
 enum bd_err bd_composite_run(const struct bd_pass_context *context,
                              const struct bd_composite_inputs *inputs, uint32_t which,
                              struct bd_tex *layer, struct bd_fault *fault)
@@ -37,33 +67,25 @@ enum bd_err bd_composite_run(const struct bd_pass_context *context,
     const struct bd_render_space *space = &inputs->scene->space;
     const struct bd_view view = bd_viewpoint_uniform(inputs->viewpoint, space);
     struct bd_composite_args args = {
-        .scale = {1.0f / (float)inputs->sub_frame_count, (float)space->unit_cd_m2,
-                  (float)(1 / space->render_per_m), 0},
-        .state = {inputs->sub_frame == 0, inputs->sub_frame + 1 == inputs->sub_frame_count, 0, 0},
+        .scale = {1, (float)space->unit_cd_m2, (float)(1 / space->render_per_m), 0},
+        .state = {inputs->first, inputs->only, 0, 0},
     };
-    struct bd_program *program;
-    enum bd_err err = bd_program_get(context->gpu, &source, &program, fault);
-    if (err) return err;
     struct bd_bindings bindings = {0};
     bind_inputs(inputs, &bindings);
-    bindings.images[0].tex = layer;
-    bindings.images[0].read = bindings.images[0].write = true;
-    bindings.uniforms[BD_UNIFORM_VIEW].bytes = &view;
-    bindings.uniforms[BD_UNIFORM_VIEW].size_bytes = sizeof view;
-    bindings.uniforms[BD_UNIFORM_ARGS].bytes = &args;
-    bindings.uniforms[BD_UNIFORM_ARGS].size_bytes = sizeof args;
-    uint32_t group[3];
-    bd_program_group_size(program, group);
-    const uint32_t width = view.size_px.x, height = view.size_px.y;
-    bd_slicer_work(context->slicer, "composite");
-    for (uint32_t row = 0; !err && row < height;) {
-        uint32_t rows = bd_slicer_rows(context->slicer, UNITS_PER_PIXEL * width, height - row);
-        args.state.z = row;
-        args.state.w = rows;
-        bd_gpu_dispatch(context->gpu, program, &bindings, (width + group[0] - 1) / group[0],
-                        (rows + group[1] - 1) / group[1], 1);
-        err = bd_slicer_checkpoint(context->slicer, UNITS_PER_PIXEL * width * rows);
-        row += rows;
-    }
-    return err;
+    bd_bind_image(&bindings, 0, layer, true, true);
+    return run_rows(context, &source, &view, &bindings, &args, fault);
+}
+
+enum bd_err bd_composite_finish(const struct bd_pass_context *context,
+                                const struct bd_composite_sums *inputs, uint32_t which,
+                                struct bd_tex *layer, struct bd_fault *fault)
+{
+    struct bd_program_source source = {.compute = "pass/composite/finish.comp"};
+    bd_define(&source.defines, "BD_LAYER", (int32_t)which);
+    const struct bd_view view = bd_viewpoint_uniform(inputs->viewpoint, &inputs->scene->space);
+    struct bd_composite_args args = {.scale = {1.0f / (float)inputs->count, 0, 0, 0}};
+    struct bd_bindings bindings = {0};
+    bd_bind_image(&bindings, 0, layer, false, true);
+    bd_bind_image(&bindings, 1, inputs->sums, true, false);
+    return run_rows(context, &source, &view, &bindings, &args, fault);
 }

@@ -1,5 +1,6 @@
 // Composite: one layer of the picture from G-buffer, direct and indirect light; sub-frames of an
-// antialiased frame are averaged here, in linear light, layer by layer.
+// antialiased frame are averaged here, in linear light, layer by layer. Their plain sum is kept
+// until the end, so that a frame of so many sub-frames is the beginning of one of more.
 
 #ifndef BD_PASS_COMPOSITE_H
 #define BD_PASS_COMPOSITE_H
@@ -18,7 +19,8 @@ struct bd_composite_inputs {
     const struct bd_tex *direct;
     const struct bd_indirect *indirect; // NULL: the technique has none
     bool lambert;
-    uint32_t sub_frame, sub_frame_count;
+    bool first; // nothing was added before
+    bool only;  // nothing will be: the layer is finished
 };
 
 // Adds this sub-frame to `layer` (RGBA32F, the frame's size; every texel is written), where
@@ -27,5 +29,18 @@ BD_MUST_CHECK
 enum bd_err bd_composite_run(const struct bd_pass_context *context,
                              const struct bd_composite_inputs *inputs, uint32_t which,
                              struct bd_tex *layer, struct bd_fault *fault);
+
+struct bd_composite_sums {
+    const struct bd_gpu_scene *scene;
+    const struct bd_viewpoint *viewpoint;
+    struct bd_tex *sums; // of `count` sub-frames; kept as they are
+    uint32_t count;
+};
+
+// The layer `which` from the sums of its sub-frames. Every texel of `layer` is written.
+BD_MUST_CHECK
+enum bd_err bd_composite_finish(const struct bd_pass_context *context,
+                                const struct bd_composite_sums *inputs, uint32_t which,
+                                struct bd_tex *layer, struct bd_fault *fault);
 
 #endif

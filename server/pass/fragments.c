@@ -144,6 +144,7 @@ static void bind_classify(const struct work *w, struct bd_bindings *bindings)
     if (w->lone_pixels) bind_surfaces(w, bindings);
     if (w->discontinuity->glossy)
         bindings->textures[BD_UNIT_GBUFFER_ALBEDO].tex = w->inputs->gbuffer->albedo;
+    bindings->textures[BD_UNIT_LIT].tex = w->discontinuity->lit;
     bindings->textures[BD_UNIT_BLOCK_FLAGS].tex = w->discontinuity->flags;
     bd_bind_storage(bindings, BD_STORAGE_FRAGMENT_MASKS, w->masks, false, true);
     if (w->reached) bd_bind_storage(bindings, BD_STORAGE_REACHED_MASKS, w->reached, true, true);
@@ -161,6 +162,7 @@ static enum bd_err classify(struct work *w, enum bd_fragment_refinement refineme
     if (w->inputs->rsm) bd_define(&defines, "BD_RSM", 1);
     if (w->args.multires.size_px.z == 1) bd_define(&defines, "BD_ONE_LEVEL", 1);
     if (w->discontinuity->glossy) bd_define(&defines, "BD_GLOSSY", 1);
+    if (w->discontinuity->lit) bd_define(&defines, "BD_UNLIT", 1);
     enum bd_err err =
         bd_compute_get(w->context->gpu, "pass/fragments/classify.comp", &defines, &program, fault);
     if (err) return err;

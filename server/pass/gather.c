@@ -131,12 +131,18 @@ void bd_indirect_destroy(struct bd_gpu *gpu, struct bd_indirect **indirect)
     if (!*indirect) return;
     bd_tex_destroy(gpu, &(*indirect)->irradiance);
     bd_tex_destroy(gpu, &(*indirect)->glossy);
+    bd_tex_destroy(gpu, &(*indirect)->gathered);
+    bd_tex_destroy(gpu, &(*indirect)->vector);
     free(*indirect);
     *indirect = NULL;
 }
 
 uint64_t bd_indirect_bytes(const struct bd_indirect *indirect)
 {
-    return bd_tex_bytes(indirect->irradiance) +
-           (indirect->glossy ? bd_tex_bytes(indirect->glossy) : 0);
+    const struct bd_tex *textures[] = {indirect->irradiance, indirect->glossy, indirect->gathered,
+                                       indirect->vector};
+    uint64_t bytes = 0;
+    for (size_t i = 0; i < sizeof textures / sizeof *textures; i++)
+        if (textures[i]) bytes += bd_tex_bytes(textures[i]);
+    return bytes;
 }

@@ -35,6 +35,9 @@ struct bd_indirect {
     // RGBA32F, what the whole BRDF reflects beyond the diffuse albedo / pi x irradiance: can be
     // negative; NULL if not asked for.
     struct bd_tex *glossy;
+    // RGBA32F, or both NULL: irradiance before the pixel's own normal had its say, and the
+    // irradiance vector, for other normals (pass/share.h).
+    struct bd_tex *gathered, *vector;
     uint64_t fragment_count; // places where light was gathered, or to which it was splatted
     struct bd_subsplat_counts subsplats;
 };

@@ -42,6 +42,8 @@ static struct bd_bindings bind(const struct upsample *u, uint32_t level,
     bd_bind_image(&bindings, 1, light->coarse, true, true);
     bd_bind_image(&bindings, 3, vector ? light->coarse_vector : NULL, true, true);
     if (level > 0) return bindings;
+    bd_bind_image(&bindings, 2, u->out->gathered, false, true);
+    bd_bind_image(&bindings, 4, u->out->vector, false, true);
     bindings.images[0].tex = u->out->irradiance;
     bindings.images[0].write = true;
     bindings.textures[BD_UNIT_FINE].tex = light->fine;
@@ -56,6 +58,7 @@ static enum bd_err get_program(const struct upsample *u, const char *compute, ui
     bd_define(&source.defines, "BD_DETAIL", (int32_t)u->inputs->detail);
     if (level == 0) bd_define(&source.defines, "BD_FINE", 1);
     if (level == 0 && has_fine_vector(u)) bd_define(&source.defines, "BD_FINE_VECTOR", 1);
+    if (level == 0 && u->inputs->keep_vector) bd_define(&source.defines, "BD_KEEP_VECTOR", 1);
     return bd_program_get(u->context->gpu, &source, out, fault);
 }
 
@@ -143,13 +146,19 @@ static enum bd_err run_level(const struct upsample *u, uint32_t level, struct bd
 
 static enum bd_err create_target(const struct upsample *u, struct bd_fault *fault)
 {
-    const struct bd_tex_desc desc = {
+    struct bd_gpu *gpu = u->context->gpu;
+    struct bd_tex_desc desc = {
         .name = "indirect irradiance",
         .format = BD_FORMAT_RGBA32F,
         .width_px = u->inputs->light->layout.size_px.x,
         .height_px = u->inputs->light->layout.size_px.y,
     };
-    return bd_tex_create(u->context->gpu, &desc, &u->out->irradiance, fault);
+    enum bd_err err = bd_tex_create(gpu, &desc, &u->out->irradiance, fault);
+    if (err || !u->inputs->keep_vector) return err;
+    desc.name = "indirect, before normals";
+    err = bd_tex_create(gpu, &desc, &u->out->gathered, fault);
+    desc.name = "indirect, vector";
+    return err ? err : bd_tex_create(gpu, &desc, &u->out->vector, fault);
 }
 
 enum bd_err bd_upsample_run(const struct bd_pass_context *context,

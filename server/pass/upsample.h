@@ -34,9 +34,11 @@ struct bd_upsample_inputs {
     struct bd_multires_light *light; // its coarse textures are written over; with vectors for
                                      // BD_SURFACE_DETAIL_DIRECTION
     enum bd_surface_detail detail;
+    bool keep_vector; // with BD_SURFACE_DETAIL_DIRECTION: for pass/share
 };
 
-// `out`->irradiance covers every pixel that can be lit; `glossy` is NULL.
+// `out`->irradiance covers every pixel that can be lit, as do `gathered` and `vector` if they are
+// to be kept; `glossy` is NULL.
 BD_MUST_CHECK
 enum bd_err bd_upsample_run(const struct bd_pass_context *context,
                             const struct bd_upsample_inputs *inputs, struct bd_indirect **out,

@@ -13,6 +13,12 @@ struct lit {
     uint32_t part_count;
 };
 
+bool bd_fragments_have_vectors(const struct bd_params *params, const struct bd_unlit *unlit)
+{
+    return params->surface_detail == BD_SURFACE_DETAIL_DIRECTION &&
+           (!unlit->into || unlit->into->coarse_vector);
+}
+
 static struct bd_gather_fragments_inputs gather_inputs(const struct bd_technique_inputs *inputs,
                                                        const struct bd_unlit *unlit)
 {
@@ -26,7 +32,7 @@ static struct bd_gather_fragments_inputs gather_inputs(const struct bd_technique
         .lists = inputs->vpl_lists,
         .list_count = inputs->light_count,
         .near_patches = params->vpl_kernel == BD_KERNEL_PATCH,
-        .vector = params->surface_detail == BD_SURFACE_DETAIL_DIRECTION,
+        .vector = bd_fragments_have_vectors(params, unlit),
         .visit = (enum bd_fragment_visit)params->visit,
         .spread = unlit->spread,
         .finest_level = params->finest_level,
@@ -106,8 +112,7 @@ static void destroy_lit(struct bd_gpu *gpu, struct lit *lit)
 // How light changes is kept beside vectors. Techniques that do not say it have no threshold.
 static bool is_refined(const struct bd_params *params)
 {
-    return params->surface_detail == BD_SURFACE_DETAIL_DIRECTION &&
-           !isinf(params->light_threshold);
+    return params->surface_detail == BD_SURFACE_DETAIL_DIRECTION && !isinf(params->light_threshold);
 }
 
 static enum bd_err light(const struct bd_pass_context *context,
@@ -138,6 +143,8 @@ static enum bd_err upsample(const struct bd_pass_context *context,
         .surfaces = inputs->surfaces,
         .light = lit->light,
         .detail = (enum bd_surface_detail)inputs->params->surface_detail,
+        .keep_vector =
+            inputs->normal_maps && inputs->params->surface_detail == BD_SURFACE_DETAIL_DIRECTION,
     };
     bd_gpu_pass_begin(context->gpu, "upsample");
     enum bd_err err = bd_upsample_run(context, &upsample, out, fault);

@@ -7,17 +7,8 @@
 #include "pass/gather_fragments.h"
 #include "technique/technique.h"
 
-// Fragments that are to be lit.
-struct bd_unlit {
-    const struct bd_fragments *fragments;
-    bool spread;                    // how far off interpolated light may be is asked for, too
-    struct bd_multires_light *into; // NULL, or earlier light that these fragments are added to
-};
-
-typedef enum bd_err bd_light_fragments_fn(const struct bd_pass_context *context,
-                                          const struct bd_technique_inputs *inputs,
-                                          const struct bd_unlit *unlit,
-                                          struct bd_multires_light **out, struct bd_fault *fault);
+// Whether irradiance vectors are asked for: not of light without room for them.
+bool bd_fragments_have_vectors(const struct bd_params *params, const struct bd_unlit *unlit);
 
 // Each fragment sums all VPLs.
 BD_MUST_CHECK

@@ -29,7 +29,7 @@ static enum bd_err gather(const struct bd_pass_context *context,
         .near_patches = params->vpl_kernel == BD_KERNEL_PATCH,
         .discontinuity = inputs->discontinuity,
         .fragments = unlit->fragments,
-        .vector = params->surface_detail == BD_SURFACE_DETAIL_DIRECTION,
+        .vector = bd_fragments_have_vectors(params, unlit),
         .spread = unlit->spread,
         .finest_level = params->finest_level,
         .into = unlit->into,
@@ -69,7 +69,7 @@ const struct bd_technique bd_technique_hisr = {
     .passes = passes,
     .params_read = BD_READS_VPL_GRID | BD_READS_FRAGMENTS | BD_READS(BD_PARAM_LIGHT_THRESHOLD) |
                    BD_READS(BD_PARAM_TREE_CUT) | BD_READS(BD_PARAM_TAU) |
-                   BD_READS(BD_PARAM_TREE_ROOTS),
+                   BD_READS(BD_PARAM_TREE_ROOTS) | BD_READS(BD_PARAM_SUB_FRAMES),
     .defaults = defaults,
     .default_count = sizeof defaults / sizeof *defaults,
     // More VPLs than that, and `rsm` is off in a sphere of facets too.
@@ -77,4 +77,5 @@ const struct bd_technique bd_technique_hisr = {
     .hazard_codes = "TN",
     .ladder = ladder,
     .indirect = light_fragments,
+    .light_pixels = gather,
 };

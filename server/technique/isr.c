@@ -40,9 +40,10 @@ const struct bd_technique bd_technique_isr = {
     .params_read = BD_READS_VPL_GRID | BD_READS_FRAGMENTS | BD_READS(BD_PARAM_LIGHT_THRESHOLD) |
                    BD_READS(BD_PARAM_VISIT) | BD_READS(BD_PARAM_CLUSTER_LEVELS) |
                    BD_READS(BD_PARAM_CLUSTER_DEPTH_THRESHOLD) |
-                   BD_READS(BD_PARAM_CLUSTER_NORMAL_THRESHOLD),
+                   BD_READS(BD_PARAM_CLUSTER_NORMAL_THRESHOLD) | BD_READS(BD_PARAM_SUB_FRAMES),
     .tolerance = {.direct = 1e-3, .indirect = 1e-2},
     .hazard_codes = "TN",
     .ladder = ladder,
     .indirect = light_fragments,
+    .light_pixels = bd_fragments_gather,
 };

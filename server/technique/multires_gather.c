@@ -12,14 +12,20 @@
 #include "technique/glossy_light.h"
 #include "technique/technique.h"
 
+static enum bd_err gather_glossy(const struct bd_pass_context *context,
+                                 const struct bd_technique_inputs *inputs,
+                                 struct bd_indirect *indirect, struct bd_fault *fault)
+{
+    return bd_glossy_light(context, inputs, BD_GLOSSY_LIGHT_AT_PIXELS, indirect, fault);
+}
+
 static enum bd_err gather_fragments(const struct bd_pass_context *context,
                                     const struct bd_technique_inputs *inputs,
                                     struct bd_indirect **out, struct bd_fault *fault)
 {
-    enum bd_err err =
-        bd_fragment_light(context, inputs, "gather", bd_fragments_gather, out, fault);
+    enum bd_err err = bd_fragment_light(context, inputs, "gather", bd_fragments_gather, out, fault);
     if (err || !inputs->glossy_receivers) return err;
-    err = bd_glossy_light(context, inputs, BD_GLOSSY_LIGHT_AT_PIXELS, *out, fault);
+    err = gather_glossy(context, inputs, *out, fault);
     if (err) bd_indirect_destroy(context->gpu, out);
     return err;
 }
@@ -49,8 +55,8 @@ static const char *const ladder[] = {
     NULL,
 };
 
-// Found on seven scenes (README): nowhere is the error above that of the papers' tests, in most it is
-// half of it or less, for a quarter fewer fragments where there are many.
+// Found on seven scenes (README): nowhere is the error above that of the papers' tests, in most it
+// is half of it or less, for a quarter fewer fragments where there are many.
 static const struct bd_param_default defaults[] = {
     {BD_PARAM_DEPTH_TEST, BD_DEPTH_TEST_STEP},
     {BD_PARAM_DEPTH_THRESHOLD, 0.01},
@@ -66,11 +72,13 @@ const struct bd_technique bd_technique_multires_gather = {
     .passes = passes,
     .glossy_passes = glossy_passes,
     .params_read = BD_READS_VPL_GRID | BD_READS_FRAGMENTS | BD_READS(BD_PARAM_LIGHT_THRESHOLD) |
-                   BD_READS(BD_PARAM_VISIT),
+                   BD_READS(BD_PARAM_VISIT) | BD_READS(BD_PARAM_SUB_FRAMES),
     .tolerance = {.direct = 1e-3, .indirect = 1e-2},
     .hazard_codes = "TN",
     .defaults = defaults,
     .default_count = sizeof defaults / sizeof *defaults,
     .ladder = ladder,
     .indirect = gather_fragments,
+    .light_pixels = bd_fragments_gather,
+    .light_glossy = gather_glossy,
 };

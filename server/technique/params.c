@@ -85,6 +85,8 @@ static const struct param_row table[BD_PARAM_COUNT] = {
                                  1,
                                  {"off", "direction", "paper"}},
     [BD_PARAM_VISIT] = {"visit", PARAM_CHOICE, FIELD(visit), 0, 0, 0, {"list", "mask"}},
+    [BD_PARAM_SUB_FRAMES] = {"sub_frames", PARAM_CHOICE, FIELD(sub_frames), 0, 0, 0,
+                             {"shared", "own"}},
     [BD_PARAM_RADIANCE_TEST] =
         {"radiance_test", PARAM_CHOICE, FIELD(radiance_test), 0, 0, 0, {"relative", "absolute"}},
     [BD_PARAM_RADIANCE_THRESHOLD] =

@@ -53,6 +53,7 @@ enum bd_param {
                                // split (with surface_detail=direction), or inf
     BD_PARAM_SURFACE_DETAIL,   // off | direction | paper (pass/upsample.h)
     BD_PARAM_VISIT,            // list | mask (pass/gather_fragments.h)
+    BD_PARAM_SUB_FRAMES,       // shared | own: light of an antialiased frame's sub-frames
     // Of glossy receivers: how far blocks are split for each VPL (pass/subsplats.h,
     // pass/glossy_blocks.h).
     BD_PARAM_RADIANCE_TEST,      // relative | absolute
@@ -84,6 +85,9 @@ enum bd_param {
     BD_PARAM_COUNT,
 };
 
+// Whether each sub-frame has its own indirect light, or the first one's.
+enum bd_sub_frames { BD_SUB_FRAMES_SHARED, BD_SUB_FRAMES_OWN };
+
 // Checked values. Those that a technique does not read stand at their defaults.
 struct bd_params {
     uint32_t lambert; // brdf: 0 = full, 1 = lambert
@@ -102,6 +106,7 @@ struct bd_params {
     double light_threshold;  // INFINITY = off
     uint32_t surface_detail; // enum bd_surface_detail
     uint32_t visit;          // enum bd_fragment_visit
+    uint32_t sub_frames;     // enum bd_sub_frames
     uint32_t radiance_test;  // enum bd_radiance_test
     double radiance_threshold, material_threshold;
     uint32_t subsplat_limit;

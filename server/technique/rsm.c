@@ -7,6 +7,7 @@
 //         are diffuse
 // Known:  ignores occlusion of VPLs; metals send no light on (their lobe is not diffuse)
 
+#include "technique/fragment_light.h"
 #include "technique/technique.h"
 
 static enum bd_err gather_indirect(const struct bd_pass_context *context,
@@ -30,9 +31,10 @@ const struct bd_technique bd_technique_rsm = {
     .model = {.indirect_bounces = 1, .lights = BD_LIGHTS_PUNCTUAL, .glossy_receivers = true},
     .inputs = BD_INPUT_VPL_GRID,
     .passes = passes,
-    .params_read = BD_READS_VPL_GRID,
+    .params_read = BD_READS_VPL_GRID | BD_READS(BD_PARAM_SUB_FRAMES),
     .tolerance = {.direct = 1e-3, .indirect = 1e-2},
     .hazard_codes = "",
     .ladder = ladder,
     .indirect = gather_indirect,
+    .light_pixels = bd_fragments_gather,
 };

@@ -13,7 +13,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "pass/gather.h"
+#include "pass/gather_fragments.h"
 #include "technique/params.h"
 
 enum bd_frame_input {
@@ -87,7 +87,20 @@ struct bd_technique_inputs {
     const struct bd_fragments *fragments;         // BD_INPUT_FRAGMENTS
     const struct bd_surfaces *surfaces;           // BD_INPUT_FRAGMENTS
     bool glossy_receivers;
+    bool normal_maps; // some surface has one: normals change from pixel to pixel
 };
+
+// Fragments that are to be lit.
+struct bd_unlit {
+    const struct bd_fragments *fragments;
+    bool spread;                    // how far off interpolated light may be is asked for, too
+    struct bd_multires_light *into; // NULL, or earlier light that these fragments are added to
+};
+
+typedef enum bd_err bd_light_fragments_fn(const struct bd_pass_context *context,
+                                          const struct bd_technique_inputs *inputs,
+                                          const struct bd_unlit *unlit,
+                                          struct bd_multires_light **out, struct bd_fault *fault);
 
 struct bd_technique {
     const char *name; // on the wire, in logs, in file names
@@ -118,6 +131,14 @@ struct bd_technique {
     enum bd_err (*indirect)(const struct bd_pass_context *context,
                             const struct bd_technique_inputs *inputs, struct bd_indirect **out,
                             struct bd_fault *fault);
+    // How it lights pixels of a list, each by itself: with it the sub-frames of an antialiased
+    // frame share the first one's light (technique/sub_frame_light.h). NULL: each has its own.
+    bd_light_fragments_fn *light_pixels;
+    // What the whole BRDF reflects beyond that, added as `glossy` of `indirect`. NULL: `indirect`
+    // does both at once, and sub-frames share nothing where receivers are glossy.
+    enum bd_err (*light_glossy)(const struct bd_pass_context *context,
+                                const struct bd_technique_inputs *inputs,
+                                struct bd_indirect *indirect, struct bd_fault *fault);
 };
 
 // For those that light every pixel from the lists.

@@ -107,31 +107,52 @@ bool leaves_open(uint id, uint own_id, vec3 origin, vec3 span, float texel_side)
     return lit_side || height * height <= dot(n, n) * texel_side * texel_side;
 }
 
+// Whether one of the inner nine texels speaks for light. Where none does, every surface around lies
+// before the receiver: a segment that meets none of those threads a gap narrower than a texel, behind
+// which something unnamed hides.
+bool some_leaves_open(ivec2 centre, uint face, uint own_id, vec3 origin, vec3 span, float texel_side)
+{
+    bool open = false;
+    for (int i = 0; i < 9 && !open; i++) {
+        uint id = shadow_id(centre + SHADOW_SPIRAL[i], face) & ~TRIANGLE_MASKED;
+        open = leaves_open(id, own_id, origin, span, texel_side);
+    }
+    return open;
+}
+
+// Whether a texel from `i` on names a triangle that is to be tested, and the first that does.
+// A masked triangle has holes that only its own texel knows of.
+bool next_named(ivec2 centre, uint face, uint own_id, uint tested, inout int i, out uint id)
+{
+    id = 0u;
+    while (i < SHADOW_TEXELS) {
+        uint named = shadow_id(centre + SHADOW_SPIRAL[i], face);
+        bool counts = i == 0 || (named & TRIANGLE_MASKED) == 0u;
+        id = named & ~TRIANGLE_MASKED;
+        i++;
+        if (counts && id != 0u && id != own_id && id != tested) return true;
+    }
+    return false;
+}
+
 // `own_id` is the receiver's triangle + 1; `origin` lies off its surface.
+//
+// The same few triangles are named by all the texels around: those are passed over in a loop of
+// their own, and the test, which is much longer, is gone through once for each triangle and not
+// for each texel (a software device takes every turn of a loop for all of its lanes).
 bool segment_is_blocked(vec3 origin, vec3 span, uint own_id)
 {
     vec3 from_light = origin - light.position.xyz;
     uint face = 0u;
     ivec2 centre = ivec2(floor(shadow_texel(from_light, face)));
     float texel_side = shadow_texel_side(from_light);
-    uint tested = own_id;
-    bool open = false;
-    for (int i = 0; i < SHADOW_TEXELS; i++) {
-        // From the centre outwards, ring by ring: it decides nearly always.
-        ivec2 texel = centre + SHADOW_SPIRAL[i];
-        // Every surface around it lies before the receiver, and the segment meets none of those
-        // named: it threads a gap narrower than a texel, behind which something unnamed hides.
-        if (i == 9 && !open) return true;
-        uint id = shadow_id(texel, face);
-        bool masked = (id & TRIANGLE_MASKED) != 0u;
-        id &= ~TRIANGLE_MASKED;
-        if (i < 9) open = open || leaves_open(id, own_id, origin, span, texel_side);
-        // A masked triangle has holes that only its own texel knows of.
-        if (masked && i != 0) continue;
-        if (id == 0u || id == own_id || id == tested) continue;
+    if (!some_leaves_open(centre, face, own_id, origin, span, texel_side)) return true;
+    uint id, tested = own_id;
+    int i = 0; // from the centre outwards, ring by ring
+    while (next_named(centre, face, own_id, tested, i, id)) {
         tested = id;
         if (segment_meets_triangle(origin, span, id - 1u)) return true;
-        if (i == 0 && segment_meets_small_triangle(origin, span, id - 1u, texel_side)) return true;
+        if (i == 1 && segment_meets_small_triangle(origin, span, id - 1u, texel_side)) return true;
     }
     return false;
 }

@@ -46,6 +46,14 @@
 // Textures of subsplats, beside the G-buffer and VPLs.
 #define BD_UNIT_ALL_IRRADIANCE 10
 
+// Of the first sub-frame, in share, beside this one's G-buffer; and in fragments, of pixels alone.
+#define BD_UNIT_FIRST_DEPTH      4
+#define BD_UNIT_FIRST_NORMALS    5
+#define BD_UNIT_FIRST_MATERIAL   6
+#define BD_UNIT_FIRST_IRRADIANCE 7
+#define BD_UNIT_FIRST_VECTOR     8
+#define BD_UNIT_LIT              10
+
 // Images of glossy_blocks.
 #define BD_IMAGE_GLOSSY_FLAGS  0
 #define BD_IMAGE_SURFACE_LEAST 1

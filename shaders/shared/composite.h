@@ -14,9 +14,9 @@
 #define BD_COMPOSITE_DEPTH    6
 
 struct bd_composite_args {
-    // x = 1 / sub-frames, y = cd/m^2 of the frame's light unit, z = metres of a render unit
+    // x = 1 / sub-frames (finish), y = cd/m^2 of the frame's light unit, z = metres of a render unit
     BD_VEC4 scale;
-    // x = 1 for the first sub-frame, y = 1 for the last; z = first row of the slice, w = rows in it
+    // x = 1 for the first sub-frame, y = 1 where it is the only one; z = first row of the slice, w = rows in it
     BD_UVEC4 state;
 };
 

@@ -1,11 +1,11 @@
-// One layer of the picture from what the passes left, averaged over the sub-frames of a frame.
+// One layer of the picture from what the passes left; of several sub-frames their sum, which
+// finish.comp divides.
 //
 // The layers are formed by the same expressions for beauty as for themselves, so that direct,
-// indirect and emission add up to it. Colour in alpha 1 is one sub-frame's; depth and normal are
-// averaged over the sub-frames that hit something.
+// indirect and emission add up to it. Colour in alpha 1 is one sub-frame's.
 #include "common/gbuffer.glsl"
 #include "common/pi.glsl"
-#include "shared/composite.h"
+#include "pass/composite/finished.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(std140, binding = BD_UNIFORM_ARGS) uniform args_block { bd_composite_args args; };
@@ -20,8 +20,6 @@ layout(binding = BD_UNIT_INDIRECT_GLOSSY) uniform sampler2D indirect_glossy;
 #ifdef BD_EMISSION
 layout(binding = BD_UNIT_GBUFFER_EMISSION) uniform sampler2D gbuffer_emission;
 #endif
-
-const float DEPTH_OF_NOTHING_M = 1e10;
 
 vec3 diffuse_albedo(receiver r)
 {
@@ -82,22 +80,11 @@ vec4 sub_frame_value(ivec2 pixel)
     return vec4(value, 1.0);
 }
 
-vec4 finished(vec4 sum)
-{
-#if BD_LAYER == BD_COMPOSITE_NORMAL
-    return dot(sum.xyz, sum.xyz) > 0.0 ? vec4(normalize(sum.xyz), sum.w) : vec4(0.0);
-#elif BD_LAYER == BD_COMPOSITE_DEPTH
-    return sum.w > 0.0 ? vec4(vec3(sum.x / sum.w), sum.w) : vec4(vec3(DEPTH_OF_NOTHING_M), 0.0);
-#else
-    return sum;
-#endif
-}
-
 void main()
 {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, args.state.z);
     if (pixel.x >= int(view.size_px.x) || gl_GlobalInvocationID.y >= args.state.w) return;
-    vec4 sum = sub_frame_value(pixel) * args.scale.x;
+    vec4 sum = sub_frame_value(pixel);
     if (args.state.x == 0u) sum += imageLoad(layer, pixel);
     imageStore(layer, pixel, args.state.y != 0u ? finished(sum) : sum);
 }

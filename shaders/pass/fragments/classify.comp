@@ -7,7 +7,8 @@
 // Below the finest level there are lone pixels, and blocks (BD_LONE_PIXELS).
 //
 // What a pixel is, the flags of level 1 tell. BD_ONE_LEVEL: there are none, and pixels are looked at;
-// BD_GLOSSY: for glossy receivers alone, as the flags are (pass/glossy_blocks).
+// BD_GLOSSY: for glossy receivers alone, as the flags are (pass/glossy_blocks). BD_UNLIT: for those that have no
+// light yet (pass/share).
 #include "common/seen_surface.glsl"
 #include "pass/fragments/tiles.glsl"
 #ifdef BD_LONE_PIXELS
@@ -21,12 +22,19 @@ layout(std430, binding = BD_STORAGE_FRAGMENT_MASKS) writeonly buffer mask_block 
 layout(std430, binding = BD_STORAGE_REACHED_MASKS) buffer reached_block { uint reached_masks[]; };
 #endif
 
+#ifdef BD_UNLIT
+layout(binding = BD_UNIT_LIT) uniform sampler2D lit;
+#endif
+
 #ifdef BD_ONE_LEVEL
 bool is_member(ivec2 pixel)
 {
 #ifdef BD_GLOSSY
     float metallic = texelFetch(gbuffer_albedo, pixel, 0).a;
     if (!has_glossy_lobe(metallic, texelFetch(gbuffer_material, pixel, 0).x)) return false;
+#endif
+#ifdef BD_UNLIT
+    if (texelFetch(lit, pixel, 0).a > 0.0) return false;
 #endif
     return seen_lit(pixel, args.range.w);
 }

@@ -1,6 +1,7 @@
 // What the kernels of upsample share: light of blocks, and where it is kept.
 //
-// BD_FINE: of level 0, into `irradiance`; with BD_FINE_VECTOR, of pixels whose vectors are kept. BD_DETAIL: BD_DETAIL_* of shared/upsample.h.
+// BD_FINE: of level 0, into `irradiance`; with BD_FINE_VECTOR, of pixels whose vectors are kept.
+// BD_KEEP_VECTOR: and what they are before the pixel's own normal, for pass/share. BD_DETAIL: BD_DETAIL_* of shared/upsample.h.
 #include "common/gbuffer.glsl"
 #include "common/all_channels.glsl"
 #include "common/surfaces.glsl"
@@ -13,6 +14,10 @@ layout(binding = 3, rgba32f) uniform image2D coarse_vector;
 #endif
 #ifdef BD_FINE
 layout(binding = 0, rgba32f) writeonly uniform image2D irradiance;
+#ifdef BD_KEEP_VECTOR
+layout(binding = 2, rgba32f) writeonly uniform image2D kept_irradiance;
+layout(binding = 4, rgba32f) writeonly uniform image2D kept_vector;
+#endif
 layout(binding = BD_UNIT_FINE) uniform sampler2D fine;
 #ifdef BD_FINE_VECTOR
 layout(binding = BD_UNIT_FINE_VECTOR) uniform sampler2D fine_vector;
@@ -89,9 +94,20 @@ vec3 with_detail(light l, ivec2 pixel)
 #endif
 }
 
+#ifdef BD_FINE
+void keep(ivec2 pixel, light l)
+{
+#ifdef BD_KEEP_VECTOR
+    imageStore(kept_irradiance, pixel, vec4(l.irradiance, l.state));
+    imageStore(kept_vector, pixel, vec4(l.vector, l.state));
+#endif
+}
+#endif
+
 void store(ivec2 block, light l)
 {
 #ifdef BD_FINE
+    keep(block, l);
     imageStore(irradiance, block, vec4(with_detail(l, block), l.state));
 #else
     ivec2 at = multires_texel(args.level, uvec2(block));

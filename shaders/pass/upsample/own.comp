@@ -16,4 +16,9 @@ void main()
     vec3 e = with_detail(l, pixel);
 #endif
     imageStore(irradiance, pixel, vec4(e, l.state));
+#if defined(BD_KEEP_VECTOR) && !defined(BD_FINE_VECTOR)
+    // It was gathered for the pixel's normal alone: for others near that one, by the cosine.
+    l.vector = gbuffer_receiver(pixel).normal * all_channels(l.irradiance);
+#endif
+    keep(pixel, l);
 }

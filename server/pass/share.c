@@ -1,0 +1,109 @@
+#include "pass/share.h"
+
+#include <stdlib.h>
+
+#include "base/assert.h"
+#include "pass/kernels.h"
+#include "shared/bindings.h"
+#include "shared/share.h"
+
+// Of the slicer, one for each evaluation of a VPL.
+#define UNITS_PER_PIXEL 30.0
+
+static void bind_first(const struct bd_share_inputs *inputs, struct bd_bindings *bindings)
+{
+    const struct bd_indirect *first = inputs->first;
+    bindings->textures[BD_UNIT_FIRST_DEPTH].tex = inputs->first_gbuffer->depth;
+    bindings->textures[BD_UNIT_FIRST_NORMALS].tex = inputs->first_gbuffer->normals;
+    bindings->textures[BD_UNIT_FIRST_MATERIAL].tex = inputs->first_gbuffer->material;
+    bindings->textures[BD_UNIT_FIRST_IRRADIANCE].tex =
+        first->vector ? first->gathered : first->irradiance;
+    bindings->textures[BD_UNIT_FIRST_VECTOR].tex = first->vector;
+}
+
+static enum bd_err run_rows(const struct bd_pass_context *context,
+                            const struct bd_share_inputs *inputs, struct bd_tex *irradiance,
+                            struct bd_fault *fault)
+{
+    const struct bd_view view = bd_viewpoint_uniform(inputs->viewpoint, &inputs->scene->space);
+    const struct bd_viewpoint *first = inputs->first_viewpoint;
+    struct bd_share_args args = {
+        .first_sample_px = {(float)first->sample_x_px, (float)first->sample_y_px, 0, 0},
+    };
+    const struct bd_program *program;
+    struct bd_defines defines = {0};
+    if (inputs->first->vector) bd_define(&defines, "BD_VECTOR", 1);
+    enum bd_err err =
+        bd_compute_get(context->gpu, "pass/share/share.comp", &defines, &program, fault);
+    struct bd_bindings bindings = {
+        .uniforms[BD_UNIFORM_VIEW] = {&view, sizeof view},
+        .uniforms[BD_UNIFORM_ARGS] = {&args, sizeof args},
+    };
+    bd_gbuffer_bind(inputs->gbuffer, &bindings);
+    bind_first(inputs, &bindings);
+    bd_bind_image(&bindings, 0, irradiance, false, true);
+    const uint32_t width = view.size_px.x, height = view.size_px.y;
+    bd_slicer_work(context->slicer, "share");
+    for (uint32_t row = 0; !err && row < height;) {
+        uint32_t rows = bd_slicer_rows(context->slicer, UNITS_PER_PIXEL * width, height - row);
+        args.rows = (struct bd_uvec4){row, rows, 0, 0};
+        bd_gpu_dispatch(context->gpu, program, &bindings, bd_divided_up(width, 8),
+                        bd_divided_up(rows, 8), 1);
+        err = bd_slicer_checkpoint(context->slicer, UNITS_PER_PIXEL * width * rows);
+        row += rows;
+    }
+    return err;
+}
+
+// No blocks at all: its fragments are the pixels that nobody shares light with.
+static enum bd_err create_pixels(struct bd_gpu *gpu, const struct bd_viewpoint *viewpoint,
+                                 const struct bd_tex *irradiance, struct bd_discontinuity **out,
+                                 struct bd_fault *fault)
+{
+    const uint32_t width = viewpoint->width_px, height = viewpoint->height_px;
+    struct bd_discontinuity *made = *out = calloc(1, sizeof *made);
+    BD_ASSERT(made);
+    made->layout = bd_multires_layout_of(width, height, width > height ? width : height);
+    made->lit = irradiance;
+    struct bd_tex_desc desc = {.name = "no blocks", .format = BD_FORMAT_R32UI};
+    bd_multires_stack_size(&made->layout, &desc.width_px, &desc.height_px);
+    return bd_tex_create(gpu, &desc, &made->flags, fault);
+}
+
+static enum bd_err list_missing(const struct bd_pass_context *context,
+                                const struct bd_share_inputs *inputs, struct bd_shared_light *light,
+                                struct bd_fault *fault)
+{
+    const struct bd_discontinuity_inputs seen = {
+        .gbuffer = inputs->gbuffer,
+        .viewpoint = inputs->viewpoint,
+        .space = &inputs->scene->space,
+    };
+    enum bd_err err = create_pixels(context->gpu, inputs->viewpoint, light->indirect->irradiance,
+                                    &light->pixels, fault);
+    if (!err)
+        err = bd_fragments_run(context, &seen, light->pixels, BD_REFINEMENT_ONE_PASS,
+                               &light->missing, fault);
+    if (!err) light->indirect->fragment_count = light->missing->count;
+    return err;
+}
+
+enum bd_err bd_share_run(const struct bd_pass_context *context,
+                         const struct bd_share_inputs *inputs, struct bd_shared_light *out,
+                         struct bd_fault *fault)
+{
+    *out = (struct bd_shared_light){0};
+    enum bd_err err =
+        bd_indirect_create(context->gpu, inputs->viewpoint, false, &out->indirect, fault);
+    if (!err) err = run_rows(context, inputs, out->indirect->irradiance, fault);
+    if (!err) err = list_missing(context, inputs, out, fault);
+    if (err) bd_shared_light_finish(context->gpu, out);
+    return err;
+}
+
+void bd_shared_light_finish(struct bd_gpu *gpu, struct bd_shared_light *light)
+{
+    bd_indirect_destroy(gpu, &light->indirect);
+    bd_discontinuity_destroy(gpu, &light->pixels);
+    bd_fragments_destroy(gpu, &light->missing);
+}

@@ -1,0 +1,40 @@
+// Indirect light of a frame's first sub-frame, taken over by another sub-frame: light on smooth
+// surfaces changes little within a pixel, and G-buffer and direct light, which do, are each
+// sub-frame's own.
+//
+// A pixel's irradiance is interpolated between the first sub-frame's pixels around it that see the
+// same surface (shaders/common/one_surface.glsl). Where there is none, behind what the first
+// sub-frame saw, in foliage, on thin rods, it is a fragment of its own and has to be lit.
+//
+// Exact where irradiance is linear over a pixel. Its error is what a pixel's neighbours do not tell
+// of it: tests/analytic/sub_frames.c holds it.
+
+#ifndef BD_PASS_SHARE_H
+#define BD_PASS_SHARE_H
+
+#include "pass/fragments.h"
+#include "pass/gather.h"
+
+struct bd_share_inputs {
+    const struct bd_gpu_scene *scene;
+    const struct bd_viewpoint *viewpoint; // of this sub-frame
+    const struct bd_gbuffer *gbuffer;
+    const struct bd_viewpoint *first_viewpoint; // the same but for where rays pass a pixel
+    const struct bd_gbuffer *first_gbuffer;
+    const struct bd_indirect *first; // its `gathered` and `vector` count if they are there
+};
+
+struct bd_shared_light {
+    struct bd_indirect *indirect;    // irradiance alone; a = 0 where `missing`
+    struct bd_discontinuity *pixels; // what `missing` is a list of: pixels alone
+    struct bd_fragments *missing;
+};
+
+BD_MUST_CHECK
+enum bd_err bd_share_run(const struct bd_pass_context *context,
+                         const struct bd_share_inputs *inputs, struct bd_shared_light *out,
+                         struct bd_fault *fault);
+// All that is still there.
+void bd_shared_light_finish(struct bd_gpu *gpu, struct bd_shared_light *light);
+
+#endif

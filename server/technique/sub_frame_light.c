@@ -1,0 +1,64 @@
+#include "technique/sub_frame_light.h"
+
+#include "pass/share.h"
+#include "pass/upsample.h"
+
+bool bd_technique_shares(const struct bd_technique *technique, const struct bd_params *params,
+                         bool glossy_receivers)
+{
+    if (!technique->light_pixels || params->sub_frames == BD_SUB_FRAMES_OWN) return false;
+    // The paper's detail darkens a pixel by what only its own blocks know.
+    bool blocks = technique->inputs & BD_INPUT_FRAGMENTS;
+    if (blocks && params->surface_detail == BD_SURFACE_DETAIL_PAPER) return false;
+    return !glossy_receivers || technique->light_glossy;
+}
+
+// Pixels alone, which go to where the others are.
+static enum bd_err light_missing(const struct bd_pass_context *context,
+                                 const struct bd_technique *technique,
+                                 const struct bd_technique_inputs *inputs,
+                                 const struct bd_shared_light *shared, struct bd_fault *fault)
+{
+    struct bd_technique_inputs own = *inputs;
+    own.discontinuity = shared->pixels;
+    own.fragments = shared->missing;
+    struct bd_multires_light into = {.layout = shared->pixels->layout,
+                                     .fine = shared->indirect->irradiance};
+    const struct bd_unlit unlit = {.fragments = shared->missing, .into = &into};
+    struct bd_multires_light *same;
+    if (shared->missing->count == 0) return BD_ERR_OK;
+    bd_gpu_pass_begin(context->gpu, technique->passes[0]);
+    enum bd_err err = technique->light_pixels(context, &own, &unlit, &same, fault);
+    bd_gpu_pass_end(context->gpu);
+    return err;
+}
+
+enum bd_err bd_sub_frame_light(const struct bd_pass_context *context,
+                               const struct bd_technique *technique,
+                               const struct bd_technique_inputs *inputs,
+                               const struct bd_first_sub_frame *first, struct bd_indirect **out,
+                               struct bd_fault *fault)
+{
+    const struct bd_share_inputs share = {
+        .scene = inputs->scene,
+        .viewpoint = inputs->viewpoint,
+        .gbuffer = inputs->gbuffer,
+        .first_viewpoint = first->viewpoint,
+        .first_gbuffer = first->gbuffer,
+        .first = first->indirect,
+    };
+    struct bd_shared_light shared;
+    bd_gpu_pass_begin(context->gpu, "share");
+    enum bd_err err = bd_share_run(context, &share, &shared, fault);
+    bd_gpu_pass_end(context->gpu);
+    if (err) return err;
+    err = light_missing(context, technique, inputs, &shared, fault);
+    if (!err && inputs->glossy_receivers)
+        err = technique->light_glossy(context, inputs, shared.indirect, fault);
+    if (!err) {
+        *out = shared.indirect;
+        shared.indirect = NULL;
+    }
+    bd_shared_light_finish(context->gpu, &shared);
+    return err;
+}

@@ -1,0 +1,15 @@
+// One layer of the picture from the sum of its sub-frames, which stays as it is: more may be added.
+#include "common/view.glsl"
+#include "pass/composite/finished.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(std140, binding = BD_UNIFORM_ARGS) uniform args_block { bd_composite_args args; };
+layout(binding = 0, rgba32f) writeonly uniform image2D layer;
+layout(binding = 1, rgba32f) readonly uniform image2D sums;
+
+void main()
+{
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, args.state.z);
+    if (pixel.x >= int(view.size_px.x) || gl_GlobalInvocationID.y >= args.state.w) return;
+    imageStore(layer, pixel, finished(imageLoad(sums, pixel) * args.scale.x));
+}

@@ -1,0 +1,95 @@
+// Irradiance that a frame's first sub-frame has, at the pixels of another: between the four of its
+// pixels around where this one's ray passes, by those that see the same surface.
+//
+// image 0: irradiance; a = 0 where none of the four does, and the pixel has to be lit by itself.
+// BD_VECTOR: the first sub-frame keeps what was gathered and the irradiance vector, and this pixel's
+// own normal has its say. Without, only pixels whose shading normals all but agree share light.
+#include "common/all_channels.glsl"
+#include "common/one_surface.glsl"
+#include "shared/share.h"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(std140, binding = BD_UNIFORM_ARGS) uniform args_block { bd_share_args args; };
+layout(binding = 0, rgba32f) writeonly uniform image2D irradiance;
+layout(binding = BD_UNIT_FIRST_DEPTH) uniform sampler2D first_depth;
+layout(binding = BD_UNIT_FIRST_NORMALS) uniform usampler2D first_normals;
+layout(binding = BD_UNIT_FIRST_MATERIAL) uniform sampler2D first_material;
+layout(binding = BD_UNIT_FIRST_IRRADIANCE) uniform sampler2D first_irradiance;
+#ifdef BD_VECTOR
+layout(binding = BD_UNIT_FIRST_VECTOR) uniform sampler2D first_vector;
+#endif
+
+// Chord between two shading normals: irradiance changes by at most about this part of it.
+const float SAME_NORMAL_CHORD = 0.1;
+
+// Where it is and which way it faces; the rest nobody asks for.
+receiver first_receiver(ivec2 pixel)
+{
+    receiver r;
+    uvec4 normals = texelFetch(first_normals, pixel, 0);
+    vec2 at_px = vec2(pixel) + args.first_sample_px.xy;
+    r.relative_position = view_relative_position_at(at_px, texelFetch(first_depth, pixel, 0).x);
+    r.normal = unpack_precise_normal(normals.xy);
+    r.normal_geometric = unpack_precise_normal(normals.zw);
+    return r;
+}
+
+bool shares_light(receiver here, ivec2 pixel)
+{
+    if (any(lessThan(pixel, ivec2(0))) || any(greaterThanEqual(pixel, ivec2(view.size_px.xy)))) return false;
+    if (!material_is_lit(texelFetch(first_material, pixel, 0))) return false;
+    receiver there = first_receiver(pixel);
+#ifndef BD_VECTOR
+    if (distance(here.normal, there.normal) > SAME_NORMAL_CHORD) return false;
+#endif
+    return is_one_surface(here, there);
+}
+
+struct shared_light {
+    vec3 irradiance, vector;
+    float weight;
+};
+
+shared_light light_around(receiver here, ivec2 pixel)
+{
+    shared_light sum = shared_light(vec3(0.0), vec3(0.0), 0.0);
+    vec2 at = vec2(pixel) + view.sample_px.xy - args.first_sample_px.xy;
+    ivec2 low = ivec2(floor(at));
+    vec2 part = at - vec2(low);
+    for (int i = 0; i < 4; i++) {
+        ivec2 step = ivec2(i & 1, i >> 1);
+        vec2 along = mix(1.0 - part, part, vec2(step));
+        float weight = along.x * along.y;
+        if (weight == 0.0 || !shares_light(here, low + step)) continue;
+        sum.irradiance += weight * texelFetch(first_irradiance, low + step, 0).rgb;
+#ifdef BD_VECTOR
+        sum.vector += weight * texelFetch(first_vector, low + step, 0).xyz;
+#endif
+        sum.weight += weight;
+    }
+    return sum;
+}
+
+vec3 at_normal(shared_light sum, vec3 normal)
+{
+    vec3 e = sum.irradiance / sum.weight;
+#ifdef BD_VECTOR
+    float of_fragments = all_channels(sum.irradiance);
+    float of_pixel = max(dot(sum.vector, normal), 0.0);
+    e *= of_fragments > 0.0 ? min(of_pixel / of_fragments, 4.0) : 0.0;
+#endif
+    return e;
+}
+
+void main()
+{
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, args.rows.x);
+    if (pixel.x >= int(view.size_px.x) || gl_GlobalInvocationID.y >= args.rows.y) return;
+    receiver here = gbuffer_receiver(pixel);
+    vec4 shared_value = vec4(0.0, 0.0, 0.0, here.lit ? 0.0 : 1.0);
+    if (here.lit) {
+        shared_light sum = light_around(here, pixel);
+        if (sum.weight > 0.0) shared_value = vec4(at_normal(sum, here.normal), 1.0);
+    }
+    imageStore(irradiance, pixel, shared_value);
+}
