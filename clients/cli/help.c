@@ -60,7 +60,7 @@ int bd_help_render(void)
         "  -o, --output FILE    .png, .jpg (.jpeg) or .exr; - writes PNG to standard output\n"
         "  --size WxH           pixels (default 512x512)\n"
         "  --camera NAME|INDEX  of the scene (default: its first, or one that frames it)\n"
-        "  --technique NAME     direct, rsm (default), ...\n"
+        "  --technique NAME     `bounce techniques` lists them, and which is the default\n"
         "  --set KEY=VALUE      a parameter of the technique; repeatable: vpls=256\n"
         "  --aa N               sub-frames averaged, 1 to 64 (default 16 to PNG and JPEG, else 1)\n"
         "  --layers LIST        beauty,direct,indirect,emission,albedo,normal,depth: an .exr\n"

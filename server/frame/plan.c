@@ -288,8 +288,7 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
 {
     memset(out, 0, sizeof *out);
     memset(report, 0, sizeof *report);
-    const char *name = request->technique[0] ? request->technique : "rsm";
-    out->technique = bd_technique_find(name, fault);
+    out->technique = bd_technique_named(request->technique, fault);
     if (!out->technique) return BD_ERR_USAGE;
     enum bd_err err = bd_params_read(&request->params, out->technique, &out->params, fault);
     if (!err) err = find_camera(scene, request->camera, &out->camera, fault);

@@ -22,7 +22,6 @@ _Static_assert(BD_LAYER_DEPTH == BD_COMPOSITE_DEPTH, "C and GLSL agree");
 #define TARGET_ERROR_MAX 100 // relative: 10000 %
 
 const struct bd_frame_request bd_frame_request_default = {
-    .technique = "rsm",
     .width_px = 512,
     .height_px = 512,
     .layers = 1u << BD_LAYER_BEAUTY,
@@ -118,7 +117,7 @@ static enum bd_err check_size(const struct bd_frame_request *request,
 // Without a fault to fill: an unknown name is not traced.
 bool bd_frame_request_is_traced(const struct bd_frame_request *request)
 {
-    const struct bd_technique *technique = bd_technique_find(request->technique, NULL);
+    const struct bd_technique *technique = bd_technique_named(request->technique, NULL);
     return technique && technique->is_reference;
 }
 
@@ -249,11 +248,10 @@ enum bd_err bd_frame_request_check(const struct bd_frame_request *request,
                             AA_MAX);
     if (request->layers >> BD_LAYER_COUNT)
         return bd_fault_set(fault, BD_ERR_USAGE, "layers", "no such layer");
-    const char *name = request->technique[0] ? request->technique : "rsm";
-    const struct bd_technique *technique = bd_technique_find(name, fault);
+    const struct bd_technique *technique = bd_technique_named(request->technique, fault);
     if (!technique) return BD_ERR_USAGE;
     err = technique->is_reference ? check_traced(request, limits, fault)
-                                  : check_rendered(request, name, fault);
+                                  : check_rendered(request, technique->name, fault);
     if (err) return err;
     err = check_check(request, fault);
     if (!err && request->pose.is_set)

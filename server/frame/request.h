@@ -64,7 +64,7 @@ enum bd_against {
 const char *bd_against_name(enum bd_against against);
 
 struct bd_frame_request {
-    char technique[32];          // "" = "rsm"
+    char technique[32];          // "" = bd_technique_default
     struct bd_param_list params; // KEY=VALUE pairs as given; technique/params.h checks them
     uint32_t width_px, height_px;
     char camera[64];  // node name, camera name or index; "" = the scene's first
@@ -84,7 +84,7 @@ struct bd_frame_request {
     bool plan_only;       // report what would run and what is left out; render nothing
 };
 
-// One beauty layer at 512x512, technique "rsm", aa 1.
+// One beauty layer at 512x512, the default technique, aa 1.
 extern const struct bd_frame_request bd_frame_request_default;
 
 struct bd_frame_limits {

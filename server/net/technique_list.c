@@ -91,6 +91,7 @@ static Bounced__Technique *technique_message(const struct bd_technique *techniqu
     out->hazard_codes = bd_answer_text(technique->hazard_codes);
     BD_SET(out, is_reference, technique->is_reference);
     BD_SET(out, for_comparison, technique->for_comparison);
+    BD_SET(out, is_default, technique == bd_technique_default);
     return out;
 }
 

@@ -17,6 +17,13 @@ static const struct bd_technique *const techniques[] = {
 };
 #define TECHNIQUE_COUNT (sizeof techniques / sizeof techniques[0])
 
+const struct bd_technique *const bd_technique_default = &bd_technique_multires_gather;
+
+const struct bd_technique *bd_technique_named(const char *name, struct bd_fault *fault)
+{
+    return name[0] ? bd_technique_find(name, fault) : bd_technique_default;
+}
+
 const struct bd_technique *bd_technique_at(uint32_t index)
 {
     return index < TECHNIQUE_COUNT ? techniques[index] : NULL;

@@ -165,6 +165,11 @@ extern const struct bd_technique bd_technique_reference;
 extern const struct bd_technique bd_technique_rsm;
 extern const struct bd_technique bd_technique_rsm_splat;
 
+// What a request that names none gets, from whatever client.
+extern const struct bd_technique *const bd_technique_default;
+
+// The one of that name, or for "" the default; otherwise as bd_technique_find.
+const struct bd_technique *bd_technique_named(const char *name, struct bd_fault *fault);
 // By name; NULL and a fault that lists the names if there is none.
 const struct bd_technique *bd_technique_find(const char *name, struct bd_fault *fault);
 // All of them, in order; NULL past the last.

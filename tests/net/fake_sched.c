@@ -1,6 +1,7 @@
 // A scheduler without a GPU, for the tests of net/: the same interface, the same thread, and a
-// gradient where a frame would be. Frames take BD_FAKE_FRAME_MS milliseconds (default 0) and heed
-// cancel and deadlines as real ones do. A scene's technique "fail" fails.
+// gradient where a frame would be. Frames take BD_FAKE_FRAME_MS milliseconds (default 0), the first
+// one BD_FAKE_COMPILE_MS more that no pass accounts for, and heed cancel and deadlines as real ones
+// do. A scene's technique "fail" fails.
 
 #include "sched/sched.h"
 
@@ -12,6 +13,7 @@
 #include "base/assert.h"
 #include "base/clock.h"
 #include "base/hash.h"
+#include "technique/technique.h"
 
 struct bd_job {
     uint32_t references;
@@ -30,7 +32,7 @@ struct bd_sched {
     pthread_cond_t changed;
     struct bd_job *waiting, *running;
     bool stopping;
-    double frame_ms;
+    double frame_ms, compile_ms; // the latter once
     struct bd_sched_stats stats;
 };
 
@@ -51,7 +53,9 @@ static bool is_late(const struct bd_job *job)
 static enum bd_err wait_for_frame(struct bd_job *job)
 {
     uint64_t start_ns = bd_clock_ns();
-    while (!job->request.frame.plan_only && bd_ms_since(start_ns) < job->sched->frame_ms) {
+    double wait_ms = job->sched->frame_ms + job->sched->compile_ms;
+    job->sched->compile_ms = 0;
+    while (!job->request.frame.plan_only && bd_ms_since(start_ns) < wait_ms) {
         struct timespec slice = {.tv_nsec = 2000000};
         nanosleep(&slice, NULL);
         if (asked_to_stop(job) || is_late(job)) break;
@@ -81,7 +85,7 @@ static void fill_report(struct bd_report *report, const struct bd_job *job)
     report->height_px = frame->height_px;
     snprintf(report->camera, sizeof report->camera, "%s", frame->camera);
     snprintf(report->technique, sizeof report->technique, "%s",
-             frame->technique[0] ? frame->technique : "rsm");
+             frame->technique[0] ? frame->technique : bd_technique_default->name);
     report->params = frame->params;
     report->seed = frame->seed;
     report->aa = frame->aa;
@@ -95,6 +99,8 @@ static void fill_report(struct bd_report *report, const struct bd_job *job)
     snprintf(report->passes[1].name, sizeof report->passes[1].name, "rsm");
     report->passes[0].state = frame->plan_only ? BD_PASS_PLANNED : BD_PASS_RAN;
     report->passes[1].state = frame->plan_only ? BD_PASS_PLANNED : BD_PASS_REUSED;
+    report->passes[0].ms = job->sched->frame_ms;
+    report->passes[0].sub_frames = 1;
     report->flag_count = 1;
     snprintf(report->flags[0], sizeof report->flags[0], "default_lights");
 }
@@ -164,6 +170,8 @@ enum bd_err bd_sched_create(const struct bd_sched_options *options, struct bd_sc
     const char *frame_ms = getenv("BD_FAKE_FRAME_MS");
     sched->options = *options;
     sched->frame_ms = frame_ms ? atof(frame_ms) : 0;
+    const char *compile_ms = getenv("BD_FAKE_COMPILE_MS");
+    sched->compile_ms = compile_ms ? atof(compile_ms) : 0;
     snprintf(sched->stats.device_name, sizeof sched->stats.device_name, "gradient \"quoted\"");
     snprintf(sched->stats.device_class, sizeof sched->stats.device_class, "gradient-1");
     sched->stats.software = sched->stats.device_ok = true;
