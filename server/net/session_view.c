@@ -47,6 +47,7 @@ static Bounced__ViewFrame *frame_message(const struct bd_session_view *view,
     BD_SET(message, number, frame->number);
     BD_SET(message, replaced, frame->replaced);
     BD_SET(message, final, frame->is_final);
+    if (frame->is_final) message->why_final = bd_answer_text(frame->why_final);
     BD_SET(message, step, frame->step);
     BD_SET(message, age_ms, frame->age_ms);
     BD_SET(message, credits, frame->credits);

@@ -10,12 +10,13 @@
 #include "net/frame_encode.h"
 #include "net/frame_job.h"
 #include "net/stats.h"
+#include "net/view_cost.h"
 #include "net/view_plan.h"
 #include "net/view_steps.h"
 
-#define RETRY_NS       50000000u
-#define DEADLINES_MAX  3 // in a row without a frame
-#define FPS_MAX        1000.0
+#define RETRY_NS      50000000u
+#define DEADLINES_MAX 3 // in a row without a frame
+#define FPS_MAX       1000.0
 
 struct bd_view {
     struct bd_net *net;
@@ -32,6 +33,7 @@ struct bd_view {
     uint64_t wake_ns;   // 0 = does not wait
     uint64_t replaced, number;
     uint32_t deadlines;
+    struct bd_view_cost cost;
 
     // The frame under way.
     struct bd_job *job;
@@ -90,28 +92,64 @@ static void release_frame(struct bd_view *view)
     view->state.is_running = view->state.is_stopping = view->state.has_rendered = false;
 }
 
+static double next_step_ms(const struct bd_view *view)
+{
+    const struct bd_frame_request *frame = &view->options.frame;
+    const uint32_t step = view->state.running_step;
+    struct bd_frame_request next = *frame;
+    bd_view_lay_step(frame, step + 1, &next);
+    if (bd_view_step_adds_sub_frames(frame, step + 1))
+        return bd_view_cost_of_sub_frames(&view->cost, next.aa - view->running.frame.aa);
+    return bd_view_cost_of_rung(&view->cost, next.aa);
+}
+
+static void say_why(enum bd_view_why why, double next_ms, uint64_t most_s, char *out, size_t size)
+{
+    switch (why) {
+    case BD_VIEW_NOT_FINAL:
+        snprintf(out, size, "%s", "");
+        break;
+    case BD_VIEW_TOP:
+        snprintf(out, size, "top: there is no better step");
+        break;
+    case BD_VIEW_UNREFINED:
+        snprintf(out, size, "refine: none is asked for");
+        break;
+    case BD_VIEW_DEADLINE:
+        snprintf(out, size, "deadline: a better one takes longer than deadline_ms");
+        break;
+    case BD_VIEW_TIME:
+        snprintf(out, size,
+                 "time: a better one would take about %.3g s, limit view_refine_seconds is %llu",
+                 1e-3 * next_ms, (unsigned long long)most_s);
+        break;
+    }
+}
+
+// Learns from the frame, and judges whether a better one is to follow.
+static void judge(struct bd_view *view, const struct bd_report *report, struct bd_view_frame *out)
+{
+    const struct bd_frame_request *frame = &view->options.frame;
+    const uint32_t step = view->state.running_step;
+    const uint64_t most_s = view->net->options.limits.view_refine_seconds;
+    bd_view_cost_learn(&view->cost, report, !bd_view_step_adds_sub_frames(frame, step));
+    const double next_ms = next_step_ms(view);
+    enum bd_view_why why = bd_view_why_final(&view->state, bd_view_has_step(frame, step + 1),
+                                             (uint64_t)(1e6 * next_ms), most_s * 1000000000u);
+    out->is_final = why != BD_VIEW_NOT_FINAL;
+    say_why(why, next_ms, most_s, out->why_final, sizeof out->why_final);
+}
+
 static void send_frame(struct bd_view *view)
 {
     struct bd_view_state *state = &view->state;
     const struct bd_report *report = &bd_job_result(view->job)->report;
     uint64_t now_ns = bd_clock_ns();
     uint64_t took_ns = now_ns - state->begun_ns;
-    bool is_final = bd_view_is_final(
-        state, bd_view_has_step(&view->options.frame, state->running_step + 1), took_ns,
-        view->net->options.limits.view_refine_seconds * 1000000000u);
-    if (state->running_step == 0) state->usual_ns = took_ns;
-    state->shown = state->running;
-    state->shown_step = state->running_step;
-    state->is_final = is_final;
-    state->stopped_one = false;
-    state->credits--;
-    view->deadlines = 0;
     struct bd_view_frame frame = {.number = ++view->number,
                                   .replaced = view->replaced,
-                                  .is_final = is_final,
                                   .step = state->running_step,
                                   .age_ms = (double)(now_ns - view->running_ns) * 1e-6,
-                                  .credits = state->credits,
                                   .sequence = view->running_sequence,
                                   .revision = view->revision,
                                   .transient = view->transient,
@@ -120,6 +158,15 @@ static void send_frame(struct bd_view *view)
                                   .exposure_stops = view->encoded.exposure_stops,
                                   .format = view->running.encode.format,
                                   .bytes = view->encoded.bytes};
+    judge(view, report, &frame);
+    if (state->running_step == 0) state->usual_ns = took_ns;
+    state->shown = state->running;
+    state->shown_step = state->running_step;
+    state->is_final = frame.is_final;
+    state->stopped_one = false;
+    state->credits--;
+    view->deadlines = 0;
+    frame.credits = state->credits;
     view->encoded.bytes = (struct bd_bytes){0};
     view->replaced = 0;
     bd_net_count_frame(view->net, report);
@@ -209,13 +256,13 @@ static void job_ended(struct bd_frame_job *frame_job)
 static enum bd_err submit(struct bd_view *view, const struct bd_store_entry *entry,
                           struct bd_fault *fault)
 {
-    struct bd_job_request request = {
-        .scene = entry->scene,
-        .frame = view->running.frame,
-        .priority = view->state.running_step > 0 ? BD_PRIORITY_REFINE : BD_PRIORITY_VIEW,
-        .turn = bd_client_turn(view->client),
-        .done = bd_frame_job_done,
-        .user = &view->frame_job};
+    struct bd_job_request request = {.scene = entry->scene,
+                                     .frame = view->running.frame,
+                                     .priority = view->state.running_step > 0 ? BD_PRIORITY_REFINE
+                                                                              : BD_PRIORITY_VIEW,
+                                     .turn = bd_client_turn(view->client),
+                                     .done = bd_frame_job_done,
+                                     .user = &view->frame_job};
     view->frame_job = (struct bd_frame_job){view->net, view, job_ended, NULL};
     view->revision = entry->revision;
     view->transient = entry->transient;

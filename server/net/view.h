@@ -7,9 +7,9 @@
 #ifndef BD_NET_VIEW_H
 #define BD_NET_VIEW_H
 
+#include "net/answer.h"
 #include "net/frame_options.h"
 #include "net/net_internal.h"
-#include "net/answer.h"
 
 struct bd_view;
 
@@ -18,6 +18,7 @@ struct bd_view_frame {
     uint64_t number;   // from 1
     uint64_t replaced; // changes and frames that newer ones replaced since the last
     bool is_final;
+    char why_final[112]; // in words; empty where it is not
     uint32_t step;
     double age_ms; // from the change that it shows
     uint32_t credits;

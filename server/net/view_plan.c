@@ -1,6 +1,5 @@
 #include "net/view_plan.h"
 
-#define COST_OF_A_STEP 4
 // Slower than this nobody shows a film: the client rested.
 #define PACE_MAX_NS 200000000u
 // A frame is begun so long before it will be wanted, and twice what frames take besides: encoders,
@@ -72,11 +71,13 @@ void bd_view_take_credits(struct bd_view_state *state, uint32_t count, uint64_t 
     state->credit_ns = now_ns;
 }
 
-bool bd_view_is_final(const struct bd_view_state *state, bool has_better, uint64_t took_ns,
-                      uint64_t most_ns)
+enum bd_view_why bd_view_why_final(const struct bd_view_state *state, bool has_better,
+                                   uint64_t next_ns, uint64_t most_ns)
 {
     // Of an older state: another follows.
-    if (state->running != state->wanted) return false;
-    if (!state->refine || !has_better || state->running_step >= state->last_step) return true;
-    return took_ns > most_ns / COST_OF_A_STEP;
+    if (state->running != state->wanted) return BD_VIEW_NOT_FINAL;
+    if (!state->refine) return BD_VIEW_UNREFINED;
+    if (!has_better) return BD_VIEW_TOP;
+    if (state->running_step >= state->last_step) return BD_VIEW_DEADLINE;
+    return next_ns > most_ns ? BD_VIEW_TIME : BD_VIEW_NOT_FINAL;
 }

@@ -62,10 +62,17 @@ struct bd_view_decision bd_view_decide(const struct bd_view_state *state, uint64
 // So many credits came back: never more than there are. Learns the client's pace.
 void bd_view_take_credits(struct bd_view_state *state, uint32_t count, uint64_t now_ns);
 
-// Whether the frame that was just rendered is the last of its state. `has_better`: the technique's
-// ladder goes on; `took_ns` and the most that a frame may take: each step costs some four times the
-// one before.
-bool bd_view_is_final(const struct bd_view_state *state, bool has_better, uint64_t took_ns,
-                      uint64_t most_ns);
+// Why the frame that was just rendered is the last of its state.
+enum bd_view_why {
+    BD_VIEW_NOT_FINAL, // a better one follows, or one of a newer state
+    BD_VIEW_TOP,       // there is no better step
+    BD_VIEW_UNREFINED, // none was asked for
+    BD_VIEW_DEADLINE,  // the next step took longer than deadline_ms
+    BD_VIEW_TIME,      // it would take too long
+};
+
+// `has_better`: there is a next step; it would take `next_ns` on the device, of at most `most_ns`.
+enum bd_view_why bd_view_why_final(const struct bd_view_state *state, bool has_better,
+                                   uint64_t next_ns, uint64_t most_ns);
 
 #endif

@@ -9,8 +9,7 @@ static uint32_t climb(const struct bd_frame_request *request, uint32_t step,
 {
     struct bd_params params;
     struct bd_param_list all, ignored;
-    const char *name = request->technique[0] ? request->technique : "rsm";
-    const struct bd_technique *technique = bd_technique_find(name, NULL);
+    const struct bd_technique *technique = bd_technique_named(request->technique, NULL);
     *out = request->params;
     if (step == 0 || !technique) return 0;
     if (bd_params_read(&request->params, technique, &params, NULL)) return 0;
@@ -21,14 +20,39 @@ static uint32_t climb(const struct bd_frame_request *request, uint32_t step,
     return taken;
 }
 
+// Steps that add sub-frames. The reference has none: its samples are spread over the pixel.
+static uint32_t sub_frame_steps(const struct bd_frame_request *request)
+{
+    uint32_t steps = 0;
+    if (bd_frame_request_is_traced(request)) return 0;
+    while (request->aa << steps < BD_VIEW_SUB_FRAMES) steps++;
+    return steps;
+}
+
+static uint32_t sub_frames_of(const struct bd_frame_request *request, uint32_t step)
+{
+    uint32_t most = sub_frame_steps(request);
+    uint32_t sub_frames = request->aa << (step < most ? step : most);
+    return step > 0 && sub_frames > BD_VIEW_SUB_FRAMES && most > 0 ? BD_VIEW_SUB_FRAMES
+                                                                   : sub_frames;
+}
+
 bool bd_view_has_step(const struct bd_frame_request *request, uint32_t step)
 {
     struct bd_param_list ignored;
-    return climb(request, step, &ignored) == step;
+    uint32_t first = sub_frame_steps(request);
+    return step <= first || climb(request, step - first, &ignored) == step - first;
+}
+
+bool bd_view_step_adds_sub_frames(const struct bd_frame_request *request, uint32_t step)
+{
+    return step > 0 && step <= sub_frame_steps(request);
 }
 
 void bd_view_lay_step(const struct bd_frame_request *request, uint32_t step,
                       struct bd_frame_request *out)
 {
-    climb(request, step, &out->params);
+    uint32_t first = sub_frame_steps(request);
+    out->aa = sub_frames_of(request, step);
+    climb(request, step > first ? step - first : 0, &out->params);
 }

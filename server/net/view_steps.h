@@ -1,5 +1,9 @@
-// A view's steps to a better picture: its request's own parameters, then the rungs of the
-// technique's ladder (frame/ladder.h) that are above them.
+// A view's steps to a better picture: its request as it is, then the same with two, four, eight and
+// sixteen sub-frames, then the rungs of the technique's ladder (frame/ladder.h) that are above its
+// own parameters. Sub-frames come first because they cost little: light is gathered once, and each
+// frame goes on where the one before ended.
+//
+// Each step is a frame as anyone may ask for it alone, and has the same bytes.
 //
 // Thread: any.
 
@@ -11,11 +15,17 @@
 
 #include "frame/request.h"
 
+// Sub-frames up to which a still picture is smoothed by itself.
+#define BD_VIEW_SUB_FRAMES 16u
+
 // Whether there is a step of that number; 0 always is.
 bool bd_view_has_step(const struct bd_frame_request *request, uint32_t step);
 
-// Writes the step's parameters into `out`, which is a copy of `request`. A step past the last is
-// the last.
+// Whether it has the parameters of the step before it, and more sub-frames. Not step 0.
+bool bd_view_step_adds_sub_frames(const struct bd_frame_request *request, uint32_t step);
+
+// Writes the step's sub-frames and parameters into `out`, which is a copy of `request`. A step past
+// the last is the last.
 void bd_view_lay_step(const struct bd_frame_request *request, uint32_t step,
                       struct bd_frame_request *out);
 

@@ -107,11 +107,39 @@ def test_a_still_picture_gets_better_and_then_final(start, face):
     frames = client.until_final()
     assert [f.number for f in frames] == list(range(1, len(frames) + 1))
     assert [f.step for f in frames] == list(range(len(frames))) and len(frames) >= 2
-    vpls = [int({p.key: p.value for p in f.report.parameters}.get("vpls", 1024)) for f in frames]
-    assert vpls == sorted(set(vpls)) and vpls[0] == 1024
+    # Sub-frames first, then parameters; nothing is taken back on the way.
+    aa = [f.report.aa for f in frames]
+    assert aa[:5] == [1, 2, 4, 8, 16] and set(aa[5:]) == {16}
+    rungs = [tuple((p.key, p.value) for p in f.report.parameters) for f in frames]
+    assert set(rungs[:5]) == {()} and len(set(rungs[5:])) == len(rungs[5:]) >= 2
+    vpls = [int(dict(rung).get("vpls", 1024)) for rung in rungs]
+    assert vpls == sorted(vpls) and vpls[0] == 1024 < vpls[-1]
+    assert [f.why_final.split(":")[0] for f in frames] == [""] * (len(frames) - 1) + ["top"]
     assert [f.final for f in frames] == [False] * (len(frames) - 1) + [True]
     assert all(f.encoding == "jpg" and f.age_ms > 0 and f.report.revision == 1 for f in frames)
     assert client.silent(0.3)
+
+
+def test_a_first_frame_that_had_to_compile_is_not_the_last(start, face):
+    """Shaders are compiled once: what the next frame takes is told by the passes."""
+    client = face(start("--limit", "view_refine_seconds=1", env={"BD_FAKE_FRAME_MS": "2", "BD_FAKE_COMPILE_MS": "700"}))
+    client.open(add_scene(client))
+    frames = client.until_final()
+    assert len(frames) > 5 and frames[-1].why_final.startswith("top:")
+
+
+def test_a_view_says_that_a_better_picture_would_take_too_long(start, face):
+    client = face(start("--limit", "view_refine_seconds=1", env={"BD_FAKE_FRAME_MS": "100"}))
+    client.open(add_scene(client))
+    frames = client.until_final()
+    assert [f.report.aa for f in frames] == [1, 2, 4, 8, 16]  # 16 sub-frames of a rung take 1.6 s
+    assert frames[-1].why_final == "time: a better one would take about 1.6 s, limit view_refine_seconds is 1"
+
+
+def test_a_view_that_is_not_to_be_refined_says_so(start, face):
+    client = face(start())
+    client.open(add_scene(client), refine=False)
+    assert client.until_final()[0].why_final.startswith("refine:")
 
 
 def test_no_third_frame_without_credit(start, face):

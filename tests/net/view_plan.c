@@ -2,9 +2,13 @@
 
 #include "net/view_plan.h"
 
+#include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/assert.h"
+#include "net/view_cost.h"
+#include "net/view_steps.h"
 
 #include "../protocol/cmocka_all.h"
 
@@ -123,16 +127,96 @@ static void final_is_the_last_of_its_state(void **cmocka)
 {
     (void)cmocka;
     struct bd_view_state state = running(1);
-    assert_false(bd_view_is_final(&state, true, MS, 100 * MS));
-    assert_true(bd_view_is_final(&state, false, MS, 100 * MS));
-    assert_true(bd_view_is_final(&state, true, 26 * MS, 100 * MS));
+    assert_int_equal(bd_view_why_final(&state, true, MS, 100 * MS), BD_VIEW_NOT_FINAL);
+    assert_int_equal(bd_view_why_final(&state, true, 100 * MS, 100 * MS), BD_VIEW_NOT_FINAL);
+    assert_int_equal(bd_view_why_final(&state, false, MS, 100 * MS), BD_VIEW_TOP);
+    assert_int_equal(bd_view_why_final(&state, true, 101 * MS, 100 * MS), BD_VIEW_TIME);
     state.last_step = 1;
-    assert_true(bd_view_is_final(&state, true, MS, 100 * MS));
+    assert_int_equal(bd_view_why_final(&state, true, MS, 100 * MS), BD_VIEW_DEADLINE);
     state.refine = false;
     state.last_step = BD_VIEW_STEP_NONE;
-    assert_true(bd_view_is_final(&state, true, MS, 100 * MS));
+    assert_int_equal(bd_view_why_final(&state, true, MS, 100 * MS), BD_VIEW_UNREFINED);
     state.wanted = 2; // another follows, whatever this was
-    assert_false(bd_view_is_final(&state, false, MS, 100 * MS));
+    assert_int_equal(bd_view_why_final(&state, false, MS, 100 * MS), BD_VIEW_NOT_FINAL);
+}
+
+// --- what a step would cost -----------------------------------------------------------------
+
+static void add_pass(struct bd_report *report, const char *name, double ms, uint32_t sub_frames)
+{
+    snprintf(report->passes[report->pass_count].name, sizeof report->passes[0].name, "%s", name);
+    report->passes[report->pass_count].ms = ms;
+    report->passes[report->pass_count].sub_frames = sub_frames;
+    report->passes[report->pass_count++].state = ms > 0 ? BD_PASS_RAN : BD_PASS_REUSED;
+}
+
+static void cost_is_what_passes_took(void **cmocka)
+{
+    (void)cmocka;
+    struct bd_view_cost cost = {0};
+    struct bd_report first = {.aa = 1, .time_ms = {.total = 60000, .compile = 50000}};
+    add_pass(&first, "gbuffer", 10, 1);
+    add_pass(&first, "shadow_map", 30, 0);
+    add_pass(&first, "direct", 20, 1);
+    add_pass(&first, "gather", 100, 1);
+    bd_view_cost_learn(&cost, &first, true);
+    assert_true(bd_view_cost_of_sub_frames(&cost, 2) == 60);
+    assert_true(bd_view_cost_of_rung(&cost, 1) == 6 * 130 + 30);
+    struct bd_report more = {.aa = 4};
+    add_pass(&more, "gbuffer", 30, 3);
+    add_pass(&more, "shadow_map", 0, 0);
+    add_pass(&more, "direct", 60, 3);
+    add_pass(&more, "share", 15, 3);
+    add_pass(&more, "gather", 3, 3);
+    bd_view_cost_learn(&cost, &more, false);
+    assert_true(bd_view_cost_of_sub_frames(&cost, 4) == 140);
+    assert_true(bd_view_cost_of_rung(&cost, 16) == 6 * 130 + 16 * 35);
+    // What shares nothing gathers for each.
+    struct bd_report own = {.aa = 4};
+    add_pass(&own, "gbuffer", 40, 4);
+    add_pass(&own, "splat", 400, 4);
+    bd_view_cost_learn(&cost, &own, false);
+    assert_true(bd_view_cost_of_sub_frames(&cost, 1) == 110);
+    // Nothing ran: what was known holds.
+    struct bd_report reused = {.aa = 2};
+    add_pass(&reused, "gbuffer", 0, 0);
+    add_pass(&reused, "gather", 0, 0);
+    bd_view_cost_learn(&cost, &reused, true);
+    assert_true(bd_view_cost_of_rung(&cost, 0) == 6 * 130);
+}
+
+static void steps_add_sub_frames_and_then_climb(void **cmocka)
+{
+    (void)cmocka;
+    struct bd_frame_request request = bd_frame_request_default, step;
+    static const uint32_t sub_frames[] = {1, 2, 4, 8, 16, 16, 16};
+    for (uint32_t i = 0; i < sizeof sub_frames / sizeof *sub_frames; i++) {
+        step = request;
+        assert_true(bd_view_has_step(&request, i));
+        bd_view_lay_step(&request, i, &step);
+        assert_int_equal(step.aa, sub_frames[i]);
+        assert_int_equal(step.params.count > 0, i > 4);
+        assert_int_equal(bd_view_step_adds_sub_frames(&request, i), i > 0 && i < 5);
+    }
+    static const struct {
+        uint32_t asked, second;
+    } odd[] = {{3, 6}, {5, 10}, {9, 16}, {15, 16}, {16, 16}, {40, 40}};
+    for (size_t i = 0; i < sizeof odd / sizeof *odd; i++) {
+        request.aa = odd[i].asked;
+        step = request;
+        bd_view_lay_step(&request, 0, &step);
+        assert_int_equal(step.aa, odd[i].asked);
+        bd_view_lay_step(&request, 1, &step);
+        assert_int_equal(step.aa, odd[i].second);
+        bd_view_lay_step(&request, 9, &step);
+        assert_int_equal(step.aa, odd[i].asked > 16 ? odd[i].asked : 16);
+    }
+    strcpy(request.technique, "reference");
+    request.aa = 1;
+    step = request;
+    bd_view_lay_step(&request, 1, &step);
+    assert_int_equal(step.aa, 1);
+    assert_int_equal(step.params.count, 1);
 }
 
 static void a_frame_is_made_for_when_it_will_be_taken(void **cmocka)
@@ -210,7 +294,7 @@ static void obey(struct run *run, uint64_t frame_ns)
 static void send(struct run *run, uint32_t top)
 {
     struct bd_view_state *s = &run->state;
-    s->is_final = bd_view_is_final(s, s->running_step < top, 0, 1);
+    s->is_final = bd_view_why_final(s, s->running_step < top, 0, 1) != BD_VIEW_NOT_FINAL;
     s->is_running = s->stopped_one = false;
     s->shown = s->running;
     s->shown_step = s->running_step;
@@ -289,6 +373,8 @@ int main(void)
         cmocka_unit_test(the_rate_is_kept),
         cmocka_unit_test(a_frame_is_stopped_only_early_and_never_twice),
         cmocka_unit_test(final_is_the_last_of_its_state),
+        cmocka_unit_test(cost_is_what_passes_took),
+        cmocka_unit_test(steps_add_sub_frames_and_then_climb),
         cmocka_unit_test(a_frame_is_made_for_when_it_will_be_taken),
         cmocka_unit_test(a_client_s_pace_is_learnt_and_forgotten),
         cmocka_unit_test(what_a_slow_viewer_shows_is_new),

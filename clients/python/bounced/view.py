@@ -113,6 +113,7 @@ class ViewFrame(Frame):
 
     number     from 1, none skipped
     final      nothing better follows until something changes
+    why_final  in words, of a final one: top, time, deadline or refine, and what that means
     step       of the improvement of a still picture, from 0
     sequence   of the last `View.update` that it shows, 0 before the first
     replaced   frames or changes that newer ones replaced since the last
@@ -127,6 +128,7 @@ class ViewFrame(Frame):
     replaced: int = 0
     transient: int = 0
     age_ms: float = 0
+    why_final: str = ""
 
 
 class View(Subscription[ViewFrame]):
@@ -182,7 +184,7 @@ class View(Subscription[ViewFrame]):
         frame = envelope.view_frame
         return ViewFrame(report_of(frame.report), encoding_of(frame, payload), bytes(payload),
                          frame.number, frame.final, frame.step, frame.sequence,
-                         frame.replaced, frame.transient, frame.age_ms)
+                         frame.replaced, frame.transient, frame.age_ms, frame.why_final)
 
     def update(self, *, frames_per_second: float | None = None, refine: bool | None = None,
                **options: Unpack[FrameOptions]) -> int:
