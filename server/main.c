@@ -142,7 +142,10 @@ int main(int argc, char **argv)
     struct bd_options options;
     struct bd_fault fault = {0};
     enum bd_err err = bd_options_read(&options, argc, argv, &fault);
-    bd_log_setup(options.log_debug ? BD_LOG_DEBUG : BD_LOG_INFO, options.log_json);
+    bd_log_setup(options.log_debug    ? BD_LOG_DEBUG
+                 : options.log_errors ? BD_LOG_ERROR
+                                      : BD_LOG_INFO,
+                 options.log_json);
     int status = 0;
     char default_listen[160];
     if (err) {

@@ -47,7 +47,8 @@ static void print_parameter(const Bounced__Parameter *parameter)
 
 static void print_technique(const Bounced__Technique *technique)
 {
-    bd_cli_print_line(stdout, "%-10s %s", or_empty(technique->name), or_empty(technique->summary));
+    bd_cli_print_line(stdout, "%-10s %s%s", or_empty(technique->name), or_empty(technique->summary),
+                      technique->is_default ? " (default)" : "");
     if (technique->model) print_model(technique->model);
     printf("  tolerance   direct %g %%", 100 * technique->tolerance_direct);
     if (technique->tolerance_indirect > 0)

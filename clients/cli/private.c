@@ -65,7 +65,7 @@ enum bd_err bd_transport_find_daemon(char path[BD_TRANSPORT_PATH_BYTES], struct 
 }
 
 // In the child, between fork and exec: nothing that another thread or a buffer could disturb.
-static void become_daemon(const char *path, const char *device, int fd)
+static void become_daemon(const char *path, const char *device, bool quiet, int fd)
 {
     setpgid(0, 0);
     int null_fd = open("/dev/null", O_RDONLY);
@@ -81,6 +81,8 @@ static void become_daemon(const char *path, const char *device, int fd)
                           "3",
                           "--limit",
                           "reply_bytes=4294967295",
+                          "--log",
+                          quiet ? "errors" : "text",
                           device ? "--device" : NULL,
                           device,
                           NULL};
@@ -88,7 +90,7 @@ static void become_daemon(const char *path, const char *device, int fd)
     _exit(127);
 }
 
-enum bd_err bd_transport_start_private(const char *device, int *fd, pid_t *child,
+enum bd_err bd_transport_start_private(const char *device, bool quiet, int *fd, pid_t *child,
                                        struct bd_fault *fault)
 {
     char path[BD_TRANSPORT_PATH_BYTES];
@@ -99,7 +101,7 @@ enum bd_err bd_transport_start_private(const char *device, int *fd, pid_t *child
         return bd_fault_set(fault, BD_ERR_UNREACHABLE, "server", "no socket pair: %s",
                             strerror(errno));
     *child = fork();
-    if (*child == 0) become_daemon(path, device, pair[1]);
+    if (*child == 0) become_daemon(path, device, quiet, pair[1]);
     close(pair[1]);
     *fd = pair[0];
     if (*child > 0) return BD_ERR_OK;

@@ -63,7 +63,8 @@ static void print_passes(const Bounced__Report *report, FILE *out)
         else
             bd_cli_print_line(out, "  %-16s %9s", or_none(pass->name), or_none(pass->state));
     }
-    for (size_t i = 0; i < report->n_omitted; i++)
+    // What a frame left out stands in its report; who asks for a plan wants to see it.
+    for (size_t i = 0; is_plan(report) && i < report->n_omitted; i++)
         bd_cli_print_line(out, "  %-16s   omitted: %s", or_none(report->omitted[i]->pass),
                           or_none(report->omitted[i]->reason));
 }

@@ -33,7 +33,7 @@ enum bd_err bd_transport_find_daemon(char path[BD_TRANSPORT_PATH_BYTES], struct 
 // Starts `bounced --private 3` with one end of a socket pair as its descriptor 3, in a process
 // group of its own, so that the terminal's Ctrl-C reaches only us. `device` may be NULL.
 BD_MUST_CHECK
-enum bd_err bd_transport_start_private(const char *device, int *fd, pid_t *child,
+enum bd_err bd_transport_start_private(const char *device, bool quiet, int *fd, pid_t *child,
                                        struct bd_fault *fault);
 
 // Waits for the private daemon's end, once its descriptor is closed: `patience_ms` for it to go by

@@ -1,3 +1,4 @@
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -58,8 +59,11 @@ static enum bd_err choose_auto(const struct bd_egl_candidate *candidates, uint32
     if (try_all(candidates, count, WANT_HARDWARE, debug, out, &hardware)) return BD_ERR_OK;
     if (!try_all(candidates, count, WANT_SOFTWARE, debug, out, &software))
         return bd_fault_set(fault, BD_ERR_DEVICE, "device", "no device works: %s", hardware.text);
-    bd_log(BD_LOG_WARN, "gpu", "no hardware device works, rendering in software; tried %s",
-           hardware.text);
+    // Once a process: a device that was lost is chosen anew.
+    static atomic_flag told = ATOMIC_FLAG_INIT;
+    if (!atomic_flag_test_and_set(&told))
+        bd_log(BD_LOG_WARN, "gpu", "no hardware device works, rendering in software; tried %s",
+               hardware.text);
     return BD_ERR_OK;
 }
 

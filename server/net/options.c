@@ -137,8 +137,10 @@ static enum bd_err set_limit(struct bd_options *options, const char *value, stru
 static enum bd_err set_log(struct bd_options *options, const char *value, struct bd_fault *fault)
 {
     options->log_json = strcmp(value, "json") == 0;
-    if (options->log_json || strcmp(value, "text") == 0) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_USAGE, "log", "--log is text or json, not \"%s\"", value);
+    options->log_errors = strcmp(value, "errors") == 0;
+    if (options->log_json || options->log_errors || strcmp(value, "text") == 0) return BD_ERR_OK;
+    return bd_fault_set(fault, BD_ERR_USAGE, "log", "--log is text, json or errors, not \"%s\"",
+                        value);
 }
 
 static enum bd_err set_private(struct bd_options *options, const char *value,
@@ -176,7 +178,7 @@ static const struct option {
     {"gpu-memory", set_gpu_memory, "MIB          what may be taken of the device's memory"},
     {"limit", set_limit, "NAME=VALUE        see protocol/limits.h; repeatable"},
     {"config", read_config, "FILE             more options, one `key value` a line"},
-    {"log", set_log, "text|json"},
+    {"log", set_log, "text|json|errors     lines of text, or of JSON; or text of errors alone"},
     {"private", set_private, "FD              serve one inherited socket, then end"},
 };
 #define OPTION_COUNT (sizeof table / sizeof table[0])

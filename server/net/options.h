@@ -29,7 +29,7 @@ struct bd_options {
     uint32_t proxy_count;
     uint32_t gpu_memory_mib; // 0 = by the device
     struct bd_limits limits;
-    bool log_json, log_debug;
+    bool log_json, log_debug, log_errors; // the last: errors alone
     int private_fd; // -1 = none
     bool shows_version, shows_help, lists_devices;
     int argc; // what was read, borrowed

@@ -119,26 +119,30 @@ static void frame_ended(struct bd_frame_job *frame_job)
 
 // --- submit ---------------------------------------------------------------------------------
 
-// The client's deadline began when its request arrived; the scheduler's begins now.
-static enum bd_err spend_deadline(struct bd_command *command)
+// The client's deadline began when its request arrived. It is named as it was asked for, whatever
+// is left of it.
+static enum bd_err spend_deadline(struct bd_command *command, uint32_t *out_ms)
 {
-    struct bd_frame_request *frame = &command->options.frame;
+    const struct bd_frame_request *frame = &command->options.frame;
+    *out_ms = 0;
     if (frame->deadline_ms == 0) return BD_ERR_OK;
     double spent_ms = bd_ms_since(command->start_ns);
     if (spent_ms >= frame->deadline_ms)
         return bd_fault_set(&command->fault, BD_ERR_DEADLINE, "deadline_ms",
                             "the deadline of %u ms passed while the scene was loaded",
                             frame->deadline_ms);
-    frame->deadline_ms -= (uint32_t)spent_ms;
+    *out_ms = (uint32_t)spent_ms;
     return BD_ERR_OK;
 }
 
 void bd_command_render(struct bd_command *command)
 {
-    command->err = spend_deadline(command);
+    uint32_t spent_ms;
+    command->err = spend_deadline(command, &spent_ms);
     if (bd_command_stop_here(command)) return;
     struct bd_job_request request = {.scene = command->scene,
                                      .frame = command->options.frame,
+                                     .spent_ms = spent_ms,
                                      .priority = BD_PRIORITY_REQUEST,
                                      .turn = bd_client_turn(command->client),
                                      .done = bd_frame_job_done,

@@ -20,7 +20,8 @@ struct bd_job *bd_job_create(const struct bd_job_request *request)
     if (bd_frame_request_is_checked(&request->frame))
         job->check = bd_job_check_create(&job->request.frame);
     uint32_t deadline_ms = request->frame.deadline_ms;
-    if (deadline_ms) job->deadline_ns = bd_clock_ns() + deadline_ms * UINT64_C(1000000);
+    if (deadline_ms)
+        job->deadline_ns = bd_clock_ns() + (deadline_ms - request->spent_ms) * UINT64_C(1000000);
     BD_ASSERT(pthread_mutex_init(&job->lock, NULL) == 0);
     BD_ASSERT(pthread_cond_init(&job->ended_changed, NULL) == 0);
     return job;

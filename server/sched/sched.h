@@ -46,7 +46,8 @@ void bd_sched_destroy(struct bd_sched **sched);
 struct bd_job_request {
     struct bd_scene *scene;        // the job takes its own reference
     struct bd_frame_request frame; // checked by bd_sched_submit
-    int priority;                  // higher first; 0 = batch, 10 = interactive
+    uint32_t spent_ms; // of the frame's deadline, less than that: the client's began before
+    int priority;      // higher first; 0 = batch, 10 = interactive
     uint64_t turn; // whose it is: among jobs of one priority, owners take turns. 0 = one more owner
     // Called once, on the thread that ran the job, when it ended: only enqueue, then return. NULL
     // is fine for who waits.

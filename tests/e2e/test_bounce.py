@@ -183,7 +183,8 @@ def test_techniques_are_what_they_say(running):
     table = ok(running("techniques")).stdout.decode()
     for technique in json.loads(ok(running("techniques", "--json")).stdout)["techniques"]:
         good, bad = [rung.split() for rung in technique["ladder"]], []
-        assert f"{technique['name']:10} {technique['summary']}\n" in table
+        default = " (default)" if technique.get("is_default") else ""
+        assert f"{technique['name']:10} {technique['summary']}{default}\n" in table
         for p in technique["parameters"]:
             good += [[f"{p['key']}={word}"] for word in [*p["choices"], p["standard"]]]
             bad.append(f"{p['key']}=none-of-these")
@@ -298,6 +299,7 @@ def test_a_missed_deadline_has_a_report(bounce):
     assert result.returncode == 5
     report = json.loads((bounce.folder / "r.json").read_text())
     assert report["stopped"] == "deadline" and report["size"] == [2048, 2048]
+    assert "the deadline of 300 ms passed" in result.stderr  # not what the import left of it
     assert not (bounce.folder / "out.png").exists()
 
 

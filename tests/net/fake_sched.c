@@ -47,7 +47,7 @@ static bool asked_to_stop(struct bd_job *job)
 static bool is_late(const struct bd_job *job)
 {
     uint32_t deadline_ms = job->request.frame.deadline_ms;
-    return deadline_ms > 0 && bd_ms_since(job->submit_ns) > deadline_ms;
+    return deadline_ms > 0 && bd_ms_since(job->submit_ns) + job->request.spent_ms > deadline_ms;
 }
 
 static enum bd_err wait_for_frame(struct bd_job *job)
