@@ -245,7 +245,8 @@ static void holes_do_not_leak_into_their_neighbours(void **state)
     struct bd_image *image = bd_image_create(32, 32, 3), *r = bd_image_create(32, 32, 3);
     for (int i = 0; i < 32 * 32 * 3; i++) image->pixels[i] = r->pixels[i] = (float)(i % 7);
     image->pixels[3 * (16 * 32 + 16)] = NAN;
-    struct bd_metric_input input = {{r, r}, {image, image}, true, BD_FLIP_PPD_DEFAULT};
+    struct bd_metric_input input = {
+        .reference = {r, r}, .image = {image, image}, .display = true, .ppd = BD_FLIP_PPD_DEFAULT};
     struct bd_metrics metrics;
     assert_int_equal(bd_metrics_measure(&input, &metrics, NULL), BD_ERR_OK);
     assert_near(value(&metrics, BD_METRIC_FLIP), 0, 0);
@@ -318,7 +319,8 @@ static void figures_of_the_display_by_hand(void **state)
         r->pixels[i] = 8; // exposed to 1
         image->pixels[i] = 4;
     }
-    struct bd_metric_input input = {{r, r}, {image, image}, true, BD_FLIP_PPD_DEFAULT};
+    struct bd_metric_input input = {
+        .reference = {r, r}, .image = {image, image}, .display = true, .ppd = BD_FLIP_PPD_DEFAULT};
     struct bd_metrics metrics;
     assert_int_equal(bd_metrics_measure(&input, &metrics, NULL), BD_ERR_OK);
     assert_near(metrics.display_stops, -3, 1e-6);
