@@ -78,10 +78,14 @@ def test_a_floor_is_a_picture_and_exit_code_5(bounce):
 
 
 def test_out_of_time_is_a_picture_and_exit_code_5(bounce):
-    # The upper rungs of the ladder take far longer than that, at this size.
-    report, _ = render(bounce, "--target-error", "0.0001:model", "--deadline-ms", "3000", "--size",
-                       "300x300", scene=HERE / "../scenes/two_lights.glb", code=5)
-    assert report["stopped"] == "deadline"
+    # The upper rungs of the ladder take far longer than that, at this size; on a busy machine the first one
+    # may do so too, and then there is no picture yet.
+    for deadline_ms in (3000, 12000, 48000):
+        report, _ = render(bounce, "--target-error", "0.0001:model", "--deadline-ms", str(deadline_ms), "--size",
+                           "300x300", scene=HERE / "../scenes/two_lights.glb", code=5)
+        assert report["stopped"] == "deadline"
+        if (bounce.folder / "out.exr").exists():
+            break
     assert (bounce.folder / "out.exr").stat().st_size > 0
 
 
