@@ -197,11 +197,15 @@ class World:
             options += ["--limit", limit]
         self.daemon = Daemon(self.folder, *options)
         self.said, self.scene, self.objects, self.blob, self.techniques = [], "", [], "", []
+        self.client = None
         self.connect()
         self.witness = self.add_file("cornell.glb")
         self.techniques = self.ask(TECHNIQUES).techniques_reply.techniques
 
     def connect(self):
+        """Anew: what was under way on the connection before, views too, ends with it."""
+        if self.client:
+            self.client.close()
         try:
             self.client = self.daemon.framed()
             self.client.sock.settimeout(PATIENCE_S)
@@ -424,6 +428,10 @@ class World:
             self.connect()
         self.client.sock.settimeout(PATIENCE_S)
 
+    def say_leave(self, step):
+        self.connect()
+        return False
+
     def say_hello(self, step):
         envelope = text_format.Parse(step["hello"], bounced_pb2.Envelope())
         client = self.daemon.framed(hello=False)
@@ -639,9 +647,11 @@ def look(world):
 
 
 def play_round(world, paths):
-    changed = False
-    for step in choose_steps(world, paths):
+    changed, steps = False, choose_steps(world, paths)
+    for step in steps:
         changed |= bool(world.say(step))
+    if any(step.get("framed", "").startswith("view_") for step in steps):
+        world.say({"leave": "a view that asks for much goes before what the same client asks for next"})
     if changed:
         look(world)
     world.witness_lives()
