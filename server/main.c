@@ -116,7 +116,8 @@ static enum bd_err run(const struct bd_options *options, struct bd_fault *fault)
     if (err) goto close_data;
     struct bd_journal *journal = NULL;
     struct bd_store *store = bd_store_create((uint32_t)options->limits.scenes);
-    err = bd_journal_open(data.path, &journal, fault);
+    err = options->accepts_journal ? bd_journal_open_as_it_is(data.path, &journal, fault)
+                                   : bd_journal_open(data.path, &journal, fault);
     if (!err) err = bd_store_load(store, journal, fault);
     if (err) goto close_store;
 

@@ -245,6 +245,8 @@ static bool read_flag(struct bd_options *options, const char *argument)
         options->shows_help = true;
     else if (strcmp(argument, "--list-devices") == 0)
         options->lists_devices = true;
+    else if (strcmp(argument, "--accept-journal") == 0)
+        options->accepts_journal = true; // for one start: no config file can say so
     else if (strcmp(argument, "--debug") == 0)
         options->log_debug = true;
     else
@@ -288,6 +290,11 @@ void bd_options_print_help(FILE *out)
     fputs("usage: bounced [OPTION]...\n\n", out);
     for (size_t i = 0; i < OPTION_COUNT; i++)
         fprintf(out, "  --%s %s\n", table[i].name, table[i].help);
+    fputs("  --accept-journal          once, where a start says that the journal or its log is "
+          "missing "
+          "or old:\n"
+          "                            what is there is taken for all that there was\n",
+          out);
     fputs("  --debug --list-devices --version --help\n", out);
     fputs("\n"
           "SIGHUP reads --config files and the token file again. Tokens, public names,\n"

@@ -30,7 +30,8 @@ struct bd_options {
     uint32_t gpu_memory_mib; // 0 = by the device
     struct bd_limits limits;
     bool log_json, log_debug, log_errors; // the last: errors alone
-    int private_fd; // -1 = none
+    int private_fd;                       // -1 = none
+    bool accepts_journal; // whatever is there: bd_journal_open_as_it_is
     bool shows_version, shows_help, lists_devices;
     int argc; // what was read, borrowed
     char **argv;

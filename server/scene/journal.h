@@ -25,7 +25,7 @@
 #include "base/err.h"
 #include "base/hash.h"
 
-#define BD_JOURNAL_FORMAT     2 // an older file is brought up to it, a newer one refused
+#define BD_JOURNAL_FORMAT     3 // an older file is brought up to it, a newer one refused
 #define BD_JOURNAL_FILE       "journal.sqlite"
 #define BD_JOURNAL_FILE_BYTES 4160 // a path to it
 
@@ -53,8 +53,20 @@ struct bd_journal;
 // and kept beside as journal.sqlite.damaged; both with a warning in the log that names what is
 // lost. BD_ERR_UNSUPPORTED, field `data`: it was written by a newer version. BD_ERR_IO: it is no
 // journal, or so damaged that nothing can be read; it is left as it is.
+//
+// BD_ERR_IO, too, where the directory's identity (journal_identity.h) says that there was more: the
+// file or its log is missing, is an older copy or belongs to another directory. All is left as it
+// is, and the line says what to do.
 BD_MUST_CHECK
 enum bd_err bd_journal_open(const char *directory, struct bd_journal **out, struct bd_fault *fault);
+// The way out of that: whatever is there is taken for all that there was, with a warning. A log
+// without its file is kept as journal.sqlite-wal.lone.
+BD_MUST_CHECK
+enum bd_err bd_journal_open_as_it_is(const char *directory, struct bd_journal **out,
+                                     struct bd_fault *fault);
+// Whether file and log are where they were when they were opened: nothing is committed otherwise.
+// Thread: any, at any time between opening and closing.
+bool bd_journal_is_in_place(const struct bd_journal *journal);
 // A copy of a journal that no daemon holds, for reading: `path` is the file, or the data directory
 // around it. The file is only read, and its write-ahead log with it; the copy lies in a temporary
 // directory and goes with bd_journal_close. BD_ERR_CONFLICT: a daemon holds the directory.

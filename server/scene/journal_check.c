@@ -33,6 +33,12 @@ uint64_t bd_check_scene(const struct bd_journal_scene *scene)
     return add_number(add_number(sum, scene->added_ms), scene->revision);
 }
 
+uint64_t bd_check_state(const struct bd_journal_state *state)
+{
+    uint64_t sum = add_bytes(add_text(0, "state"), state->identity, BD_IDENTITY_BYTES);
+    return add_number(sum, state->sequence);
+}
+
 uint64_t bd_check_name(int64_t scene, const char *name, uint64_t revision)
 {
     uint64_t sum = add_number(add_text(0, "name"), (uint64_t)scene);

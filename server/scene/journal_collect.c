@@ -139,8 +139,8 @@ static int vacuum_slice(struct bd_journal *journal)
     if (!result)
         result = bd_journal_number(bd_journal_sql(journal, BD_SQL_FREE_PAGES), &free_count);
     if (result) return result;
-    if (free_count > page_count / FREE_SHARE)
-        return bd_journal_run(bd_journal_sql(journal, BD_SQL_VACUUM));
+    journal->changes_more = free_count > page_count / FREE_SHARE;
+    if (journal->changes_more) return bd_journal_run(bd_journal_sql(journal, BD_SQL_VACUUM));
     bd_digests_clear(&journal->needed);
     enter(journal, BD_ROUND_IDLE);
     return SQLITE_OK;
@@ -155,8 +155,10 @@ static int slice(struct bd_journal *journal)
         return mark_slice(journal, BD_SQL_NEXT_SNAPSHOT_LIST, BD_ROUND_MARK_EDITS);
     case BD_ROUND_MARK_EDITS:
         return mark_slice(journal, BD_SQL_NEXT_EDIT_LIST, BD_ROUND_SWEEP);
-    default:
+    case BD_ROUND_SWEEP:
         return sweep_slice(journal);
+    default:
+        return vacuum_slice(journal);
     }
 }
 
@@ -179,8 +181,7 @@ enum bd_err bd_journal_collect(struct bd_journal *journal, bool *is_done, struct
         bd_digests_clear(&journal->needed);
         enter(journal, BD_ROUND_ORPHANS);
     }
-    int result =
-        journal->round == BD_ROUND_VACUUM ? vacuum_slice(journal) : slice_in_transaction(journal);
+    int result = slice_in_transaction(journal);
     *is_done = !result && journal->round == BD_ROUND_IDLE;
     return result ? bd_journal_fault(journal, result, "the journal was not tidied", fault)
                   : BD_ERR_OK;

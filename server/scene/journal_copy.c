@@ -13,6 +13,7 @@
 #include <unistd.h>
 
 #include "base/assert.h"
+#include "base/log.h"
 #include "scene/journal_internal.h"
 
 #define PIECE_BYTES (1u << 20)
@@ -109,6 +110,25 @@ static enum bd_err copy_both(const struct source *source, const struct bd_journa
     return err || !has_log ? err : copy_file(from, to, fault);
 }
 
+// What is there can be read all the same; whoever reads it should know.
+static void warn_if_short(const struct source *source, const struct bd_journal *journal)
+{
+    struct bd_identity *identity = calloc(1, sizeof *identity);
+    char path[BD_JOURNAL_FILE_BYTES + 32];
+    BD_ASSERT(identity);
+    snprintf(path, sizeof path, "%s/" BD_IDENTITY_FILE, source->directory);
+    if (!bd_identity_open(identity, path) && !identity->is_blank &&
+        memcmp(identity->state.identity, journal->state.identity, BD_IDENTITY_BYTES) == 0 &&
+        journal->state.sequence < identity->state.sequence)
+        bd_log(BD_LOG_WARN, "journal",
+               "%s ends at write %llu of %llu that were kept: it or its log is missing or an older "
+               "copy",
+               journal->name, (unsigned long long)journal->state.sequence,
+               (unsigned long long)identity->state.sequence);
+    bd_identity_close(identity);
+    free(identity);
+}
+
 static enum bd_err open_copy(struct bd_journal *journal, struct source *source,
                              struct bd_fault *fault)
 {
@@ -121,7 +141,9 @@ static enum bd_err open_copy(struct bd_journal *journal, struct source *source,
     snprintf(journal->path, sizeof journal->path, "%s/" BD_JOURNAL_FILE, journal->copy_dir.path);
     err = copy_both(source, journal, fault);
     if (!err) err = bd_journal_check_size(journal, fault);
-    return err ? err : bd_journal_try_open(journal, where, sizeof where, fault);
+    if (!err) err = bd_journal_try_open(journal, where, sizeof where, fault);
+    if (!err) warn_if_short(source, journal);
+    return err;
 }
 
 enum bd_err bd_journal_open_copy(const char *path, struct bd_journal **out, struct bd_fault *fault)

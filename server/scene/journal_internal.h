@@ -8,6 +8,7 @@
 #include "scene/data_dir.h"
 #include "scene/journal.h"
 #include "scene/journal_digests.h"
+#include "scene/journal_identity.h"
 #include "scene/journal_sql.h"
 
 enum bd_journal_round {
@@ -24,6 +25,14 @@ struct bd_journal {
     sqlite3_stmt *statements[BD_SQL_COUNT];
     char path[BD_JOURNAL_FILE_BYTES];
     char name[BD_JOURNAL_FILE_BYTES]; // in messages: the path, or that of the file it is a copy of
+    struct bd_journal_state state;
+    bool changes_more;           // in the transaction under way: what no count of rows tells
+    int64_t changes_begun;       // the rows that were changed before it
+    struct bd_identity identity; // without a file in one that is read or built
+    struct bd_journal_place {    // of the file and of its log, while they are open
+        bool is_known;
+        uint64_t device, file, log;
+    } place;
     bool is_copy;
     struct bd_data_dir copy_dir; // of a copy
     bool is_damaged;             // something was read that SQLite cannot have written
@@ -105,6 +114,8 @@ uint64_t bd_check_snapshot(int64_t scene, const struct bd_journal_snapshot *snap
 uint64_t bd_check_edit_payload(const struct bd_journal_edit *edit);
 uint64_t bd_check_edit(int64_t scene, const struct bd_journal_edit *edit, uint64_t payload_check);
 
+uint64_t bd_check_state(const struct bd_journal_state *state);
+
 // --- journal_row.c: rows to structs; false: not what was written
 
 bool bd_row_scene(sqlite3_stmt *row, struct bd_journal_scene *out);
@@ -156,13 +167,31 @@ int bd_write_edit(struct bd_journal *journal, int64_t scene, const struct bd_jou
 // Adds what a new record needs to a round's marks.
 void bd_journal_mark(struct bd_journal *journal, const struct bd_journal_digests *list);
 
+// --- journal_state.c: what a database is and how far, and whether that is what it should be
+
+// Reads `journal->state`. SQLITE_CORRUPT if it is not what was written.
+int bd_journal_read_state(struct bd_journal *journal);
+// Writes it, one further, inside a transaction.
+int bd_journal_write_state(struct bd_journal *journal);
+// Whether the directory holds what its identity says, before anything in it is opened to be
+// written; `takes_all`: whatever it is, with a warning. Names what has no name yet.
+BD_MUST_CHECK
+enum bd_err bd_journal_check_state(struct bd_journal *journal, bool takes_all,
+                                   struct bd_fault *fault);
+// The database that was opened bears the identity's name from now on.
+BD_MUST_CHECK
+enum bd_err bd_journal_take_state(struct bd_journal *journal, struct bd_fault *fault);
+// Before it is closed: the log goes into the database, if that can be, and may go.
+void bd_journal_settle(struct bd_journal *journal);
+
 // --- journal_damage.c, journal_salvage.c
 
 // SQLITE_CORRUPT if anything that a start needs is not whole; `where` says what.
 int bd_journal_find_damage(struct bd_journal *journal, char *where, size_t where_bytes);
-// Builds the file anew from what is whole in it, and keeps the old one beside.
+// Builds the file anew from what is whole in it, for `identity`, and keeps the old one beside.
 BD_MUST_CHECK
-enum bd_err bd_journal_salvage(const char *path, const char *where, struct bd_fault *fault);
+enum bd_err bd_journal_salvage(const char *path, const char *where, struct bd_identity *identity,
+                               struct bd_fault *fault);
 // Says in the log if the write-ahead log has an end that was cut off.
 void bd_journal_warn_of_tail(struct bd_journal *journal);
 

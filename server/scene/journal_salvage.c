@@ -256,12 +256,25 @@ static int mend_scenes(struct bd_journal *journal)
     }
 }
 
-static int build_anew(const char *path, struct bd_journal *journal, struct bd_fault *fault)
+// Before it takes the old one's place: nothing may lie between the two but a rename.
+static int set_state(struct bd_journal *journal, const struct bd_journal_state *state)
+{
+    journal->state = *state;
+    int result = bd_journal_begin(journal);
+    journal->changes_more = true;
+    return result ? result : bd_journal_end(journal, SQLITE_OK);
+}
+
+static int build_anew(const char *path, struct bd_journal *journal, struct bd_identity *identity,
+                      struct bd_fault *fault)
 {
     if (bd_journal_connect(journal, fault)) return SQLITE_CANTOPEN;
-    int result = copy_tables(path, journal);
+    // What is in the log goes into the file.
+    int result = bd_identity_settle(identity, identity->base);
+    if (!result) result = copy_tables(path, journal);
     if (!result) result = purge_tables(journal);
     if (!result) result = mend_scenes(journal);
+    if (!result) result = set_state(journal, &identity->state);
     // All of it may still be in the log, and closing would not say whether it comes out of there.
     int log_pages, copied;
     if (!result)
@@ -315,7 +328,8 @@ static void remove_file(const char *path)
     unlink(path);
 }
 
-enum bd_err bd_journal_salvage(const char *path, const char *where, struct bd_fault *fault)
+enum bd_err bd_journal_salvage(const char *path, const char *where, struct bd_identity *identity,
+                               struct bd_fault *fault)
 {
     struct bd_journal *journal = calloc(1, sizeof *journal);
     BD_ASSERT(journal);
@@ -324,7 +338,7 @@ enum bd_err bd_journal_salvage(const char *path, const char *where, struct bd_fa
     bd_log(BD_LOG_WARN, "journal", "%s is damaged (%s): what is whole in it is copied", path,
            where);
     remove_file(journal->path);
-    int result = build_anew(path, journal, fault);
+    int result = build_anew(path, journal, identity, fault);
     bd_journal_disconnect(journal);
     bool is_done = !result && change_places(path, journal->path, kept, sizeof kept);
     if (is_done)

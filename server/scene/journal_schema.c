@@ -49,7 +49,12 @@ static const char format_2[] =
     "CREATE UNIQUE INDEX edits_by_client ON edits(scene, client_edit_id)"
     " WHERE client_edit_id<>'';";
 
-static const struct bd_journal_step steps[BD_JOURNAL_FORMAT] = {{format_1}, {format_2}};
+// What the directory's identity (journal_identity.h) is held against. One row, once there is one.
+static const char format_3[] =
+    "CREATE TABLE state(id INTEGER PRIMARY KEY, identity BLOB NOT NULL, sequence INTEGER NOT NULL,"
+    " chk INTEGER NOT NULL) STRICT;";
+
+static const struct bd_journal_step steps[BD_JOURNAL_FORMAT] = {{format_1}, {format_2}, {format_3}};
 
 static int run_steps(sqlite3 *db, uint32_t version, const struct bd_journal_step *table,
                      uint32_t count)
@@ -182,6 +187,9 @@ enum bd_err bd_journal_connect(struct bd_journal *journal, struct bd_fault *faul
                 SQLITE_OPEN_EXRESCODE | SQLITE_OPEN_PRIVATECACHE;
     int result = sqlite3_open_v2(journal->path, &journal->db, flags, NULL);
     if (!result) harden(journal->db);
+    // Whoever says that the log may go says so to the directory's identity first.
+    if (!result && journal->identity.file)
+        sqlite3_db_config(journal->db, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, NULL);
     if (!result) result = set_before_reading(journal->db);
     if (result) return open_fault(journal, result, fault);
     uint32_t version = 0;
@@ -191,6 +199,7 @@ enum bd_err bd_journal_connect(struct bd_journal *journal, struct bd_fault *faul
     if (!result) result = set_for_writing(journal->db);
     if (!result) result = bd_journal_migrate(journal->db, version, steps, BD_JOURNAL_FORMAT);
     if (!result) result = prepare(journal);
+    if (!result) result = bd_journal_read_state(journal);
     return result ? open_fault(journal, result, fault) : BD_ERR_OK;
 }
 

@@ -141,6 +141,11 @@ enum bd_err bd_journal_fault(struct bd_journal *journal, int result, const char 
     if (bd_journal_is_damage(result))
         return bd_fault_set(fault, BD_ERR_IO, "data", "%s: %s is damaged%s", what, path,
                             journal->is_copy ? "" : "; the next start mends it");
+    if (result == SQLITE_READONLY_DBMOVED)
+        return bd_fault_set(fault, BD_ERR_IO, "data",
+                            "%s: %s or its log is not where it was when the daemon began: moved, "
+                            "removed or replaced; put it back, or end the daemon",
+                            what, path);
     switch (result & 0xff) {
     case SQLITE_NOMEM:
         return bd_fault_set(fault, BD_ERR_NO_MEMORY, "", "%s: out of memory", what);
@@ -161,12 +166,21 @@ enum bd_err bd_journal_fault(struct bd_journal *journal, int result, const char 
 
 int bd_journal_begin(struct bd_journal *journal)
 {
+    // What is written to files that nobody finds any more is lost.
+    if (!bd_journal_is_in_place(journal)) return SQLITE_READONLY_DBMOVED;
+    journal->changes_more = false;
+    journal->changes_begun = sqlite3_total_changes64(journal->db);
     return bd_journal_run(bd_journal_sql(journal, BD_SQL_BEGIN));
 }
 
 int bd_journal_end(struct bd_journal *journal, int result)
 {
+    bool has_changed =
+        journal->changes_more || sqlite3_total_changes64(journal->db) != journal->changes_begun;
+    if (result == SQLITE_OK && has_changed) result = bd_journal_write_state(journal);
     if (result == SQLITE_OK) result = bd_journal_run(bd_journal_sql(journal, BD_SQL_COMMIT));
+    if (result == SQLITE_OK && has_changed)
+        bd_identity_note(&journal->identity, journal->db, ++journal->state.sequence);
     // Some errors end the transaction by themselves.
     if (result != SQLITE_OK && !sqlite3_get_autocommit(journal->db))
         bd_journal_run(bd_journal_sql(journal, BD_SQL_ROLLBACK));

@@ -13,9 +13,10 @@
     X(BEGIN, "BEGIN IMMEDIATE")                                                                    \
     X(COMMIT, "COMMIT")                                                                            \
     X(ROLLBACK, "ROLLBACK")                                                                        \
-    X(ADD_SCENE, "INSERT INTO scenes(scene,name,added_ms,revision,chk,owner) VALUES(?1,?2,?3,?4,?5,?6)")    \
-    X(FIND_SCENE, "SELECT scene,name,added_ms,revision,chk,id,owner FROM scenes WHERE scene=?1")         \
-    X(NEXT_SCENE, "SELECT scene,name,added_ms,revision,chk,id,owner FROM scenes WHERE id>?1"             \
+    X(ADD_SCENE,                                                                                   \
+      "INSERT INTO scenes(scene,name,added_ms,revision,chk,owner) VALUES(?1,?2,?3,?4,?5,?6)")      \
+    X(FIND_SCENE, "SELECT scene,name,added_ms,revision,chk,id,owner FROM scenes WHERE scene=?1")   \
+    X(NEXT_SCENE, "SELECT scene,name,added_ms,revision,chk,id,owner FROM scenes WHERE id>?1"       \
                   " ORDER BY id LIMIT 1")                                                          \
     X(SET_REVISION, "UPDATE scenes SET revision=?2,chk=?3 WHERE id=?1")                            \
     X(REMOVE_SCENE, "DELETE FROM scenes WHERE id=?1")                                              \
@@ -69,6 +70,8 @@
     X(NEXT_OF_NAMES, "SELECT min(scene) FROM names WHERE scene>?1")                                \
     X(SCENE_EXISTS, "SELECT count(*) FROM scenes WHERE id=?1")                                     \
     X(UNFINISH_CONTENT, "UPDATE contents SET is_whole=0 WHERE id=?1")                              \
+    X(GET_STATE, "SELECT identity,sequence,chk FROM state WHERE id=1")                             \
+    X(SET_STATE, "INSERT OR REPLACE INTO state(id,identity,sequence,chk) VALUES(1,?1,?2,?3)")      \
     X(FREE_PAGES, "PRAGMA freelist_count")                                                         \
     X(PAGES, "PRAGMA page_count")                                                                  \
     X(VACUUM, "PRAGMA incremental_vacuum(256)")                                                    \

@@ -659,7 +659,7 @@ static void settings_are_as_promised(void **state)
         {"journal_mode", "wal"}, {"synchronous", "2"},          {"locking_mode", "exclusive"},
         {"mmap_size", "0"},      {"wal_autocheckpoint", "512"}, {"trusted_schema", "0"},
         {"cache_size", "-2048"}, {"auto_vacuum", "2"},          {"cell_size_check", "1"},
-        {"user_version", "2"},   {"page_size", "4096"},         {"application_id", "1650739820"}};
+        {"user_version", "3"},   {"page_size", "4096"},         {"application_id", "1650739820"}};
     struct place *place = *state;
     for (size_t i = 0; i < sizeof settings / sizeof *settings; i++) {
         char sql[64];

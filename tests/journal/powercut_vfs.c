@@ -284,6 +284,14 @@ bool disk_flip_bit(const char *name_end, uint64_t byte, int bit)
     return true;
 }
 
+bool disk_lose_file(const char *name_end)
+{
+    struct disk_file *file = find_by_end(name_end);
+    if (!file || file->open_count || file->cache.size == 0) return false;
+    wipe(file);
+    return true;
+}
+
 uint64_t disk_file_size(const char *name_end)
 {
     struct disk_file *file = find_by_end(name_end);
@@ -455,7 +463,8 @@ static int vfs_open(sqlite3_vfs *vfs, const char *name, sqlite3_file *base, int 
     handle->base.pMethods = &methods;
     handle->file = file;
     handle->syncs_directory =
-        (flags & SQLITE_OPEN_CREATE) && (flags & (SQLITE_OPEN_WAL | SQLITE_OPEN_MAIN_JOURNAL));
+        (flags & SQLITE_OPEN_CREATE) &&
+        (flags & (SQLITE_OPEN_WAL | SQLITE_OPEN_MAIN_JOURNAL | SQLITE_OPEN_SUPER_JOURNAL));
     if (out_flags) *out_flags = flags;
     return SQLITE_OK;
 }

@@ -47,6 +47,8 @@ uint64_t disk_change_count(void);
 
 // Turns over one bit of a file as it lies on the disk. False if it is not that long.
 bool disk_flip_bit(const char *name_end, uint64_t byte, int bit);
+// Somebody deletes a file. False if there is none, or nothing in it.
+bool disk_lose_file(const char *name_end);
 uint64_t disk_file_size(const char *name_end);
 
 #endif
