@@ -166,11 +166,12 @@ static void send_ready(struct bd_http *http)
 {
     struct bd_sched_stats stats;
     bd_sched_stats(http->conn.net->options.sched, &stats);
-    json_t *json = json_pack(
-        "{s:b, s:{s:s, s:s, s:b}}", "ready", stats.device_ok && !http->conn.net->draining, "device",
-        "name", stats.device_name, "class", stats.device_class, "software", stats.software);
+    const char *trouble = bd_disk_watch_trouble(http->conn.net);
+    const bool ready = stats.device_ok && !http->conn.net->draining && !trouble;
+    json_t *json = json_pack("{s:b, s:{s:s, s:s, s:b}, s:{s:b, s:s*}}", "ready", ready, "device",
+                             "name", stats.device_name, "class", stats.device_class, "software",
+                             stats.software, "journal", "ok", !trouble, "reason", trouble);
     char *text = json ? json_dumps(json, JSON_COMPACT) : NULL;
-    bool ready = stats.device_ok && !http->conn.net->draining;
     bd_http_send_text(http, ready ? 200 : 503, "application/json", text ? text : "{}");
     free(text);
     json_decref(json);

@@ -137,6 +137,7 @@ static void start_own_handles(struct bd_net *net)
     uv_timer_init(&net->loop, &net->quiet_timer);
     bd_background_begin(net);
     bd_commit_begin(net);
+    bd_disk_watch_begin(net);
     bd_views_begin(net);
     uv_signal_init(&net->loop, &net->sigterm);
     uv_signal_init(&net->loop, &net->sigint);
@@ -214,6 +215,7 @@ void bd_net_destroy(struct bd_net **net_address)
     uv_close((uv_handle_t *)&net->quiet_timer, NULL);
     bd_background_close(net);
     bd_commit_close(net);
+    bd_disk_watch_close(net);
     bd_views_finish(net);
     uv_close((uv_handle_t *)&net->sigterm, NULL);
     uv_close((uv_handle_t *)&net->sigint, NULL);

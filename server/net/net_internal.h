@@ -9,6 +9,7 @@
 #include "net/background.h"
 #include "net/client.h"
 #include "net/conn.h"
+#include "net/disk_watch.h"
 #include "net/heartbeat.h"
 #include "net/net.h"
 #include "net/options.h"
@@ -78,6 +79,7 @@ struct bd_net {
 
     uv_timer_t tick;
     struct bd_heartbeat heart;
+    struct bd_disk_watch disk;
     uv_signal_t sigterm, sigint, sighup;
     struct bd_options reloaded; // that `options` points into since the last SIGHUP
     bool draining, has_committed_rest;

@@ -1,0 +1,63 @@
+#include "net/disk_watch.h"
+
+#include "base/assert.h"
+#include "base/clock.h"
+#include "base/log.h"
+#include "net/net_internal.h"
+#include "scene/journal.h"
+
+#define MOVED "the data directory is not where it was: moved, removed or replaced"
+
+static void look(uv_work_t *work)
+{
+    struct bd_net *net = work->data;
+    net->disk.found = bd_journal_is_in_place(net->options.journal);
+}
+
+static void look_back(uv_work_t *work, int status)
+{
+    struct bd_net *net = work->data;
+    struct bd_disk_watch *disk = &net->disk;
+    BD_ASSERT_CMP(status, ==, 0);
+    disk->is_looking = false;
+    if (disk->found == disk->is_in_place) return;
+    disk->is_in_place = disk->found;
+    if (disk->found)
+        bd_log(BD_LOG_INFO, "net", "the data directory is back: edits are kept again");
+    else
+        bd_log(BD_LOG_ERROR, "net", MOVED "; edits are refused");
+}
+
+static void on_timer(uv_timer_t *timer)
+{
+    struct bd_net *net = timer->data;
+    struct bd_disk_watch *disk = &net->disk;
+    if (disk->is_looking) return;
+    disk->is_looking = true;
+    disk->asked_ns = bd_clock_ns();
+    int result = uv_queue_work(&net->loop, &disk->work, look, look_back);
+    BD_ASSERT_CMP(result, ==, 0);
+}
+
+void bd_disk_watch_begin(struct bd_net *net)
+{
+    struct bd_disk_watch *disk = &net->disk;
+    uv_timer_init(&net->loop, &disk->timer);
+    disk->timer.data = disk->work.data = net;
+    disk->is_in_place = true;
+    uv_timer_start(&disk->timer, on_timer, BD_DISK_WATCH_MS, BD_DISK_WATCH_MS);
+}
+
+void bd_disk_watch_close(struct bd_net *net)
+{
+    uv_close((uv_handle_t *)&net->disk.timer, NULL);
+}
+
+const char *bd_disk_watch_trouble(const struct bd_net *net)
+{
+    const struct bd_disk_watch *disk = &net->disk;
+    if (!disk->is_in_place) return MOVED;
+    if (disk->is_looking && bd_clock_ns() - disk->asked_ns > BD_DISK_SILENT_MS * 1000000ull)
+        return "the disk of the data directory does not answer";
+    return NULL;
+}

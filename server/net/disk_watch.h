@@ -1,0 +1,34 @@
+// A look at the data directory every second, beside the loop: whether the journal is still where it
+// was, for whoever asks if we are ready before any edit finds out.
+//
+// Thread: the event loop's.
+
+#ifndef BD_NET_DISK_WATCH_H
+#define BD_NET_DISK_WATCH_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <uv.h>
+
+struct bd_net;
+
+#define BD_DISK_WATCH_MS 1000
+// A disk that has not answered for so long is said to be gone.
+#define BD_DISK_SILENT_MS 10000
+
+struct bd_disk_watch {
+    uv_timer_t timer;
+    uv_work_t work;
+    bool is_looking;
+    uint64_t asked_ns;
+    bool is_in_place; // what the last look found
+    bool found;       // what the one under way finds: the pool's
+};
+
+void bd_disk_watch_begin(struct bd_net *net);
+void bd_disk_watch_close(struct bd_net *net);
+
+// NULL, or why no edit can be kept.
+const char *bd_disk_watch_trouble(const struct bd_net *net);
+
+#endif
