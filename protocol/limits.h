@@ -28,6 +28,11 @@ extern "C" {
     X(reply_bytes, BD_GIB, 4096, 4 * BD_GIB - 1)                                                   \
     /* One blob, and the body of POST /v1/render. */                                               \
     X(blob_bytes, 2 * BD_GIB, 4096, 1024 * BD_GIB)                                                 \
+    /* A blob that nobody sent, asked for or used for so long is taken away. 0 = never. */         \
+    X(blob_seconds, 86400, 0, 1ull << 32)                                                          \
+    /* Of the data directory's disk so much is kept free for edits: less, and blobs and scenes */  \
+    /* are refused. */                                                                             \
+    X(disk_reserve_bytes, 64 * BD_MIB, 0, 1024 * BD_GIB)                                           \
     /* Files in the table of one scene. */                                                         \
     X(scene_files, 4096, 1, 1 << 20)                                                               \
     /* One scene in our flat form. */                                                              \

@@ -58,6 +58,7 @@ static enum bd_err open_sched(const struct bd_options *options, const char *data
     struct bd_sched_options sched = {
         .device = options->device,
         .data_directory = data_directory,
+        .disk_reserve_bytes = limits->disk_reserve_bytes,
         .gpu_memory_mib = options->gpu_memory_mib,
         .queue_length_max = (uint32_t)limits->jobs_waiting,
         .frame_limits = {.side_px_max = (uint32_t)limits->image_side_px,

@@ -8,6 +8,7 @@
 #include "base/assert.h"
 #include "base/log.h"
 #include "gpu/gpu_internal.h"
+#include "gpu/shader_cache.h"
 
 // --- errors that stick --------------------------------------------------------------------
 
@@ -166,19 +167,6 @@ void bd_gpu_resume(struct bd_gpu *gpu, const struct bd_gpu_suspended *suspended)
 
 // --- making and ending --------------------------------------------------------------------
 
-// Read by the drivers when a context is made. What the user has set stays.
-static void point_caches(const char *directory)
-{
-    if (!directory) return;
-    if (mkdir(directory, 0700) != 0 && errno != EEXIST)
-        bd_log(BD_LOG_WARN, "gpu", "no shader cache in %s: %s", directory, strerror(errno));
-    setenv("MESA_SHADER_CACHE_DIR", directory, 0);
-    setenv("MESA_SHADER_CACHE_MAX_SIZE", "256M", 0);
-    setenv("__GL_SHADER_DISK_CACHE", "1", 0);
-    setenv("__GL_SHADER_DISK_CACHE_PATH", directory, 0);
-    setenv("__GL_SHADER_DISK_CACHE_SIZE", "268435456", 0);
-}
-
 static void GLAPIENTRY on_debug(GLenum source, GLenum type, GLuint id, GLenum severity,
                                 GLsizei length, const GLchar *message, const void *user)
 {
@@ -241,7 +229,7 @@ enum bd_err bd_gpu_create(const struct bd_gpu_options *options, struct bd_gpu **
     *out = NULL;
     struct bd_gpu *gpu = calloc(1, sizeof *gpu);
     BD_ASSERT(gpu);
-    point_caches(options->cache_directory);
+    bd_shader_cache_prepare(options->cache_directory, options->disk_reserve_bytes);
     enum bd_err err = bd_choose(options->device, options->debug, &gpu->egl, fault);
     if (err) goto free_gpu;
     gpu->memory.limit_bytes = options->memory_limit_bytes;

@@ -30,6 +30,7 @@ struct bd_program;
 struct bd_gpu_options {
     const char *device;          // auto | software | egl:N | uuid:HEX | pci:ID
     const char *cache_directory; // for the drivers' shader caches; NULL = the drivers' default
+    uint64_t disk_reserve_bytes; // free on its disk, or there is no cache
     uint64_t memory_limit_bytes; // of bd_tex and bd_buf together; 0 = no limit
     bool debug;                  // KHR_debug, synchronous, into the log
     uint32_t lose_after_waits;   // test hook: the n-th bd_gpu_wait reports a lost device; 0 = never

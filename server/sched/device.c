@@ -30,6 +30,7 @@ enum bd_err bd_sched_open_device(struct bd_sched *sched, uint32_t lose_after,
     const struct bd_gpu_options options = {
         .device = sched->device,
         .cache_directory = sched->cache_directory[0] ? sched->cache_directory : NULL,
+        .disk_reserve_bytes = sched->disk_reserve_bytes,
         .lose_after_waits = lose_after,
     };
     enum bd_err err = bd_gpu_create(&options, &sched->gpu, fault);

@@ -100,6 +100,7 @@ enum bd_err bd_sched_create(const struct bd_sched_options *options, struct bd_sc
     BD_ASSERT(sched);
     sched->options = *options;
     snprintf(sched->device, sizeof sched->device, "%s", options->device);
+    sched->disk_reserve_bytes = options->disk_reserve_bytes;
     if (options->data_directory)
         snprintf(sched->cache_directory, sizeof sched->cache_directory, "%s/shader-cache",
                  options->data_directory);

@@ -29,6 +29,7 @@ struct bd_job;
 struct bd_sched_options {
     const char *device;          // "auto", "software", "egl:N", "uuid:HEX", "pci:ID"
     const char *data_directory;  // the drivers' shader caches live in it; NULL = none
+    uint64_t disk_reserve_bytes; // free on the caches' disk, or there are none
     uint32_t gpu_memory_mib;     // 0 = three quarters of what the device says, 2048 if it does not
     uint32_t queue_length_max;   // jobs waiting in each queue; beyond: BD_ERR_BUSY
     uint32_t reference_threads;  // 0 = as many as the machine runs at once
@@ -91,7 +92,7 @@ struct bd_sched_stats {
     uint64_t jobs_done, jobs_failed, jobs_cancelled, device_losses;
     uint32_t jobs_waiting, jobs_running;
     double gpu_memory_mib, gpu_memory_peak_mib, gpu_memory_limit_mib;
-    double render_seconds; // total, of finished jobs
+    double render_seconds;       // total, of finished jobs
     double reference_memory_mib; // snapshots prepared for tracing
     // How long the render thread worked without asking whether to stop or to give way; once a
     // slice.

@@ -19,6 +19,7 @@ struct bd_sched {
     struct bd_sched_options options;
     char device[64];
     char cache_directory[4096];
+    uint64_t disk_reserve_bytes;
     pthread_t thread;
     struct bd_reference_runner *reference_runner;
     struct bd_job_worker *references, *checks;
