@@ -14,7 +14,8 @@
 //     name=LABEL            for the log, as the owner of what it adds, and as the client that
 //                           limits are for: two tokens of one name are one (default token-LINE,
 //                           or the entry as it is written)
-//     max_scenes=N  max_bytes=N[K|M|G]  max_jobs=N    its quotas (default: the daemon's limits)
+//     max_scenes=N  max_bytes=N[K|M|G]  max_jobs=N    its quotas (default: the daemon's limits);
+//                           max_bytes is for its scenes, and once more for its blobs
 //
 // A quota is the line's: those whom a gid: line names share it. On a Unix socket the user's own
 // line counts, then the daemon's own user and root may do everything, then the first group's line
@@ -52,7 +53,7 @@ struct bd_grant {
     enum bd_role role;
     char scene_prefix[BD_GRANT_PREFIX_BYTES]; // "": every scene
     uint64_t scenes_max;                      // that it added and that are held
-    uint64_t bytes_max;                       // of those scenes, as bd_scene_bytes counts them
+    uint64_t bytes_max;                       // of those scenes, and of its blobs
     uint64_t jobs_max;                        // under way at once
 };
 

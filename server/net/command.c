@@ -6,6 +6,7 @@
 #include "base/assert.h"
 #include "base/clock.h"
 #include "base/log.h"
+#include "net/blob_rights.h"
 #include "net/command_internal.h"
 #include "net/command_rights.h"
 #include "net/device_list.h"
@@ -176,12 +177,12 @@ static void blob_have_on_pool(uv_work_t *work)
     struct bd_command *command = work->data;
     const Bounced__BlobHave *request = command->envelope->blob_have;
     Bounced__BlobReply *reply = command->blob_reply;
+    struct bd_blobs *blobs = bd_grant_blobs(&command->net->options, command->grant);
     reply->have = calloc(request->n_blobs ? request->n_blobs : 1, sizeof *reply->have);
     BD_ASSERT(reply->have);
     for (size_t i = 0; i < request->n_blobs; i++) {
         const char *blob = request->blobs[i];
-        if (strncmp(blob, "sha256:", 7) == 0 &&
-            bd_blobs_have(command->net->options.blobs, blob + 7))
+        if (strncmp(blob, "sha256:", 7) == 0 && bd_blobs_have(blobs, blob + 7))
             reply->have[reply->n_have++] = bd_answer_text(blob);
     }
 }

@@ -4,14 +4,29 @@
 #include "base/clock.h"
 #include "base/log.h"
 #include "net/net_internal.h"
+#include "scene/blobs.h"
 #include "scene/journal.h"
 
+#define COLLECT_SECONDS 600
+
 #define MOVED "the data directory is not where it was: moved, removed or replaced"
+
+static uint64_t collect_every_ns(uint64_t blob_seconds)
+{
+    const uint64_t every_s =
+        blob_seconds / 4 < COLLECT_SECONDS ? blob_seconds / 4 : COLLECT_SECONDS;
+    return every_s * 1000000000ull;
+}
 
 static void look(uv_work_t *work)
 {
     struct bd_net *net = work->data;
     net->disk.found = bd_journal_is_in_place(net->options.journal);
+    if (bd_clock_ns() < net->disk.collect_ns) return;
+    const uint64_t seconds = net->options.limits.blob_seconds;
+    uint32_t count = bd_blobs_collect(net->options.blobs, seconds);
+    if (count) bd_log(BD_LOG_INFO, "net", "%u blobs were not used any more", count);
+    net->disk.collect_ns = bd_clock_ns() + collect_every_ns(seconds);
 }
 
 static void look_back(uv_work_t *work, int status)
@@ -45,6 +60,7 @@ void bd_disk_watch_begin(struct bd_net *net)
     uv_timer_init(&net->loop, &disk->timer);
     disk->timer.data = disk->work.data = net;
     disk->is_in_place = true;
+    bd_blobs_set_reserve(net->options.blobs, net->options.limits.disk_reserve_bytes);
     uv_timer_start(&disk->timer, on_timer, BD_DISK_WATCH_MS, BD_DISK_WATCH_MS);
 }
 

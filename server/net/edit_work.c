@@ -8,6 +8,7 @@
 
 #include "base/assert.h"
 #include "net/author.h"
+#include "net/blob_rights.h"
 #include "net/edit_decode.h"
 #include "net/release.h"
 #include "net/revision_name.h"
@@ -175,13 +176,14 @@ enum bd_err bd_edit_work_read_heavy(struct bd_edit_work *work)
     const Bounced__EditBatch *batch = command->envelope->edit_batch;
     const struct bd_net_options *options = &command->net->options;
     struct bd_edit_budget budget = bd_edit_budget(&options->limits, work->quota_bytes);
-    const struct bd_edit_heavy_inputs inputs = {.blobs = options->blobs,
-                                                .limits = &options->limits,
-                                                .budget = &budget,
-                                                .import_program = options->import_program,
-                                                .base = work->base,
-                                                .payload = command->payload,
-                                                .payload_bytes = command->payload_bytes};
+    const struct bd_edit_heavy_inputs inputs = {
+        .blobs = bd_grant_blobs(&command->net->options, command->grant),
+        .limits = &options->limits,
+        .budget = &budget,
+        .import_program = options->import_program,
+        .base = work->base,
+        .payload = command->payload,
+        .payload_bytes = command->payload_bytes};
     enum bd_err err = BD_ERR_OK;
     for (size_t i = 0; !err && !atomic_load(&command->cancelled) && i < batch->n_ops; i++)
         err =

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/assert.h"
+#include "net/blob_rights.h"
 #include "net/http_internal.h"
 
 static void on_spool_drained(void *user)
@@ -39,6 +40,12 @@ static void send_continue(struct bd_http *http)
     bd_conn_write(&http->conn, (uint8_t *)bd_answer_text(line), sizeof line - 1, NULL, 0);
 }
 
+// A file that is rendered once is not kept.
+static uint64_t most_bytes_of(const struct bd_http *http)
+{
+    return http->target.route == BD_HTTP_ROUTE_BLOB ? http->grant->bytes_max : UINT64_MAX;
+}
+
 void bd_http_begin_body(struct bd_http *http)
 {
     http->conn.net->stats.requests++;
@@ -48,7 +55,9 @@ void bd_http_begin_body(struct bd_http *http)
     }
     if (http->head.values[BD_HTTP_EXPECT] && has_body(http)) send_continue(http);
     if (bd_http_has_long_body(http))
-        http->spool = bd_spool_create(http->conn.net, &spool_events, http);
+        http->spool =
+            bd_spool_create(http->conn.net, bd_grant_blobs(&http->conn.net->options, http->grant),
+                            most_bytes_of(http), &spool_events, http);
 }
 
 void bd_http_take_body(struct bd_http *http, const uint8_t *bytes, size_t size)

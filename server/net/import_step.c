@@ -5,6 +5,7 @@
 
 #include "base/assert.h"
 #include "base/clock.h"
+#include "net/blob_rights.h"
 #include "net/command_internal.h"
 #include "net/environment.h"
 #include "net/import_cache.h"
@@ -57,8 +58,10 @@ static enum bd_err map_body(struct bd_command *command, struct bd_import_files *
 static enum bd_err map_files(struct bd_command *command, struct bd_import_files *import)
 {
     if (command->body.upload) return map_body(command, import);
-    struct bd_blobs *blobs = command->net->options.blobs;
+    struct bd_blobs *blobs = bd_grant_blobs(&command->net->options, command->grant);
     if (command->envelope->body_case == BOUNCED__ENVELOPE__BODY_SCENE_ADD) {
+        enum bd_err err = bd_blobs_check_room(blobs, 0, &command->fault);
+        if (err) return err;
         const Bounced__SceneAdd *add = command->envelope->scene_add;
         return bd_import_files_map(import, blobs, add->name, add->blob, add->files, add->n_files,
                                    &command->fault);
@@ -106,8 +109,9 @@ static void import_beside_loop(struct bd_command *command)
     const Bounced__Environment *environment = environment_of(command->envelope);
     command->err = map_files(command, &import);
     if (!command->err && environment)
-        command->err = bd_net_environment_read(environment, command->net->options.blobs, &sky,
-                                               &command->fault);
+        command->err = bd_net_environment_read(
+            environment, bd_grant_blobs(&command->net->options, command->grant), &sky,
+            &command->fault);
     if (!command->err) import_files(command, &import, environment ? &sky : NULL);
     bd_net_environment_finish(&sky);
     bd_import_files_finish(&import);

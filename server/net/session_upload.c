@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/assert.h"
+#include "net/blob_rights.h"
 #include "net/session_internal.h"
 #include "net/spool.h"
 
@@ -95,7 +96,9 @@ static struct bd_session_upload *begin_upload(struct bd_session *session,
     upload->session = session;
     upload->size_bytes = put->size_bytes;
     snprintf(upload->blob, sizeof upload->blob, "%s", put->blob);
-    upload->spool = bd_spool_create(session->net, &upload_events, upload);
+    upload->spool =
+        bd_spool_create(session->net, bd_grant_blobs(&session->net->options, session->grant),
+                        session->grant->bytes_max, &upload_events, upload);
     upload->next = session->uploads;
     session->uploads = upload;
     session->upload_count++;

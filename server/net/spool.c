@@ -19,6 +19,8 @@ struct bytes {
 
 struct bd_spool {
     struct bd_net *net;
+    struct bd_blobs *blobs;
+    uint64_t most_bytes;
     const struct bd_spool_events *events;
     void *user;
     struct bytes pending; // filled by the loop
@@ -34,12 +36,14 @@ struct bd_spool {
     struct bd_fault fault;
 };
 
-struct bd_spool *bd_spool_create(struct bd_net *net, const struct bd_spool_events *events,
-                                 void *user)
+struct bd_spool *bd_spool_create(struct bd_net *net, struct bd_blobs *blobs, uint64_t most_bytes,
+                                 const struct bd_spool_events *events, void *user)
 {
     struct bd_spool *spool = calloc(1, sizeof *spool);
     BD_ASSERT(spool);
     spool->net = net;
+    spool->blobs = blobs;
+    spool->most_bytes = most_bytes;
     spool->events = events;
     spool->user = user;
     spool->work.data = spool;
@@ -58,7 +62,8 @@ static void write_on_pool(uv_work_t *work)
 {
     struct bd_spool *spool = work->data;
     if (!spool->upload)
-        spool->err = bd_blob_upload_begin(spool->net->options.blobs, &spool->upload, &spool->fault);
+        spool->err =
+            bd_blob_upload_begin(spool->blobs, spool->most_bytes, &spool->upload, &spool->fault);
     if (!spool->err)
         spool->err = bd_blob_upload_write(spool->upload, spool->writing.data, spool->writing.used,
                                           &spool->fault);

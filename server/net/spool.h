@@ -26,8 +26,9 @@ struct bd_spool_events {
     void (*ended)(void *user, enum bd_err err, const struct bd_fault *fault);
 };
 
-struct bd_spool *bd_spool_create(struct bd_net *net, const struct bd_spool_events *events,
-                                 void *user);
+// Into `blobs`, whose owner may have no more than `most_bytes`.
+struct bd_spool *bd_spool_create(struct bd_net *net, struct bd_blobs *blobs, uint64_t most_bytes,
+                                 const struct bd_spool_events *events, void *user);
 
 // Copies. Nothing happens after a failure: `ended` tells it.
 void bd_spool_append(struct bd_spool *spool, const void *bytes, size_t size);

@@ -3,36 +3,26 @@
 #include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
-#include <sys/stat.h>
+#include <sys/statvfs.h>
 #include <unistd.h>
 
 #include "base/assert.h"
+#include "base/log.h"
+#include "scene/blobs_internal.h"
 
-struct bd_blobs {
-    int directory; // DIRECTORY/blobs
-};
-
-// Uploads are files without a name (O_TMPFILE): whatever ends this process, the kernel takes them
-// away. Where the file system has none, they carry a name with this prefix, swept at open.
-#define UPLOAD_PREFIX "upload."
-
-struct bd_blob_upload {
-    struct bd_blobs *blobs;
-    int file;
-    char name[sizeof UPLOAD_PREFIX + 32]; // "" if it has none
-    struct bd_sha256 *sha;
-    uint64_t size_bytes;
-};
-
-static enum bd_err io_fault(struct bd_fault *fault, const char *what)
+enum bd_err bd_blobs_fault(struct bd_fault *fault, const char *what)
 {
-    enum bd_err err = errno == ENOSPC || errno == EDQUOT ? BD_ERR_NO_MEMORY : BD_ERR_IO;
+    enum bd_err err =
+        errno == ENOSPC || errno == EDQUOT || errno == ENOMEM ? BD_ERR_NO_MEMORY : BD_ERR_IO;
     return bd_fault_set(fault, err, "data", "%s: %s", what, strerror(errno));
 }
+
+// --- handles --------------------------------------------------------------------------------
 
 static void remove_unfinished(int directory)
 {
@@ -43,9 +33,21 @@ static void remove_unfinished(int directory)
         return;
     }
     for (struct dirent *entry; (entry = readdir(list));)
-        if (strncmp(entry->d_name, UPLOAD_PREFIX, strlen(UPLOAD_PREFIX)) == 0)
+        if (strncmp(entry->d_name, BD_BLOBS_UPLOAD_PREFIX, strlen(BD_BLOBS_UPLOAD_PREFIX)) == 0)
             unlinkat(directory, entry->d_name, 0);
     closedir(list);
+}
+
+static struct bd_blobs *add_handle(struct bd_blobs_base *base, const char *marks, bool finds_all)
+{
+    struct bd_blobs *blobs = calloc(1, sizeof *blobs);
+    BD_ASSERT(blobs);
+    blobs->base = base;
+    blobs->finds_all = finds_all;
+    snprintf(blobs->marks, sizeof blobs->marks, "%s", marks);
+    blobs->next = base->handles;
+    base->handles = blobs;
+    return blobs;
 }
 
 enum bd_err bd_blobs_open(const char *directory, struct bd_blobs **out, struct bd_fault *fault)
@@ -54,23 +56,67 @@ enum bd_err bd_blobs_open(const char *directory, struct bd_blobs **out, struct b
     int length = snprintf(path, sizeof path, "%s/blobs", directory);
     if (length < 0 || (size_t)length >= sizeof path)
         return bd_fault_set(fault, BD_ERR_USAGE, "data", "the data directory's path is too long");
-    if (mkdir(path, 0700) < 0 && errno != EEXIST) return io_fault(fault, path);
-    int fd = open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (fd < 0) return io_fault(fault, path);
-    struct bd_blobs *blobs = malloc(sizeof *blobs);
-    BD_ASSERT(blobs);
-    blobs->directory = fd;
+    if (mkdir(path, 0700) < 0 && errno != EEXIST) return bd_blobs_fault(fault, path);
+    int fd = open(path, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+    if (fd < 0) return bd_blobs_fault(fault, path);
+    struct bd_blobs_base *base = calloc(1, sizeof *base);
+    BD_ASSERT(base);
+    base->directory = fd;
+    pthread_mutex_init(&base->lock, NULL);
     remove_unfinished(fd);
-    *out = blobs;
+    *out = add_handle(base, "", true);
     return BD_ERR_OK;
 }
 
 void bd_blobs_close(struct bd_blobs **blobs)
 {
     if (!*blobs) return;
-    close((*blobs)->directory);
-    free(*blobs);
+    struct bd_blobs_base *base = (*blobs)->base;
+    while (base->handles) {
+        struct bd_blobs *next = base->handles->next;
+        free(base->handles);
+        base->handles = next;
+    }
+    close(base->directory);
+    pthread_mutex_destroy(&base->lock);
+    free(base);
     *blobs = NULL;
+}
+
+void bd_blobs_set_reserve(struct bd_blobs *blobs, uint64_t reserve_bytes)
+{
+    blobs->base->reserve_bytes = reserve_bytes;
+}
+
+struct bd_blobs *bd_blobs_of(struct bd_blobs *blobs, const char *owner, bool finds_all)
+{
+    char marks[sizeof blobs->marks] = "", hex[BD_SHA256_HEX];
+    uint8_t digest[BD_SHA256_BYTES];
+    struct bd_blobs_base *base = blobs->base;
+    bd_sha256_of(owner, strlen(owner), digest);
+    bd_sha256_hex(digest, hex);
+    if (owner[0]) snprintf(marks, sizeof marks, BD_BLOBS_OWNER_PREFIX "%.16s", hex);
+    pthread_mutex_lock(&base->lock);
+    struct bd_blobs *found = base->handles;
+    while (found && (found->finds_all != finds_all || strcmp(found->marks, marks) != 0))
+        found = found->next;
+    if (!found) found = add_handle(base, marks, finds_all);
+    pthread_mutex_unlock(&base->lock);
+    return found;
+}
+
+enum bd_err bd_blobs_check_room(struct bd_blobs *blobs, uint64_t more, struct bd_fault *fault)
+{
+    struct statvfs info;
+    const uint64_t reserve = blobs->base->reserve_bytes;
+    if (reserve == 0) return BD_ERR_OK;
+    if (fstatvfs(blobs->base->directory, &info)) return bd_blobs_fault(fault, "the data directory");
+    const uint64_t room = (uint64_t)info.f_bavail * info.f_frsize;
+    if (room >= reserve && more <= room - reserve) return BD_ERR_OK;
+    return bd_fault_set(fault, BD_ERR_NO_MEMORY, "disk_reserve_bytes",
+                        "the disk of the data directory has %" PRIu64 " bytes free: of those the "
+                        "limit disk_reserve_bytes keeps %" PRIu64 " for edits",
+                        room, reserve);
 }
 
 bool bd_blob_name_is_valid(const char *hex)
@@ -78,129 +124,135 @@ bool bd_blob_name_is_valid(const char *hex)
     return strspn(hex, "0123456789abcdef") == 64 && hex[64] == 0;
 }
 
-bool bd_blobs_have(struct bd_blobs *blobs, const char *hex)
+// --- whole or not ---------------------------------------------------------------------------
+
+static struct bd_verified *slot_of(struct bd_blobs_base *base, const struct stat *info)
 {
-    return bd_blob_name_is_valid(hex) && faccessat(blobs->directory, hex, R_OK, 0) == 0;
+    return &base->verified[(uint64_t)info->st_ino % BD_BLOBS_VERIFIED_MAX];
 }
 
-static int open_named(struct bd_blob_upload *upload)
+static struct bd_verified verified_of(const struct stat *info)
 {
-    static uint32_t next;
-    snprintf(upload->name, sizeof upload->name, UPLOAD_PREFIX "%d.%u", (int)getpid(),
-             __atomic_fetch_add(&next, 1, __ATOMIC_RELAXED));
-    return openat(upload->blobs->directory, upload->name, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC,
-                  0600);
+    return (struct bd_verified){(uint64_t)info->st_dev, (uint64_t)info->st_ino,
+                                (uint64_t)info->st_size, info->st_mtim};
 }
 
-enum bd_err bd_blob_upload_begin(struct bd_blobs *blobs, struct bd_blob_upload **out,
-                                 struct bd_fault *fault)
+static bool is_verified(struct bd_blobs_base *base, const struct stat *info)
 {
-    struct bd_blob_upload *upload = calloc(1, sizeof *upload);
-    BD_ASSERT(upload);
-    upload->blobs = blobs;
-    upload->file = openat(blobs->directory, ".", O_RDWR | O_TMPFILE | O_CLOEXEC, 0600);
-    if (upload->file < 0) upload->file = open_named(upload);
-    if (upload->file < 0) {
-        free(upload);
-        return io_fault(fault, "an upload cannot begin");
-    }
-    upload->sha = bd_sha256_create();
-    *out = upload;
-    return BD_ERR_OK;
+    pthread_mutex_lock(&base->lock);
+    const struct bd_verified is = verified_of(info), was = *slot_of(base, info);
+    pthread_mutex_unlock(&base->lock);
+    return is.device == was.device && is.inode == was.inode && is.size == was.size &&
+           is.changed.tv_sec == was.changed.tv_sec && is.changed.tv_nsec == was.changed.tv_nsec;
 }
 
-enum bd_err bd_blob_upload_write(struct bd_blob_upload *upload, const void *bytes, size_t size,
-                                 struct bd_fault *fault)
+static void set_verified(struct bd_blobs_base *base, const struct stat *info)
 {
-    bd_sha256_update(upload->sha, bytes, size);
-    for (const char *at = bytes; size > 0;) {
-        ssize_t written = write(upload->file, at, size);
-        if (written < 0 && errno == EINTR) continue;
-        if (written < 0) return io_fault(fault, "an upload cannot be written");
-        at += written;
-        size -= (size_t)written;
-        upload->size_bytes += (uint64_t)written;
-    }
-    return BD_ERR_OK;
+    pthread_mutex_lock(&base->lock);
+    *slot_of(base, info) = verified_of(info);
+    pthread_mutex_unlock(&base->lock);
 }
 
-void bd_blob_upload_abort(struct bd_blob_upload **upload)
+static void set_aside(struct bd_blobs_base *base, const char *hex)
 {
-    if (!*upload) return;
-    if ((*upload)->name[0]) unlinkat((*upload)->blobs->directory, (*upload)->name, 0);
-    close((*upload)->file);
-    bd_sha256_destroy(&(*upload)->sha);
-    free(*upload);
-    *upload = NULL;
+    char aside[sizeof BD_BLOBS_DAMAGED_PREFIX + 64];
+    snprintf(aside, sizeof aside, BD_BLOBS_DAMAGED_PREFIX "%.64s", hex);
+    renameat(base->directory, hex, base->directory, aside);
+    bd_log(BD_LOG_WARN, "scene", "blob sha256:%s was damaged and is set aside as blobs/%s", hex,
+           aside);
 }
 
-// Gives the file its final name. Somebody else may have been first with the same content: fine.
-static int publish(const struct bd_blob_upload *upload, const char *hex)
-{
-    int directory = upload->blobs->directory;
-    if (upload->name[0]) return renameat(directory, upload->name, directory, hex);
-    char path[64];
-    snprintf(path, sizeof path, "/proc/self/fd/%d", upload->file);
-    int result = linkat(AT_FDCWD, path, directory, hex, AT_SYMLINK_FOLLOW);
-    return result < 0 && errno == EEXIST ? 0 : result;
-}
-
-static enum bd_err check_and_publish(struct bd_blob_upload *upload, const char *hex,
-                                     struct bd_fault *fault)
+static bool is_named(const struct bd_blob_map *content, const char *hex)
 {
     uint8_t digest[BD_SHA256_BYTES];
     char actual[BD_SHA256_HEX];
-    bd_sha256_finish(&upload->sha, digest);
+    bd_sha256_of(content->bytes, content->size_bytes, digest);
     bd_sha256_hex(digest, actual);
-    if (strcmp(actual, hex) != 0)
-        return bd_fault_set(fault, BD_ERR_BAD_INPUT, "blob",
-                            "the content is sha256:%s, not sha256:%s", actual, hex);
-    if (fsync(upload->file) < 0 || publish(upload, hex) < 0 || fsync(upload->blobs->directory) < 0)
-        return io_fault(fault, "a blob cannot be kept");
-    upload->name[0] = 0; // it has moved: abort must not look for it
-    return BD_ERR_OK;
+    return strcmp(actual, hex) == 0;
 }
 
-enum bd_err bd_blob_upload_commit(struct bd_blob_upload **upload, const char *hex,
-                                  struct bd_fault *fault)
-{
-    enum bd_err err = check_and_publish(*upload, hex, fault);
-    bd_blob_upload_abort(upload);
-    return err;
-}
-
-static enum bd_err map_file(int file, struct bd_blob_map *out, struct bd_fault *fault)
+enum bd_err bd_blobs_read_file(int file, struct bd_blob_map *out, struct bd_fault *fault)
 {
     struct stat info;
-    if (fstat(file, &info) < 0) return io_fault(fault, "a blob cannot be read");
-    *out = (struct bd_blob_map){.bytes = "", .size_bytes = (size_t)info.st_size};
-    if (info.st_size == 0) return BD_ERR_OK;
-    void *bytes = mmap(NULL, (size_t)info.st_size, PROT_READ, MAP_SHARED, file, 0);
-    if (bytes == MAP_FAILED) return io_fault(fault, "a blob cannot be mapped");
-    out->bytes = bytes;
+    *out = (struct bd_blob_map){.bytes = "", .size_bytes = 0};
+    if (fstat(file, &info) < 0) return bd_blobs_fault(fault, "a blob cannot be read");
+    const size_t size = (size_t)info.st_size;
+    if (size == 0) return BD_ERR_OK;
+    char *bytes = mmap(NULL, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (bytes == MAP_FAILED) return bd_blobs_fault(fault, "no memory for a blob");
+    *out = (struct bd_blob_map){bytes, size};
+    for (size_t at = 0; at < size;) {
+        ssize_t got = pread(file, bytes + at, size - at, (off_t)at);
+        if (got < 0 && errno == EINTR) continue;
+        if (got == 0) errno = EIO; // somebody cuts it short meanwhile
+        if (got > 0) {
+            at += (size_t)got;
+            continue;
+        }
+        enum bd_err err = bd_blobs_fault(fault, "a blob cannot be read");
+        bd_blob_unmap(out);
+        return err;
+    }
     return BD_ERR_OK;
-}
-
-enum bd_err bd_blob_upload_map(struct bd_blob_upload *upload, struct bd_blob_map *out,
-                               struct bd_fault *fault)
-{
-    return map_file(upload->file, out, fault);
-}
-
-enum bd_err bd_blobs_map(struct bd_blobs *blobs, const char *hex, struct bd_blob_map *out,
-                         struct bd_fault *fault)
-{
-    int file =
-        bd_blob_name_is_valid(hex) ? openat(blobs->directory, hex, O_RDONLY | O_CLOEXEC) : -1;
-    if (file < 0)
-        return bd_fault_set(fault, BD_ERR_NOT_FOUND, "blob", "there is no blob sha256:%.64s", hex);
-    enum bd_err err = map_file(file, out, fault);
-    close(file);
-    return err;
 }
 
 void bd_blob_unmap(struct bd_blob_map *map)
 {
     if (map->bytes && map->size_bytes) munmap((void *)(uintptr_t)map->bytes, map->size_bytes);
     *map = (struct bd_blob_map){0};
+}
+
+static enum bd_err not_there(const char *hex, struct bd_fault *fault)
+{
+    return bd_fault_set(fault, BD_ERR_NOT_FOUND, "blob", "there is no blob sha256:%.64s", hex);
+}
+
+// Whatever bears the name and is no file that we wrote is damage, too, and not waited for.
+enum bd_err bd_blobs_open_whole(struct bd_blobs *blobs, const char *hex, struct bd_blob_map *out,
+                                struct bd_fault *fault)
+{
+    struct bd_blobs_base *base = blobs->base;
+    struct bd_blob_map content = {0};
+    struct stat info;
+    if (fstatat(base->directory, hex, &info, AT_SYMLINK_NOFOLLOW)) return not_there(hex, fault);
+    bool is_file = S_ISREG(info.st_mode);
+    if (is_file && !out && is_verified(base, &info)) return BD_ERR_OK;
+    int file =
+        is_file ? openat(base->directory, hex, O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC) : -1;
+    if (is_file && file < 0) return bd_blobs_fault(fault, "a blob cannot be opened");
+    enum bd_err err = BD_ERR_OK;
+    if (is_file && fstat(file, &info)) err = bd_blobs_fault(fault, "a blob cannot be read");
+    if (!err && is_file) err = bd_blobs_read_file(file, &content, fault);
+    if (file >= 0) close(file);
+    if (err) return err;
+    bool is_whole = is_file && (is_verified(base, &info) || is_named(&content, hex));
+    if (is_whole) set_verified(base, &info);
+    if (is_whole && out) *out = content;
+    if (!is_whole || !out) bd_blob_unmap(&content);
+    if (is_whole) return BD_ERR_OK;
+    set_aside(base, hex);
+    return bd_fault_set(fault, BD_ERR_NOT_FOUND, "blob",
+                        "blob sha256:%.64s was damaged and is not there any more: send it again",
+                        hex);
+}
+
+static bool finds(const struct bd_blobs *blobs, const char *hex)
+{
+    return bd_blob_name_is_valid(hex) && (blobs->finds_all || bd_blobs_is_marked(blobs, hex));
+}
+
+bool bd_blobs_have(struct bd_blobs *blobs, const char *hex)
+{
+    if (!finds(blobs, hex)) return false;
+    bd_blobs_touch(blobs, hex); // first: it is not collected from here on
+    return bd_blobs_open_whole(blobs, hex, NULL, NULL) == BD_ERR_OK;
+}
+
+enum bd_err bd_blobs_map(struct bd_blobs *blobs, const char *hex, struct bd_blob_map *out,
+                         struct bd_fault *fault)
+{
+    *out = (struct bd_blob_map){0};
+    if (!finds(blobs, hex)) return not_there(hex, fault);
+    bd_blobs_touch(blobs, hex);
+    return bd_blobs_open_whole(blobs, hex, out, fault);
 }

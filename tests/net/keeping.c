@@ -35,7 +35,7 @@ static void hex_of(const char *text, char hex[BD_SHA256_HEX])
 static struct bd_blob_upload *begin(struct bd_blobs *blobs, const char *text)
 {
     struct bd_blob_upload *upload;
-    assert_int_equal(bd_blob_upload_begin(blobs, &upload, NULL), BD_ERR_OK);
+    assert_int_equal(bd_blob_upload_begin(blobs, UINT64_MAX, &upload, NULL), BD_ERR_OK);
     assert_int_equal(bd_blob_upload_write(upload, text, strlen(text), NULL), BD_ERR_OK);
     return upload;
 }

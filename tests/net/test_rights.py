@@ -60,7 +60,8 @@ class Asker:
 @pytest.fixture
 def ask(start):
     daemon = start(token=LINES)
-    assert Asker(daemon, ADMIN).put_blob() == 201
+    for token in (ADMIN, MINE, SMALL):  # with a prefix it finds what it sent itself
+        assert Asker(daemon, token).put_blob() == 201
     return lambda token: Asker(daemon, token)
 
 

@@ -1,0 +1,16 @@
+// Whose blobs somebody finds, and whose those are that he sends: a line of the token file finds
+// what was sent by that line, and all others' too if it sees every scene; whoever needs no token
+// finds all and is nobody.
+//
+// Thread: any.
+
+#ifndef BD_NET_BLOB_RIGHTS_H
+#define BD_NET_BLOB_RIGHTS_H
+
+#include "net/auth.h"
+#include "net/net.h"
+#include "scene/blobs.h"
+
+struct bd_blobs *bd_grant_blobs(const struct bd_net_options *options, const struct bd_grant *grant);
+
+#endif
