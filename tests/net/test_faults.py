@@ -260,7 +260,7 @@ def settled_rss_kib(daemon):
 def test_memory_does_not_grow(start):
     daemon = start()
     scene = daemon.add_scene()
-    path = f"/v1/scenes/{scene}/frame.png?size=64x64&aa=1"
+    path = f"/v1/scenes/{scene}/frame.png?size=64x64&aa=1&fresh=none"  # rendered, each of them
 
     def ask(count):
         for _ in range(count):
