@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/log.h"
+#include "confine/confine.h"
 #include "gpu/gpu.h"
 #include "net/net.h"
 #include "net/options.h"
@@ -84,7 +85,8 @@ static enum bd_err serve(const struct bd_options *options, struct bd_sched *sche
         .limits = options->limits,
         .argc = options->argc,
         .argv = options->argv,
-        .fixed = {options->data, options->device, options->gpu_memory_mib, options->log_json},
+        .fixed = {options->data, options->device, options->gpu_memory_mib, options->log_json,
+                  (int)options->sandbox},
         .sched = sched,
         .blobs = blobs,
         .store = store,
@@ -103,6 +105,37 @@ static enum bd_err serve(const struct bd_options *options, struct bd_sched *sche
     return BD_ERR_OK;
 }
 
+// Before the first thread starts, for Landlock holds for those that come after it.
+static enum bd_err confine_paths(const struct bd_options *options, const struct bd_data_dir *data,
+                                 struct bd_fault *fault)
+{
+    const char *sockets[BD_NET_LISTEN_MAX + 1] = {NULL}, *again[BD_NET_CONFIG_MAX + 2] = {NULL};
+    uint32_t socket_count = 0, again_count = 0;
+    // What SIGHUP reads.
+    for (uint32_t i = 0; i < options->config_count; i++) again[again_count++] = options->configs[i];
+    if (options->token_file) again[again_count++] = options->token_file;
+    for (uint32_t i = 0; i < options->listen_count; i++)
+        if (strncmp(options->listens[i], "unix:", 5) == 0)
+            sockets[socket_count++] = options->listens[i] + 5;
+    const struct bd_confine_paths paths = {
+        .data = data->path,
+        .data_is_temporary = data->is_temporary,
+        .read_again = again,
+        .sockets = sockets,
+    };
+    bd_confine_privileges();
+    return bd_confine_paths(options->sandbox, &paths, fault);
+}
+
+// After it, for what a driver does once it may do.
+static enum bd_err confine_calls(const struct bd_options *options, struct bd_sched *sched,
+                                 struct bd_fault *fault)
+{
+    struct bd_sched_stats stats;
+    bd_sched_stats(sched, &stats);
+    return bd_confine_calls(options->sandbox, stats.software, fault);
+}
+
 // The rooms, lowest first.
 static enum bd_err run(const struct bd_options *options, struct bd_fault *fault)
 {
@@ -113,6 +146,8 @@ static enum bd_err run(const struct bd_options *options, struct bd_fault *fault)
     if (err) return err;
 
     struct bd_blobs *blobs = NULL;
+    err = confine_paths(options, &data, fault);
+    if (err) goto close_data;
     err = bd_blobs_open(data.path, &blobs, fault);
     if (err) goto close_data;
     struct bd_journal *journal = NULL;
@@ -126,7 +161,8 @@ static enum bd_err run(const struct bd_options *options, struct bd_fault *fault)
     struct bd_sched *sched = NULL;
     err = open_sched(options, is_temporary ? NULL : data.path, &sched, fault);
     if (err) goto close_store;
-    err = serve(options, sched, blobs, store, journal, fault);
+    err = confine_calls(options, sched, fault);
+    if (!err) err = serve(options, sched, blobs, store, journal, fault);
     bd_sched_destroy(&sched);
 close_store:
     bd_store_destroy(&store);

@@ -23,6 +23,7 @@
 
 #define BD_NET_LISTEN_MAX      8
 #define BD_NET_PUBLIC_NAME_MAX 16
+#define BD_NET_CONFIG_MAX      8
 #define BD_NET_SOCKET_MODE     0600 // without a word about it
 
 struct bd_net_options {
@@ -45,7 +46,8 @@ struct bd_net_options {
         const char *data, *device;
         uint32_t gpu_memory_mib;
         bool log_json;
-    } fixed; // what others were given, for a word about what a reload cannot change
+        int sandbox; // enum bd_sandbox
+    } fixed;         // what others were given, for a word about what a reload cannot change
     // Borrowed for as long as the net lives.
     struct bd_sched *sched;
     struct bd_blobs *blobs;

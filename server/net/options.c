@@ -129,6 +129,22 @@ static enum bd_err set_gpu_memory(struct bd_options *options, const char *value,
     return err;
 }
 
+static enum bd_err set_sandbox(struct bd_options *options, const char *value,
+                               struct bd_fault *fault)
+{
+    static const char *const names[] = {[BD_SANDBOX_AUTO] = "auto",
+                                        [BD_SANDBOX_ON] = "on",
+                                        [BD_SANDBOX_OFF] = "off",
+                                        [BD_SANDBOX_LOG] = "log"};
+    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++)
+        if (strcmp(value, names[i]) == 0) {
+            options->sandbox = (enum bd_sandbox)i;
+            return BD_ERR_OK;
+        }
+    return bd_fault_set(fault, BD_ERR_USAGE, "sandbox",
+                        "--sandbox is auto, on, off or log, not \"%.40s\"", value);
+}
+
 static enum bd_err set_limit(struct bd_options *options, const char *value, struct bd_fault *fault)
 {
     return bd_limits_set(&options->limits, value, fault);
@@ -176,6 +192,12 @@ static const struct option {
      "ADDRESS[/BITS]|unix:PATH  whose connections begin with a PROXY header of version 2, "
      "repeatable"},
     {"gpu-memory", set_gpu_memory, "MIB          what may be taken of the device's memory"},
+    {"sandbox", set_sandbox,
+     "auto|on|off|log  files and system calls that the daemon needs, and no others: auto = as far "
+     "as\n"
+     "                            the kernel can, calls with software devices alone; on = all, or "
+     "no start;\n"
+     "                            log = calls are named in the kernel's log, and done"},
     {"limit", set_limit, "NAME=VALUE        see protocol/limits.h; repeatable"},
     {"config", read_config, "FILE             more options, one `key value` a line"},
     {"log", set_log, "text|json|errors     lines of text, or of JSON; or text of errors alone"},
@@ -224,6 +246,10 @@ static enum bd_err at_line(const char *path, unsigned number, struct bd_fault *f
 
 static enum bd_err read_config(struct bd_options *options, const char *path, struct bd_fault *fault)
 {
+    if (options->config_count == BD_NET_CONFIG_MAX)
+        return bd_fault_set(fault, BD_ERR_USAGE, "config", "there are more than %d config files",
+                            BD_NET_CONFIG_MAX);
+    options->configs[options->config_count++] = keep(options, path);
     FILE *file = fopen(path, "re");
     if (!file) return bd_fault_set(fault, BD_ERR_USAGE, "config", "%s: %s", path, strerror(errno));
     char line[CONFIG_LINE_MAX];

@@ -11,6 +11,7 @@
 #include <sys/types.h>
 
 #include "base/err.h"
+#include "confine/confine.h"
 #include "net/net.h"
 
 struct bd_options {
@@ -20,6 +21,8 @@ struct bd_options {
     const char *data; // NULL = the default
     const char *device;
     const char *token_file;
+    const char *configs[BD_NET_CONFIG_MAX]; // files that were read
+    uint32_t config_count;
     mode_t socket_mode; // of the files of Unix sockets
     bool has_socket_group;
     gid_t socket_group;
@@ -27,6 +30,7 @@ struct bd_options {
     uint32_t public_name_count;
     struct bd_proxy_range proxies[BD_PROXY_RANGE_MAX];
     uint32_t proxy_count;
+    enum bd_sandbox sandbox;
     uint32_t gpu_memory_mib; // 0 = by the device
     struct bd_limits limits;
     bool log_json, log_debug, log_errors; // the last: errors alone

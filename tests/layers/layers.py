@@ -14,6 +14,7 @@ import sys
 # Lowest first. main.c may include everything.
 ROOMS = {
     'base': [],
+    'confine': [],
     'image': [],
     'scene': ['image'],  # the import child decodes textures
     'gpu': [],
@@ -23,7 +24,7 @@ ROOMS = {
     'frame': ['technique', 'pass', 'upload', 'scene', 'gpu', 'image'],
     'reference': ['scene', 'image'],
     'sched': ['frame', 'reference', 'scene', 'image'],
-    'net': ['sched', 'frame', 'technique', 'scene', 'image', 'protocol'],
+    'net': ['sched', 'frame', 'technique', 'scene', 'image', 'confine', 'protocol'],
 }
 # What clients share with the daemon: rooms, and of one of them a single header.
 CLIENT_ROOMS = {'clients', 'base', 'image', 'protocol'}
