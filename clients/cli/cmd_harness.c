@@ -14,7 +14,6 @@
 
 #define PATH_BYTES   BD_TRANSPORT_PATH_BYTES
 #define ARGUMENT_MAX 256
-#define PYTHON       "/usr/bin/python3"
 
 static bool is_package(const char *folder)
 {
@@ -69,6 +68,12 @@ static void find_modules_in(const char *folder)
     setenv("PYTHONPATH", value, 1);
 }
 
+static const char *python(void)
+{
+    const char *named = getenv("BOUNCE_PYTHON");
+    return named && *named ? named : "/usr/bin/python3";
+}
+
 // Comes back only if the interpreter cannot be started.
 static enum bd_err become_python(char *package, const char *command, const char *const *words,
                                  int count, struct bd_fault *fault)
@@ -76,16 +81,16 @@ static enum bd_err become_python(char *package, const char *command, const char 
     char name_of[PATH_BYTES], folder_of[PATH_BYTES];
     snprintf(name_of, sizeof name_of, "%s", package);
     snprintf(folder_of, sizeof folder_of, "%s", package);
-    const char *argv[ARGUMENT_MAX + 5] = {PYTHON, "-m", basename(name_of), command};
+    const char *argv[ARGUMENT_MAX + 5] = {python(), "-m", basename(name_of), command};
     if (count > ARGUMENT_MAX)
         return bd_fault_set(fault, BD_ERR_USAGE, "", "more than %d arguments", ARGUMENT_MAX);
     memcpy(argv + 4, words, (size_t)count * sizeof *words);
     find_modules_in(dirname(folder_of));
-    execv(PYTHON, (char *const *)argv);
+    execv(python(), (char *const *)argv);
     return bd_fault_set(fault, BD_ERR_UNSUPPORTED, "",
                         "%s: %s; this command is written in Python 3 (Debian: python3 "
-                        "python3-numpy)",
-                        PYTHON, strerror(errno));
+                        "python3-numpy, or name another by $BOUNCE_PYTHON)",
+                        python(), strerror(errno));
 }
 
 static int run(const char *command, const char *const *words, int count)

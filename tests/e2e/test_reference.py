@@ -7,6 +7,7 @@ import select
 import signal
 import subprocess
 import time
+from pathlib import Path
 
 import numpy
 import pytest
@@ -207,8 +208,7 @@ def test_a_daemon_that_dies_leaves_the_samples(alone):
     process = alone.start("reference", GLB, "-o", "a.exr", *ENDLESS)
     wait_for_samples(process)
     time.sleep(1.5)
-    children = subprocess.run(["ps", "--ppid", str(process.pid), "-o", "pid="], check=True,
-                              capture_output=True).stdout.split()
+    children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
     assert len(children) == 1
     os.kill(int(children[0]), signal.SIGKILL)
     _, err = process.communicate(timeout=30)

@@ -93,6 +93,8 @@ def test_mistakes_are_one_line(bounce):
 def test_what_it_needs_is_named(bounce, tmp_path):
     result = bounce("stability", env={"BOUNCE_HARNESS": "/nowhere"})
     assert result.returncode == 4 and "BOUNCE_HARNESS, /nowhere" in result.stderr
+    result = bounce("stability", env={"BOUNCE_PYTHON": "/nowhere/python3"})
+    assert result.returncode == 4 and "/nowhere/python3: No such file" in result.stderr
     result = bounce("stability", env={"BOUNCED": "/nowhere"})
     assert result.returncode == 7 and "/nowhere" in result.stderr
     (tmp_path / "numpy").mkdir()
