@@ -23,7 +23,7 @@ static void look(uv_work_t *work)
     struct bd_net *net = work->data;
     net->disk.found = bd_journal_is_in_place(net->options.journal);
     if (bd_clock_ns() < net->disk.collect_ns) return;
-    const uint64_t seconds = net->options.limits.blob_seconds;
+    const uint64_t seconds = net->disk.blob_seconds;
     uint32_t count = bd_blobs_collect(net->options.blobs, seconds);
     if (count) bd_log(BD_LOG_INFO, "net", "%u blobs were not used any more", count);
     net->disk.collect_ns = bd_clock_ns() + collect_every_ns(seconds);
@@ -49,6 +49,8 @@ static void on_timer(uv_timer_t *timer)
     struct bd_disk_watch *disk = &net->disk;
     if (disk->is_looking) return;
     disk->is_looking = true;
+    disk->blob_seconds = net->options.limits.blob_seconds;
+    bd_blobs_set_reserve(net->options.blobs, net->options.limits.disk_reserve_bytes);
     disk->asked_ns = bd_clock_ns();
     int result = uv_queue_work(&net->loop, &disk->work, look, look_back);
     BD_ASSERT_CMP(result, ==, 0);

@@ -24,6 +24,7 @@ struct bd_disk_watch {
     uint64_t asked_ns, collect_ns; // when blobs are looked at next
     bool is_in_place;              // what the last look found
     bool found;                    // what the one under way finds: the pool's
+    uint64_t blob_seconds;         // the limit as it was when that began
 };
 
 void bd_disk_watch_begin(struct bd_net *net);

@@ -85,7 +85,7 @@ void bd_blobs_close(struct bd_blobs **blobs)
 
 void bd_blobs_set_reserve(struct bd_blobs *blobs, uint64_t reserve_bytes)
 {
-    blobs->base->reserve_bytes = reserve_bytes;
+    atomic_store(&blobs->base->reserve_bytes, reserve_bytes);
 }
 
 struct bd_blobs *bd_blobs_of(struct bd_blobs *blobs, const char *owner, bool finds_all)
@@ -108,7 +108,7 @@ struct bd_blobs *bd_blobs_of(struct bd_blobs *blobs, const char *owner, bool fin
 enum bd_err bd_blobs_check_room(struct bd_blobs *blobs, uint64_t more, struct bd_fault *fault)
 {
     struct statvfs info;
-    const uint64_t reserve = blobs->base->reserve_bytes;
+    const uint64_t reserve = atomic_load(&blobs->base->reserve_bytes);
     if (reserve == 0) return BD_ERR_OK;
     if (fstatvfs(blobs->base->directory, &info)) return bd_blobs_fault(fault, "the data directory");
     const uint64_t room = (uint64_t)info.f_bavail * info.f_frsize;

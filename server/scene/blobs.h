@@ -31,7 +31,7 @@ enum bd_err bd_blobs_open(const char *directory, struct bd_blobs **out, struct b
 void bd_blobs_close(struct bd_blobs **blobs);
 
 // So much of the disk is kept free for others: uploads that would take from it are refused with
-// BD_ERR_NO_MEMORY, naming disk_reserve_bytes. Before anything is uploaded. Does not block.
+// BD_ERR_NO_MEMORY, naming disk_reserve_bytes. At any time. Does not block.
 void bd_blobs_set_reserve(struct bd_blobs *blobs, uint64_t reserve_bytes);
 
 // The same blobs for `owner`, "" = nobody; `finds_all`: those of others, too. Lives as long as

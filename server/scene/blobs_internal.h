@@ -4,6 +4,7 @@
 #define BD_SCENE_BLOBS_INTERNAL_H
 
 #include <pthread.h>
+#include <stdatomic.h>
 #include <sys/stat.h>
 
 #include "scene/blobs.h"
@@ -26,7 +27,7 @@ struct bd_verified {
 
 struct bd_blobs_base {
     int directory; // DIRECTORY/blobs
-    uint64_t reserve_bytes;
+    _Atomic uint64_t reserve_bytes;
     pthread_mutex_t lock; // of all below, and of what is taken away or given a name
     struct bd_blobs *handles;
     struct bd_blob_upload *uploads;                     // under way
