@@ -1,7 +1,8 @@
 // Encoded pictures, PNG and JPEG, to 8-bit RGBA: the textures of a scene.
 //
 // The input is a stranger's. Width and height are read and checked before anything is allocated
-// for them, and the libraries get limits of their own. Thread: any.
+// for them, and the libraries get limits of their own. Only the import child calls this for bytes
+// that a client sent (scene/import.h); tests/layers holds the rest to it. Thread: any.
 
 #ifndef BD_IMAGE_DECODE_H
 #define BD_IMAGE_DECODE_H
@@ -15,6 +16,17 @@ struct bd_decode_limits {
     uint32_t side_px; // of width and of height
     uint64_t texels;  // width x height
 };
+
+struct bd_picture_size {
+    uint32_t width_px, height_px;
+    uint64_t decode_bytes; // about what decoding takes, the result included
+};
+
+// What the head of a PNG or a JPEG says, without decoding anything. The same errors as below.
+BD_MUST_CHECK
+enum bd_err bd_picture_measure(const void *bytes, size_t size, uint32_t side_max_px,
+                               const char *field, struct bd_picture_size *out,
+                               struct bd_fault *fault);
 
 // Every PNG (palette, grey, 16 bits a channel: all become 8-bit RGBA; gamma chunks are ignored, as
 // glTF asks) and every JPEG that libjpeg-turbo reads (CMYK too). On success `*rgba` is the
