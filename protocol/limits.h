@@ -39,9 +39,10 @@ extern "C" {
     X(scene_bytes, 4 * BD_GIB, 4096, 1024 * BD_GIB)                                                \
     /* Triangles of one scene, instanced. */                                                       \
     X(scene_triangles, 200000000, 1, 1ull << 40)                                                   \
-    /* Texture pictures: one side, and all texels of a scene. */                                   \
+    /* Texture pictures: one side; and all texels of a file, whose largest are halved until */     \
+    /* they fit, and of the pictures of a batch of edits, which is refused beyond. */              \
     X(picture_side_px, 16384, 1, 65536)                                                            \
-    X(picture_texels, BD_GIB, 1, 64 * BD_GIB)                                                      \
+    X(picture_texels, 256 * BD_MIB, 1, 64 * BD_GIB)                                                \
     /* The import child: memory, processor time, wall time. */                                     \
     X(import_bytes, 8 * BD_GIB, 16 * BD_MIB, 1024 * BD_GIB)                                        \
     X(import_cpu_seconds, 120, 1, 86400)                                                           \

@@ -7,7 +7,6 @@
 #include <string.h>
 
 #include "base/assert.h"
-#include "image/decode.h"
 #include "net/edit_decode.h"
 #include "net/environment.h"
 #include "net/import_files.h"
@@ -281,20 +280,14 @@ static enum bd_err read_picture(const struct reading *reading, const char *blob,
     struct bd_blob_map map;
     enum bd_err err = bd_net_map_blob(reading->inputs->blobs, path, blob, &map, reading->fault);
     if (err) return err;
-    struct bd_picture *picture = calloc(1, sizeof *picture);
-    BD_ASSERT(picture);
-    picture->reference_count = 1;
-    const struct bd_decode_limits limits = {.side_px =
-                                                (uint32_t)reading->inputs->limits->picture_side_px,
-                                            .texels = reading->inputs->budget->texels};
-    err = bd_picture_decode(map.bytes, map.size_bytes, &limits, path, &picture->width_px,
-                            &picture->height_px, &picture->rgba, reading->fault);
+    const struct bd_edit_heavy_inputs *inputs = reading->inputs;
+    const struct bd_import_file file = {path, map.bytes, map.size_bytes};
+    struct bd_import_limits limits = bd_import_limits_of(inputs->limits);
+    struct bd_picture *picture;
+    limits.picture_texels = inputs->budget->texels;
+    err = bd_import_picture(inputs->import_pool, &file, &limits, &picture, reading->fault);
     bd_blob_unmap(&map);
-    if (err) {
-        bd_picture_release(&picture);
-        return err;
-    }
-    bd_picture_seal(picture);
+    if (err) return err;
     op->texture.picture = picture;
     op->texture.given |= BD_GIVEN_PICTURE;
     return bd_edit_budget_take_picture(reading->inputs->budget, picture, reading->fault);
@@ -313,7 +306,9 @@ static enum bd_err read_environment(const struct reading *reading, const Bounced
 {
     struct bd_net_environment read;
     struct bd_fault fault = {0};
-    enum bd_err err = bd_net_environment_read(in, reading->inputs->blobs, &read, &fault);
+    enum bd_err err =
+        bd_net_environment_read(in, reading->inputs->blobs, reading->inputs->import_pool,
+                                reading->inputs->limits, &read, &fault);
     if (err) {
         const char *dot = strchr(fault.field, '.');
         err = refuse(reading, err, dot ? dot + 1 : fault.field, fault.message);
@@ -327,6 +322,14 @@ static enum bd_err read_environment(const struct reading *reading, const Bounced
     }
     bd_net_environment_finish(&read);
     return err;
+}
+
+// What the import repaired or shrank.
+static void pass_on_flags(const struct reading *reading, const struct bd_scene *scene)
+{
+    struct bd_edit_flags *flags = reading->flags;
+    for (uint32_t i = 0; i < scene->authored_flag_count && flags->count < BD_EDIT_FLAG_MAX; i++)
+        snprintf(flags->text[flags->count++], BD_EDIT_FLAG_BYTES, "%s", scene->flags.text[i]);
 }
 
 static enum bd_err read_import(const struct reading *reading, const Bounced__ImportEdit *in,
@@ -343,10 +346,11 @@ static enum bd_err read_import(const struct reading *reading, const Bounced__Imp
     limits.scene_bytes = inputs->budget->bytes;
     limits.picture_texels = inputs->budget->texels;
     if (!err)
-        err = bd_import(inputs->import_program, files.files, files.file_count, &limits, &scene,
+        err = bd_import(inputs->import_pool, files.files, files.file_count, &limits, &scene,
                         reading->fault);
     bd_import_files_finish(&files);
     op->import.scene = scene;
+    if (!err) pass_on_flags(reading, scene);
     return err ? err : bd_edit_budget_take_scene(inputs->budget, scene, reading->fault);
 }
 

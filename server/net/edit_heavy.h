@@ -13,13 +13,15 @@
 #include "scene/blobs.h"
 #include "scene/edit.h"
 
+struct bd_import_pool;
+
 struct bd_edit_heavy_inputs {
     struct bd_blobs *blobs;
     const struct bd_limits *limits;
     struct bd_edit_budget *budget; // of the batch; each operation takes from it
-    const char *import_program;    // for bd_import
-    const struct bd_scene *base;   // what the batch is for: meshes to be deformed are taken from it
-    const uint8_t *payload;        // of the message
+    struct bd_import_pool *import_pool;
+    const struct bd_scene *base; // what the batch is for: meshes to be deformed are taken from it
+    const uint8_t *payload;      // of the message
     size_t payload_bytes;
 };
 

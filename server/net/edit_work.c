@@ -180,7 +180,7 @@ enum bd_err bd_edit_work_read_heavy(struct bd_edit_work *work)
         .blobs = bd_grant_blobs(&command->net->options, command->grant),
         .limits = &options->limits,
         .budget = &budget,
-        .import_program = options->import_program,
+        .import_pool = command->net->import_pool,
         .base = work->base,
         .payload = command->payload,
         .payload_bytes = command->payload_bytes};

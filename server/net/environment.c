@@ -3,7 +3,7 @@
 #include <float.h>
 
 #include "net/import_files.h"
-#include "scene/sky_map.h"
+#include "scene/import.h"
 
 static enum bd_err read_radiance(const Bounced__Environment *message, float out[3],
                                  struct bd_fault *fault)
@@ -26,25 +26,29 @@ static enum bd_err read_radiance(const Bounced__Environment *message, float out[
     return BD_ERR_OK;
 }
 
-static enum bd_err read_map(const char *blob, struct bd_blobs *blobs,
-                            struct bd_net_environment *out, struct bd_fault *fault)
+static enum bd_err read_map(const char *blob, struct bd_blobs *blobs, struct bd_import_pool *pool,
+                            const struct bd_limits *limits, struct bd_net_environment *out,
+                            struct bd_fault *fault)
 {
     static const char field[] = "environment.map";
     struct bd_blob_map map;
     enum bd_err err = bd_net_map_blob(blobs, field, blob, &map, fault);
     if (err) return err;
-    err = bd_sky_map_read(map.bytes, map.size_bytes, field, &out->environment.map,
-                          &out->negative_count, fault);
+    const struct bd_import_limits import_limits = bd_import_limits_of(limits);
+    const struct bd_import_file file = {field, map.bytes, map.size_bytes};
+    err = bd_import_sky_map(pool, &file, &import_limits, &out->environment.map,
+                            &out->negative_count, fault);
     bd_blob_unmap(&map);
     return err;
 }
 
 enum bd_err bd_net_environment_read(const Bounced__Environment *message, struct bd_blobs *blobs,
+                                    struct bd_import_pool *pool, const struct bd_limits *limits,
                                     struct bd_net_environment *out, struct bd_fault *fault)
 {
     *out = (struct bd_net_environment){0};
     enum bd_err err = read_radiance(message, out->environment.radiance, fault);
-    if (!err && message->map) err = read_map(message->map, blobs, out, fault);
+    if (!err && message->map) err = read_map(message->map, blobs, pool, limits, out, fault);
     return err;
 }
 

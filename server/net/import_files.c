@@ -62,6 +62,6 @@ struct bd_import_limits bd_import_limits_of(const struct bd_limits *limits)
     out.scene_bytes = limits->scene_bytes;
     out.triangle_count = limits->scene_triangles;
     out.picture_side_px = (uint32_t)limits->picture_side_px;
-    out.picture_texels = limits->picture_texels;
+    out.picture_texels_kept = out.picture_texels = limits->picture_texels;
     return out;
 }

@@ -88,8 +88,8 @@ static void import_files(struct bd_command *command, const struct bd_import_file
     bd_import_cache_key(import->files, import->file_count, environment, key);
     command->scene = bd_import_cache_get(net->import_cache, key);
     if (command->scene) return;
-    command->err = bd_import_under(net->options.import_program, import->files, import->file_count,
-                                   &limits, environment, &command->scene, &command->fault);
+    command->err = bd_import_under(net->import_pool, import->files, import->file_count, &limits,
+                                   environment, &command->scene, &command->fault);
     if (command->err) return;
     if (sky && sky->negative_count)
         bd_scene_flag(command->scene, "environment_negative: %llu texels raised to 0",
@@ -110,8 +110,8 @@ static void import_beside_loop(struct bd_command *command)
     command->err = map_files(command, &import);
     if (!command->err && environment)
         command->err = bd_net_environment_read(
-            environment, bd_grant_blobs(&command->net->options, command->grant), &sky,
-            &command->fault);
+            environment, bd_grant_blobs(&command->net->options, command->grant),
+            command->net->import_pool, &command->net->options.limits, &sky, &command->fault);
     if (!command->err) import_files(command, &import, environment ? &sky : NULL);
     bd_net_environment_finish(&sky);
     bd_import_files_finish(&import);

@@ -187,6 +187,9 @@ enum bd_err bd_net_create(const struct bd_net_options *options, struct bd_net **
     }
     net->import_cache = bd_import_cache_create();
     net->frame_cache = bd_frame_cache_create(&net->options.limits);
+    // As many as there may be at work at once.
+    net->import_pool = bd_import_pool_create(options->import_program,
+                                             (uint32_t)options->limits.imports_at_once);
     net->clients = bd_clients_create(&net->options.limits);
     net->cookies = bd_cookies_create(&net->options.limits);
     start_own_handles(net);
@@ -229,6 +232,7 @@ void bd_net_destroy(struct bd_net **net_address)
     BD_ASSERT_CMP(uv_loop_close(&net->loop), ==, 0);
     uv_mutex_destroy(&net->ended_lock);
     bd_background_finish(net);
+    bd_import_pool_destroy(&net->import_pool);
     bd_commit_finish(net);
     bd_sessions_sweep(net);
     bd_clients_destroy(&net->clients);

@@ -22,6 +22,7 @@ struct bd_edit_place;
 struct bd_frame_cache;
 struct bd_frame_job;
 struct bd_import_cache;
+struct bd_import_pool;
 struct bd_journal_turn;
 struct bd_listener;
 struct bd_upkeep;
@@ -51,6 +52,7 @@ struct bd_net {
     struct bd_cookies *cookies;
     struct bd_import_cache *import_cache;
     struct bd_frame_cache *frame_cache;
+    struct bd_import_pool *import_pool;
     struct bd_listener *listeners;
     struct bd_conn *conns; // newest first
     uint32_t conn_count;

@@ -43,6 +43,11 @@ BD_MUST_CHECK
 enum bd_err bd_content_read(const void *bytes, size_t size, struct bd_content *out,
                             struct bd_fault *fault);
 
+// The same from a source, of a kind that is known.
+BD_MUST_CHECK
+enum bd_err bd_content_receive(enum bd_content_kind kind, bd_flat_source source, void *user,
+                               uint64_t size_max, struct bd_content *out, struct bd_fault *fault);
+
 // Calls `each` for all content that a snapshot needs; a thing may come more than once.
 typedef void (*bd_content_visit)(void *user, const struct bd_content *content);
 void bd_content_of_scene(const struct bd_scene *scene, bd_content_visit each, void *user);

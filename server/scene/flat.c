@@ -39,13 +39,18 @@ static void visit_flags(struct bd_flat_io *io, struct bd_scene *scene)
     if (io->reading) flags->count = count;
 }
 
-// The count is the scene's only once it was read: of what is written, `n` may count less.
+// The count is the scene's only once it was read, item by item: of what is written, `n` may count
+// less, and what was promised and never came is not looked at when the scene is given up.
 #define VISIT_ITEMS(io, part, n, count, items, flat_bytes_min, visit)                              \
     do {                                                                                           \
         bool counted_ =                                                                            \
             bd_flat_items(io, part, &(n), (void **)&(items), sizeof *(items), flat_bytes_min);     \
-        if ((io)->reading) (count) = (n);                                                          \
-        for (uint32_t i = 0; counted_ && i < (n) && !(io)->failed; i++) visit;                     \
+        if ((io)->reading) (count) = 0;                                                            \
+        for (uint32_t i = 0; counted_ && i < (n) && !(io)->failed; i++) {                          \
+            if (!bd_flat_room(io, (void **)&(items), sizeof *(items), i, n)) break;                \
+            if ((io)->reading) (count) = i + 1;                                                    \
+            visit;                                                                                 \
+        }                                                                                          \
     } while (0)
 
 // Bigger things refer to smaller ones by index, so those come first: when an index is read, the
@@ -93,6 +98,17 @@ bool bd_flat_write_index(const struct bd_scene *scene, bd_flat_sink sink, void *
     return write_scene(scene, true, sink, user);
 }
 
+bool bd_flat_write_fetching(const struct bd_scene *scene, bd_flat_texels texels, void *texels_user,
+                            bd_flat_sink sink, void *user)
+{
+    struct bd_flat_io io;
+    bd_flat_io_write_to(&io, sink, user);
+    io.texels = texels;
+    io.texels_user = texels_user;
+    visit_scene(&io, (struct bd_scene *)scene);
+    return bd_flat_io_flush(&io);
+}
+
 static enum bd_err read_scene(struct bd_flat_io *io, struct bd_scene **out, struct bd_fault *fault)
 {
     struct bd_scene *scene = bd_scene_create();
@@ -109,6 +125,14 @@ enum bd_err bd_flat_read(const void *bytes, size_t size, struct bd_scene **out,
 {
     struct bd_flat_io io;
     bd_flat_io_read_from(&io, bytes, size);
+    return read_scene(&io, out, fault);
+}
+
+enum bd_err bd_flat_receive(bd_flat_source source, void *user, uint64_t size_max,
+                            struct bd_scene **out, struct bd_fault *fault)
+{
+    struct bd_flat_io io;
+    bd_flat_io_read_source(&io, source, user, size_max);
     return read_scene(&io, out, fault);
 }
 

@@ -41,6 +41,25 @@ BD_MUST_CHECK
 enum bd_err bd_flat_read(const void *bytes, size_t size, struct bd_scene **out,
                          struct bd_fault *fault);
 
+// The texels of the next picture, in order, for free(); NULL ends the writing.
+typedef uint8_t *(*bd_flat_texels)(void *user);
+
+// As bd_flat_write, of a scene whose pictures have sizes and no texels yet: each gets them when its
+// turn comes, and loses them again, so that one at a time is held.
+BD_MUST_CHECK
+bool bd_flat_write_fetching(const struct bd_scene *scene, bd_flat_texels texels, void *texels_user,
+                            bd_flat_sink sink, void *user);
+
+// The next `size` bytes; false where there are no more.
+typedef bool (*bd_flat_source)(void *user, void *bytes, size_t size);
+
+// As bd_flat_read, while the bytes come: nothing is held twice. `size_max` bounds what a length
+// may promise; of a stream that costs address space until the bytes come, of a list nothing. What
+// follows the scene is not looked at.
+BD_MUST_CHECK
+enum bd_err bd_flat_receive(bd_flat_source source, void *user, uint64_t size_max,
+                            struct bd_scene **out, struct bd_fault *fault);
+
 struct bd_content;
 // Finds content of `out->kind` by its SHA-256 and gives a reference to it; false if there is none.
 typedef bool (*bd_content_find)(void *user, const uint8_t sha256[32], struct bd_content *out);

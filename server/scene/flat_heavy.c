@@ -34,7 +34,7 @@ static void visit_indices(struct bd_flat_io *io, struct bd_primitive *primitive)
         return;
     }
     bd_flat_bytes(io, primitive->index, count * sizeof *primitive->index);
-    for (size_t i = 0; i < count; i++)
+    for (size_t i = 0; !io->failed && i < count; i++)
         if (primitive->index[i] >= primitive->vertex_count) bd_flat_fail(io);
 }
 
@@ -68,7 +68,11 @@ static void visit_picture_texels(struct bd_flat_io *io, struct bd_picture *pictu
     bd_flat_u32(io, &picture->height_px);
     uint64_t texels = (uint64_t)picture->width_px * picture->height_px;
     if (io->reading && !allocate_texels(io, texels, 4, (void **)&picture->rgba)) return;
-    bd_flat_bytes(io, picture->rgba, texels * 4);
+    const bool is_fetched = !io->reading && io->texels && !io->failed;
+    uint8_t *rgba = is_fetched ? io->texels(io->texels_user) : picture->rgba;
+    if (is_fetched && !rgba) bd_flat_fail(io);
+    if (!io->failed) bd_flat_bytes(io, rgba, texels * 4);
+    if (is_fetched) free(rgba);
 }
 
 static void visit_sky_map_texels(struct bd_flat_io *io, struct bd_sky_map *map)
@@ -79,7 +83,7 @@ static void visit_sky_map_texels(struct bd_flat_io *io, struct bd_sky_map *map)
     uint64_t texels = (uint64_t)map->width_px * map->height_px;
     if (io->reading && !allocate_texels(io, texels, texel_bytes, (void **)&map->rgb)) return;
     bd_flat_bytes(io, map->rgb, texels * texel_bytes);
-    for (uint64_t i = 0; io->reading && i < 3 * texels; i++)
+    for (uint64_t i = 0; io->reading && !io->failed && i < 3 * texels; i++)
         if (!(map->rgb[i] >= 0 && map->rgb[i] <= FLT_MAX)) bd_flat_fail(io);
 }
 
@@ -110,6 +114,12 @@ static struct bd_content find_content(struct bd_flat_io *io, enum bd_content_kin
 
 // --- as parts of a scene or a delta ---------------------------------------------------------
 
+static bool room_for_primitive(struct bd_flat_io *io, struct bd_mesh *mesh, uint32_t index)
+{
+    return bd_flat_room(io, (void **)&mesh->primitives, sizeof *mesh->primitives, index,
+                        mesh->primitive_count);
+}
+
 // The primitives with their materials; the streams too unless they are named apart.
 static void visit_primitives(struct bd_flat_io *io, struct bd_mesh *mesh,
                              const struct bd_scene_counts *counts)
@@ -117,12 +127,15 @@ static void visit_primitives(struct bd_flat_io *io, struct bd_mesh *mesh,
     if (!bd_flat_items(io, "meshes", &mesh->primitive_count, (void **)&mesh->primitives,
                        sizeof *mesh->primitives, io->is_index ? 4 : 18))
         return;
-    for (uint32_t i = 0; i < mesh->primitive_count && !io->failed; i++) {
+    uint32_t i = 0;
+    for (; i < mesh->primitive_count && !io->failed; i++) {
+        if (!room_for_primitive(io, mesh, i)) break;
         struct bd_primitive *primitive = &mesh->primitives[i];
         bd_flat_index(io, &primitive->material, counts->materials);
         if (primitive->material == BD_NONE) bd_flat_fail(io);
         if (!io->is_index) visit_streams(io, primitive);
     }
+    if (io->reading) mesh->primitive_count = i; // the rest never came
 }
 
 // What was found under a mesh's SHA-256 may go by another name and show other materials.
@@ -234,8 +247,12 @@ static void visit_mesh_content(struct bd_flat_io *io, struct bd_mesh *mesh)
     if (!bd_flat_items(io, "mesh", &mesh->primitive_count, (void **)&mesh->primitives,
                        sizeof *mesh->primitives, 14))
         return;
-    for (uint32_t i = 0; i < mesh->primitive_count && !io->failed; i++)
+    uint32_t i = 0;
+    for (; i < mesh->primitive_count && !io->failed; i++) {
+        if (!room_for_primitive(io, mesh, i)) break;
         visit_streams(io, &mesh->primitives[i]);
+    }
+    if (io->reading) mesh->primitive_count = i; // the rest never came
 }
 
 static void visit_picture_content(struct bd_flat_io *io, struct bd_picture *picture)
@@ -306,6 +323,28 @@ static void seal_content(const struct bd_content *content)
     if (content->sky_map) bd_sky_map_seal(content->sky_map);
 }
 
+static enum bd_err finish_content(struct bd_flat_io *io, struct bd_content *out,
+                                  struct bd_fault *fault)
+{
+    new_content(io, out);
+    if (!io->failed) visit_content(io, out);
+    enum bd_err err = bd_flat_io_verdict(io, "content", fault);
+    if (err == BD_ERR_OK)
+        seal_content(out);
+    else
+        bd_content_release(out);
+    return err;
+}
+
+enum bd_err bd_content_receive(enum bd_content_kind kind, bd_flat_source source, void *user,
+                               uint64_t size_max, struct bd_content *out, struct bd_fault *fault)
+{
+    struct bd_flat_io io;
+    *out = (struct bd_content){.kind = kind};
+    bd_flat_io_read_source(&io, source, user, size_max);
+    return finish_content(&io, out, fault);
+}
+
 enum bd_err bd_content_read(const void *bytes, size_t size, struct bd_content *out,
                             struct bd_fault *fault)
 {
@@ -314,12 +353,5 @@ enum bd_err bd_content_read(const void *bytes, size_t size, struct bd_content *o
     bd_flat_io_read_from(&io, bytes, size);
     if (!kind_of(bytes, size, &out->kind))
         return bd_fault_set(fault, BD_ERR_BAD_INPUT, "content", "is no mesh, picture or sky map");
-    new_content(&io, out);
-    if (!io.failed) visit_content(&io, out);
-    enum bd_err err = bd_flat_io_verdict(&io, "content", fault);
-    if (err == BD_ERR_OK)
-        seal_content(out);
-    else
-        bd_content_release(out);
-    return err;
+    return finish_content(&io, out, fault);
 }

@@ -46,6 +46,16 @@ void bd_flat_io_read_from(struct bd_flat_io *io, const void *bytes, size_t size)
     io->size = size;
 }
 
+void bd_flat_io_read_source(struct bd_flat_io *io, bd_flat_source source, void *user,
+                            size_t size_max)
+{
+    clear(io);
+    io->reading = true;
+    io->source = source;
+    io->source_user = user;
+    io->size = size_max;
+}
+
 bool bd_flat_io_flush(struct bd_flat_io *io)
 {
     if (!io->failed && io->used > 0 && !io->sink(io->user, io->buffer, io->used)) io->failed = true;
@@ -55,7 +65,7 @@ bool bd_flat_io_flush(struct bd_flat_io *io)
 
 enum bd_err bd_flat_io_verdict(struct bd_flat_io *io, const char *what, struct bd_fault *fault)
 {
-    if (!io->failed && bd_flat_left(io) > 0) bd_flat_fail(io);
+    if (!io->failed && !io->source && bd_flat_left(io) > 0) bd_flat_fail(io);
     if (io->no_memory)
         return bd_fault_set(fault, BD_ERR_NO_MEMORY, io->part, "no memory for the %s", what);
     if (io->missing) {
@@ -64,8 +74,8 @@ enum bd_err bd_flat_io_verdict(struct bd_flat_io *io, const char *what, struct b
         return bd_fault_set(fault, BD_ERR_NOT_FOUND, io->part, "content sha256:%s is missing", hex);
     }
     if (io->failed)
-        return bd_fault_set(fault, BD_ERR_BAD_INPUT, io->part, "%s is damaged near byte %zu of %zu",
-                            what, io->offset, io->size);
+        return bd_fault_set(fault, BD_ERR_BAD_INPUT, io->part, "%s is damaged near byte %zu", what,
+                            io->offset);
     return BD_ERR_OK;
 }
 
@@ -102,15 +112,24 @@ static void write_bytes(struct bd_flat_io *io, const void *bytes, size_t size)
     io->used += size;
 }
 
+static bool take_bytes(struct bd_flat_io *io, void *bytes, size_t size)
+{
+    if (io->failed || bd_flat_left(io) < size) return false;
+    if (io->source) return io->source(io->source_user, bytes, size);
+    if (size) memcpy(bytes, io->bytes + io->offset, size);
+    return true;
+}
+
+// What is not there reads as 0. Whole streams are left as they are then: nobody looks at them, and
+// a length that nothing came of must cost no memory.
 static void read_bytes(struct bd_flat_io *io, void *bytes, size_t size)
 {
-    if (io->failed || bd_flat_left(io) < size) {
-        memset(bytes, 0, size);
-        bd_flat_fail(io);
+    if (take_bytes(io, bytes, size)) {
+        io->offset += size;
         return;
     }
-    if (size) memcpy(bytes, io->bytes + io->offset, size);
-    io->offset += size;
+    if (size <= sizeof io->buffer) memset(bytes, 0, size);
+    bd_flat_fail(io);
 }
 
 void bd_flat_bytes(struct bd_flat_io *io, void *bytes, size_t size)
@@ -208,8 +227,17 @@ void bd_flat_stream(struct bd_flat_io *io, float **stream, uint32_t vertex_count
     *stream = allocate(io, count * sizeof **stream);
     if (!*stream) return;
     read_bytes(io, *stream, count * sizeof **stream);
-    for (size_t i = 0; i < count; i++)
+    for (size_t i = 0; !io->failed && i < count; i++)
         if (!(fabsf((*stream)[i]) <= component_max)) bd_flat_fail(io);
+}
+
+// Of what comes from a source, a count alone buys little memory.
+#define ROOM_AT_FIRST 1024u
+
+static size_t first_room(const struct bd_flat_io *io, uint32_t count)
+{
+    if (count == 0) return 1;
+    return io->source && count > ROOM_AT_FIRST ? ROOM_AT_FIRST : count;
 }
 
 bool bd_flat_items(struct bd_flat_io *io, const char *part, uint32_t *count, void **items,
@@ -223,9 +251,26 @@ bool bd_flat_items(struct bd_flat_io *io, const char *part, uint32_t *count, voi
         bd_flat_fail(io);
         return false;
     }
-    *items = calloc(*count ? *count : 1, item_bytes);
+    *items = calloc(first_room(io, *count), item_bytes);
     if (*items) return true;
     *count = 0;
     bd_flat_fail_memory(io);
     return false;
+}
+
+bool bd_flat_room(struct bd_flat_io *io, void **items, size_t item_bytes, uint32_t index,
+                  uint32_t count)
+{
+    // Room doubles where it is used up: at the powers of two.
+    if (!io->reading || !io->source || index < ROOM_AT_FIRST || (index & (index - 1)) != 0)
+        return true;
+    const uint32_t more = count - index < index ? count - index : index;
+    char *grown = realloc(*items, ((size_t)index + more) * item_bytes);
+    if (!grown) {
+        bd_flat_fail_memory(io);
+        return false;
+    }
+    memset(grown + index * item_bytes, 0, more * item_bytes);
+    *items = grown;
+    return true;
 }

@@ -33,9 +33,13 @@ struct bd_flat_io {
     bd_flat_sink sink;
     void *user;
     size_t used;
+    bd_flat_texels texels; // NULL: pictures hold their own
+    void *texels_user;
     // reading
     const uint8_t *bytes;
-    size_t size, offset;
+    size_t size, offset;   // from a source: `size` is what may come at most
+    bd_flat_source source; // NULL: `bytes`
+    void *source_user;
     bd_content_find find;
     void *find_user;
     uint8_t missing_sha256[32];
@@ -44,10 +48,13 @@ struct bd_flat_io {
 
 void bd_flat_io_write_to(struct bd_flat_io *io, bd_flat_sink sink, void *user);
 void bd_flat_io_read_from(struct bd_flat_io *io, const void *bytes, size_t size);
+void bd_flat_io_read_source(struct bd_flat_io *io, bd_flat_source source, void *user,
+                            size_t size_max);
 // Sends what is left. False if the sink refused something.
 BD_MUST_CHECK
 bool bd_flat_io_flush(struct bd_flat_io *io);
-// After reading: BD_ERR_OK only if all went well and nothing is left over. `what` names the whole.
+// After reading: BD_ERR_OK only if all went well and nothing is left over (of a source, whose end
+// its owner sees, that is not asked). `what` names the whole.
 BD_MUST_CHECK
 enum bd_err bd_flat_io_verdict(struct bd_flat_io *io, const char *what, struct bd_fault *fault);
 
@@ -73,9 +80,15 @@ void bd_flat_stream(struct bd_flat_io *io, float **stream, uint32_t vertex_count
                     bool required);
 // Counts and, when reading, allocates `*items`. The smallest form that an item can have bounds what
 // the bytes that are left can hold, so a count costs no memory that the input does not pay for.
+// From a source they are allocated as they come: ask bd_flat_room before each.
 BD_MUST_CHECK
 bool bd_flat_items(struct bd_flat_io *io, const char *part, uint32_t *count, void **items,
                    size_t item_bytes, size_t flat_bytes_min);
+
+// Room for item `index` of `count` when reading; what is new is zero. False without memory.
+BD_MUST_CHECK
+bool bd_flat_room(struct bd_flat_io *io, void **items, size_t item_bytes, uint32_t index,
+                  uint32_t count);
 
 // flat_objects.c: one object each. References are held to `counts`.
 void bd_flat_node(struct bd_flat_io *io, struct bd_node *node,

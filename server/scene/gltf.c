@@ -95,13 +95,15 @@ static uint64_t size_of_all(const struct bd_import_file *files, uint32_t file_co
 
 static enum bd_err read_parsed(const struct bd_gltf_document *doc,
                                const struct bd_import_file *files, uint32_t file_count,
-                               const struct bd_import_limits *limits, struct bd_scene **out,
+                               const struct bd_import_limits *limits,
+                               struct bd_picture_queue *pictures, struct bd_scene **out,
                                struct bd_fault *fault)
 {
     struct bd_gltf_reader reader = {.doc = doc,
                                     .files = files,
                                     .file_count = file_count,
                                     .limits = limits,
+                                    .pictures = pictures,
                                     .scene = bd_scene_create(),
                                     .fault = fault,
                                     .input_bytes = size_of_all(files, file_count),
@@ -116,26 +118,37 @@ static enum bd_err read_parsed(const struct bd_gltf_document *doc,
     return err;
 }
 
-enum bd_err bd_gltf_read_unsealed(const struct bd_import_file *files, uint32_t file_count,
-                                  const struct bd_import_limits *limits, struct bd_scene **out,
-                                  struct bd_fault *fault)
+enum bd_err bd_gltf_read_waiting(const struct bd_import_file *files, uint32_t file_count,
+                                 const struct bd_import_limits *limits,
+                                 struct bd_picture_queue *pictures,
+                                 struct bd_gltf_document **document, struct bd_scene **out,
+                                 struct bd_fault *fault)
 {
     *out = NULL;
+    *document = NULL;
     struct bd_gltf_text text;
-    struct bd_gltf_document *doc = NULL;
     enum bd_err err = bd_gltf_scan(files[0].bytes, files[0].size_bytes, &text, fault);
     if (err == BD_ERR_OK)
-        err = bd_gltf_parse(text.bytes, text.size, text.is_glb, files, file_count, &doc, fault);
+        err = bd_gltf_parse(text.bytes, text.size, text.is_glb, files, file_count, document, fault);
     // What tinygltf cannot do with a legal fragment is not the fragment's first trouble. What our
     // own checks find in one is.
     if (err == BD_ERR_BAD_INPUT && text.is_scanned && !text.has_scene) err = no_scene(fault);
     bd_gltf_text_free(&text);
-    if (err == BD_ERR_OK) err = read_parsed(doc, files, file_count, limits, out, fault);
+    if (err == BD_ERR_OK)
+        err = read_parsed(*document, files, file_count, limits, pictures, out, fault);
     if (err == BD_ERR_OK && text.min_version[0])
         bd_scene_flag(*out, "min_version: %s", text.min_version);
     if (err == BD_ERR_OK && text.dataless_buffer_count)
         bd_scene_flag(*out, "buffers_without_data: %u", text.dataless_buffer_count);
-    bd_gltf_document_destroy(&doc);
+    return err;
+}
+
+static enum bd_err fill_pictures(struct bd_scene *scene, struct bd_picture_queue *pictures,
+                                 struct bd_fault *fault)
+{
+    enum bd_err err = BD_ERR_OK;
+    for (uint32_t i = 0; !err && i < scene->picture_count; i++)
+        err = bd_picture_queue_take(pictures, &scene->pictures[i]->rgba, fault);
     return err;
 }
 
@@ -143,7 +156,18 @@ enum bd_err bd_gltf_read(const struct bd_import_file *files, uint32_t file_count
                          const struct bd_import_limits *limits, struct bd_scene **out,
                          struct bd_fault *fault)
 {
-    enum bd_err err = bd_gltf_read_unsealed(files, file_count, limits, out, fault);
-    if (err == BD_ERR_OK) bd_scene_seal(*out);
+    *out = NULL;
+    struct bd_gltf_document *document = NULL;
+    struct bd_picture_queue *pictures = bd_picture_queue_create(0);
+    if (!pictures) return bd_fault_set(fault, BD_ERR_NO_MEMORY, "", "no memory for the pictures");
+    enum bd_err err =
+        bd_gltf_read_waiting(files, file_count, limits, pictures, &document, out, fault);
+    if (err == BD_ERR_OK) err = fill_pictures(*out, pictures, fault);
+    bd_picture_queue_destroy(&pictures);
+    bd_gltf_document_destroy(&document);
+    if (err == BD_ERR_OK)
+        bd_scene_seal(*out);
+    else
+        bd_scene_release(out);
     return err;
 }

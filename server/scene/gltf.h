@@ -11,6 +11,7 @@
 #include <stdint.h>
 
 #include "base/err.h"
+#include "scene/gltf_shim.h"
 #include "scene/import.h"
 #include "scene/scene.h"
 
@@ -22,10 +23,17 @@ enum bd_err bd_gltf_read(const struct bd_import_file *files, uint32_t file_count
                          const struct bd_import_limits *limits, struct bd_scene **out,
                          struct bd_fault *fault);
 
-// The same without bounds and hashes of meshes and pictures, for whoever only passes them on.
+struct bd_picture_queue;
+
+// The same, for whoever only passes it on: without bounds and hashes, and with pictures that have
+// sizes and no texels, which come out of `pictures` (picture_queue.h) one by one. That lives no
+// longer than the document and the files, so destroy it before
+// `document`, which is the caller's either way (bd_gltf_document_destroy).
 BD_MUST_CHECK
-enum bd_err bd_gltf_read_unsealed(const struct bd_import_file *files, uint32_t file_count,
-                                  const struct bd_import_limits *limits, struct bd_scene **out,
-                                  struct bd_fault *fault);
+enum bd_err bd_gltf_read_waiting(const struct bd_import_file *files, uint32_t file_count,
+                                 const struct bd_import_limits *limits,
+                                 struct bd_picture_queue *pictures,
+                                 struct bd_gltf_document **document, struct bd_scene **out,
+                                 struct bd_fault *fault);
 
 #endif

@@ -1,7 +1,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "image/decode.h"
 #include "scene/gltf_reader.h"
 
 static enum bd_wrap wrap_of(int32_t gl_name)
@@ -28,95 +27,99 @@ static void read_texture(const struct bd_gltf_document *doc, const struct bd_glt
 }
 
 static void mark_picture(const struct bd_scene *scene, const struct bd_texture_ref *ref,
-                         bool *wanted)
+                         enum bd_texel_kind kind, uint8_t *uses)
 {
     if (ref->texture == BD_NONE) return;
     int32_t picture = scene->textures[ref->texture].picture;
-    if (picture != BD_NONE) wanted[picture] = true;
+    if (picture != BD_NONE) uses[picture] |= (uint8_t)(1u << kind);
 }
 
 // Only what some material's map shows is decoded: occlusion maps and leftovers are not.
-static void mark_pictures(const struct bd_scene *scene, bool *wanted)
+static void mark_pictures(const struct bd_scene *scene, uint8_t *uses)
 {
     for (uint32_t i = 0; i < scene->material_count; i++) {
         const struct bd_material *material = &scene->materials[i];
-        mark_picture(scene, &material->base_color_map, wanted);
-        mark_picture(scene, &material->metallic_roughness_map, wanted);
-        mark_picture(scene, &material->normal_map, wanted);
-        mark_picture(scene, &material->emissive_map, wanted);
-        mark_picture(scene, &material->transmission_map, wanted);
+        mark_picture(scene, &material->base_color_map, BD_TEXEL_COLOR, uses);
+        mark_picture(scene, &material->metallic_roughness_map, BD_TEXEL_DATA, uses);
+        mark_picture(scene, &material->normal_map, BD_TEXEL_NORMAL, uses);
+        mark_picture(scene, &material->emissive_map, BD_TEXEL_COLOR, uses);
+        mark_picture(scene, &material->transmission_map, BD_TEXEL_DATA, uses);
     }
 }
 
-struct encoded {
-    const void *bytes;
-    size_t size;
-    struct bd_gltf_path path;
-};
+// Of one that is several things, the eye sees the colour first.
+static enum bd_texel_kind kind_of(uint8_t uses)
+{
+    if (uses & 1u << BD_TEXEL_COLOR) return BD_TEXEL_COLOR;
+    return uses & 1u << BD_TEXEL_DATA ? BD_TEXEL_DATA : BD_TEXEL_NORMAL;
+}
 
-static enum bd_err find_encoded(struct bd_gltf_reader *reader, uint32_t i, struct encoded *out)
+static enum bd_err find_encoded(struct bd_gltf_reader *reader, uint32_t i,
+                                struct bd_encoded_picture *out)
 {
     const struct bd_gltf_image *image = &reader->doc->images[i];
-    if (image->view != BD_NONE) {
+    out->image = i;
+    out->is_in_view = image->view != BD_NONE;
+    if (out->is_in_view) {
         const struct bd_gltf_view *view = &reader->doc->views[image->view];
-        out->path = bd_gltf_path("images[%u].bufferView", i);
         out->bytes = reader->doc->buffers[view->buffer].bytes + view->offset_bytes;
-        out->size = view->length_bytes;
+        out->size_bytes = view->length_bytes;
         return BD_ERR_OK;
     }
-    out->path = bd_gltf_path("images[%u].uri", i);
     if (!image->uri[0]) {
         out->bytes = image->encoded;
-        out->size = image->encoded_bytes;
+        out->size_bytes = image->encoded_bytes;
         return BD_ERR_OK;
     }
     const struct bd_import_file *file =
         bd_gltf_find_file(reader->files, reader->file_count, image->uri);
     if (!file)
-        return bd_fault_set(reader->fault, BD_ERR_BAD_INPUT, out->path.text,
+        return bd_fault_set(reader->fault, BD_ERR_BAD_INPUT, bd_gltf_path("images[%u].uri", i).text,
                             "file \"%.200s\" is not among those given", image->uri);
     out->bytes = file->bytes;
-    out->size = file->size_bytes;
-    return BD_ERR_OK;
-}
-
-static enum bd_err decode(struct bd_gltf_reader *reader, uint32_t i, uint64_t *texels_left,
-                          struct bd_picture **out)
-{
-    struct encoded encoded;
-    enum bd_err err = find_encoded(reader, i, &encoded);
-    if (err != BD_ERR_OK) return err;
-    struct bd_picture *picture = calloc(1, sizeof *picture);
-    if (!picture) return bd_gltf_no_memory(reader, encoded.path.text);
-    struct bd_decode_limits limits = {reader->limits->picture_side_px, *texels_left};
-    err = bd_picture_decode(encoded.bytes, encoded.size, &limits, encoded.path.text,
-                            &picture->width_px, &picture->height_px, &picture->rgba, reader->fault);
-    if (err != BD_ERR_OK) {
-        free(picture);
-        return err;
-    }
-    picture->reference_count = 1;
-    *texels_left -= (uint64_t)picture->width_px * picture->height_px;
-    *out = picture;
+    out->size_bytes = file->size_bytes;
     return BD_ERR_OK;
 }
 
 // Pictures keep their order; the unwanted ones leave no gap, so textures are renumbered.
-static enum bd_err decode_wanted(struct bd_gltf_reader *reader, const bool *wanted,
-                                 int32_t *renumbered)
+static enum bd_err add_wanted(struct bd_gltf_reader *reader, const uint8_t *uses,
+                              int32_t *renumbered)
 {
     struct bd_scene *scene = reader->scene;
-    uint64_t texels_left = reader->limits->picture_texels;
     for (uint32_t i = 0; i < reader->doc->image_count; i++) {
         renumbered[i] = BD_NONE;
-        if (!wanted[i]) continue;
-        enum bd_err err = decode(reader, i, &texels_left, &scene->pictures[scene->picture_count]);
+        if (!uses[i]) continue;
+        struct bd_encoded_picture encoded = {.kind = kind_of(uses[i])};
+        enum bd_err err = find_encoded(reader, i, &encoded);
         if (err != BD_ERR_OK) return err;
-        renumbered[i] = (int32_t)scene->picture_count++;
+        struct bd_picture *picture = calloc(1, sizeof *picture);
+        if (!picture) return bd_gltf_no_memory(reader, "images");
+        picture->reference_count = 1;
+        renumbered[i] = (int32_t)scene->picture_count;
+        scene->pictures[scene->picture_count++] = picture;
+        if (!bd_picture_queue_add(reader->pictures, &encoded))
+            return bd_gltf_no_memory(reader, "images");
     }
     for (uint32_t i = 0; i < scene->texture_count; i++)
         if (scene->textures[i].picture != BD_NONE)
             scene->textures[i].picture = renumbered[scene->textures[i].picture];
+    return BD_ERR_OK;
+}
+
+static enum bd_err begin_decoding(struct bd_gltf_reader *reader)
+{
+    struct bd_scene *scene = reader->scene;
+    struct bd_shrunk_pictures shrunk;
+    enum bd_err err =
+        bd_picture_queue_begin(reader->pictures, reader->limits, &shrunk, reader->fault);
+    if (err != BD_ERR_OK) return err;
+    for (uint32_t i = 0; i < scene->picture_count; i++)
+        bd_picture_queue_size(reader->pictures, i, &scene->pictures[i]->width_px,
+                              &scene->pictures[i]->height_px);
+    if (shrunk.count)
+        bd_scene_flag(scene, "shrunk_pictures: %u of %u, to %llu of %llu texels (picture_texels)",
+                      shrunk.count, scene->picture_count, (unsigned long long)shrunk.texels_after,
+                      (unsigned long long)shrunk.texels_before);
     return BD_ERR_OK;
 }
 
@@ -127,19 +130,20 @@ enum bd_err bd_gltf_read_pictures(struct bd_gltf_reader *reader)
     size_t image_count = doc->image_count + (size_t)1;
     scene->textures = calloc(doc->texture_count + (size_t)1, sizeof *scene->textures);
     scene->pictures = calloc(image_count, sizeof *scene->pictures);
-    bool *wanted = calloc(image_count, sizeof *wanted);
+    uint8_t *uses = calloc(image_count, sizeof *uses);
     int32_t *renumbered = calloc(image_count, sizeof *renumbered);
     enum bd_err err;
-    if (!scene->textures || !scene->pictures || !wanted || !renumbered) {
+    if (!scene->textures || !scene->pictures || !uses || !renumbered) {
         err = bd_gltf_no_memory(reader, "images");
     } else {
         for (uint32_t i = 0; i < doc->texture_count; i++)
             read_texture(doc, &doc->textures[i], &scene->textures[i]);
         scene->texture_count = doc->texture_count;
-        mark_pictures(scene, wanted);
-        err = decode_wanted(reader, wanted, renumbered);
+        mark_pictures(scene, uses);
+        err = add_wanted(reader, uses, renumbered);
+        if (err == BD_ERR_OK) err = begin_decoding(reader);
     }
     free(renumbered);
-    free(wanted);
+    free(uses);
     return err;
 }

@@ -13,6 +13,7 @@
 #include "base/err.h"
 #include "scene/gltf_shim.h"
 #include "scene/import.h"
+#include "scene/picture_queue.h"
 #include "scene/scene.h"
 
 // What was repaired or left out; each that is not zero becomes a flag.
@@ -33,6 +34,7 @@ struct bd_gltf_reader {
     const struct bd_import_file *files;
     uint32_t file_count;
     const struct bd_import_limits *limits;
+    struct bd_picture_queue *pictures; // of the scene, in its order
     struct bd_scene *scene;
     struct bd_fault *fault;
     struct bd_gltf_repairs repairs;

@@ -1,20 +1,18 @@
 #include "scene/import.h"
 
 #include <errno.h>
-#include <fcntl.h>
-#include <poll.h>
 #include <signal.h>
-#include <spawn.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/mman.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
+#include "base/assert.h"
 #include "base/clock.h"
+#include "scene/content.h"
 #include "scene/flat.h"
-#include "scene/import_pipe.h"
+#include "scene/import_answer.h"
+#include "scene/import_pool.h"
+#include "scene/sky_map.h"
 
 const struct bd_import_limits bd_import_default_limits = {
     .memory_bytes = 4ull << 30,
@@ -23,170 +21,179 @@ const struct bd_import_limits bd_import_default_limits = {
     .scene_bytes = 1ull << 30,
     .triangle_count = 50000000,
     .picture_side_px = 16384,
+    .picture_texels_kept = 256ull << 20,
     .picture_texels = 256ull << 20,
 };
 
-// Writes all, or false.
-static bool write_all(int fd, const void *bytes, size_t size)
-{
-    const char *at = bytes;
-    while (size > 0) {
-        ssize_t wrote = write(fd, at, size);
-        if (wrote < 0 && errno == EINTR) continue;
-        if (wrote <= 0) return false;
-        at += wrote;
-        size -= (size_t)wrote;
-    }
-    return true;
-}
+// What a body has beside the bytes that a limit speaks of: heads, small objects.
+#define BODY_EXTRA_BYTES (64u << 20)
 
-static bool write_padded(int fd, const void *bytes, size_t size)
-{
-    static const char zeros[8];
-    return write_all(fd, bytes, size) && write_all(fd, zeros, bd_import_padded(size) - size);
-}
-
-static bool write_question(int fd, const struct bd_import_file *files, uint32_t file_count,
-                           const struct bd_import_limits *limits)
-{
-    struct bd_import_question head = {BD_IMPORT_QUESTION_MAGIC, file_count, *limits};
-    bool ok = write_padded(fd, &head, sizeof head);
-    for (uint32_t i = 0; ok && i < file_count; i++) {
-        size_t uri_bytes = strlen(files[i].uri) + 1;
-        struct bd_import_question_file file = {uri_bytes, files[i].size_bytes};
-        ok = write_padded(fd, &file, sizeof file) && write_padded(fd, files[i].uri, uri_bytes) &&
-             write_padded(fd, files[i].bytes, files[i].size_bytes);
-    }
-    return ok && lseek(fd, 0, SEEK_SET) == 0;
-}
-
-static enum bd_err make_question(const struct bd_import_file *files, uint32_t file_count,
-                                 const struct bd_import_limits *limits, int *fd,
-                                 struct bd_fault *fault)
-{
-    *fd = memfd_create("import", MFD_CLOEXEC | MFD_ALLOW_SEALING);
-    if (*fd < 0) return bd_fault_set(fault, BD_ERR_IO, "", "memfd_create: %s", strerror(errno));
-    if (write_question(*fd, files, file_count, limits) &&
-        fcntl(*fd, F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_WRITE | F_SEAL_SEAL) == 0)
-        return BD_ERR_OK;
-    close(*fd);
-    return bd_fault_set(fault, BD_ERR_NO_MEMORY, "", "no memory to hand over the files: %s",
-                        strerror(errno));
-}
-
-// The child gets no secrets by its environment: only what the sanitizers and a bundle's loader
-// need.
-static char **child_environment(char *kept[8])
-{
-    static const char *const names[] = {"ASAN_OPTIONS=", "UBSAN_OPTIONS=",   "LSAN_OPTIONS=",
-                                        "TSAN_OPTIONS=", "LD_LIBRARY_PATH=", "LC_ALL="};
-    size_t count = 0;
-    for (char **entry = environ; *entry; entry++)
-        for (size_t i = 0; i < sizeof names / sizeof names[0] && count < 7; i++)
-            if (strncmp(*entry, names[i], strlen(names[i])) == 0) kept[count++] = *entry;
-    kept[count] = NULL;
-    return kept;
-}
-
-static int spawn(const char *program, int question, int answer, pid_t *child)
-{
-    posix_spawn_file_actions_t actions;
-    posix_spawnattr_t attributes;
-    sigset_t none, all;
-    char name[] = "bounced", option[] = "--import", *argv[] = {name, option, NULL};
-    char *kept[8];
-    sigemptyset(&none);
-    sigfillset(&all);
-    int code = posix_spawn_file_actions_init(&actions);
-    if (code) return code;
-    code = posix_spawnattr_init(&attributes);
-    if (code) goto actions;
-    // Nothing but the two descriptors and stderr reaches the child, whatever else is open here.
-    if ((code = posix_spawn_file_actions_adddup2(&actions, question, 0)) ||
-        (code = posix_spawn_file_actions_adddup2(&actions, answer, 1)) ||
-        (code = posix_spawn_file_actions_addclosefrom_np(&actions, 3)) ||
-        (code = posix_spawnattr_setsigmask(&attributes, &none)) ||
-        (code = posix_spawnattr_setsigdefault(&attributes, &all)) ||
-        (code =
-             posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF)))
-        goto attributes;
-    code = posix_spawn(child, program, &actions, &attributes, argv, child_environment(kept));
-attributes:
-    posix_spawnattr_destroy(&attributes);
-actions:
-    posix_spawn_file_actions_destroy(&actions);
-    return code;
-}
-
-struct answer {
-    uint8_t *bytes;
-    size_t size, room;
-    bool too_long, timed_out, no_memory;
+// One question and what came of it.
+struct asking {
+    const char *file;  // for messages
+    const char *field; // for faults that are the whole file's
+    const struct bd_import_limits *limits;
+    struct bd_import_answer *answer;
+    struct bd_import_end end;
+    struct bd_fault *fault;
 };
 
-// Grows as bytes arrive: what the child says about lengths is not believed.
-static bool make_room(struct answer *answer, size_t most)
-{
-    if (answer->size < answer->room) return true;
-    if (answer->room >= most) {
-        answer->too_long = true;
-        return false;
-    }
-    size_t room = answer->room ? answer->room * 2 : 1 << 20;
-    if (room > most) room = most;
-    uint8_t *bytes = realloc(answer->bytes, room);
-    if (!bytes) {
-        answer->no_memory = true;
-        return false;
-    }
-    answer->bytes = bytes;
-    answer->room = room;
-    return true;
-}
+// --- why there is no answer -----------------------------------------------------------------
 
-static bool wait_readable(int fd, uint64_t start_ns, uint32_t wall_seconds)
+static enum bd_err fault_from_child(const struct asking *asking)
 {
-    for (;;) {
-        double left_ms = 1e3 * wall_seconds - bd_ms_since(start_ns);
-        if (left_ms <= 0) return false;
-        struct pollfd poll_fd = {.fd = fd, .events = POLLIN};
-        int ready = poll(&poll_fd, 1, left_ms > 1e6 ? 1000000 : (int)left_ms + 1);
-        if (ready > 0) return true;
-        if (ready < 0 && errno != EINTR) return false;
-    }
-}
-
-// Reads to the end of the pipe, which the child's death closes.
-static void read_answer(int fd, uint64_t start_ns, const struct bd_import_limits *limits,
-                        struct answer *answer)
-{
-    const size_t most = limits->scene_bytes + limits->picture_texels * 4 + (64u << 20);
-    while (make_room(answer, most)) {
-        if (!wait_readable(fd, start_ns, limits->wall_seconds)) {
-            answer->timed_out = true;
-            return;
-        }
-        ssize_t got = read(fd, answer->bytes + answer->size, answer->room - answer->size);
-        if (got == 0) return;
-        if (got > 0) answer->size += (size_t)got;
-        if (got < 0 && errno != EINTR) return;
-    }
-}
-
-static enum bd_err fault_from_child(const struct answer *answer, enum bd_err err,
-                                    const struct bd_import_limits *limits, struct bd_fault *fault)
-{
-    struct bd_fault told;
-    if (answer->size != sizeof(struct bd_import_answer) + sizeof told || err >= BD_ERR_COUNT)
-        return bd_fault_set(fault, BD_ERR_BAD_INPUT, "", "the import gave a damaged answer");
-    memcpy(&told, answer->bytes + sizeof(struct bd_import_answer), sizeof told);
-    told.field[sizeof told.field - 1] = 0;
-    told.message[sizeof told.message - 1] = 0;
+    const struct bd_fault *told = &asking->answer->fault;
     // The child runs out of what it was given long before the machine does.
-    if (err == BD_ERR_NO_MEMORY)
-        return bd_fault_set(fault, BD_ERR_LIMIT, told.field, "import limited to %llu MiB: %s",
-                            (unsigned long long)(limits->memory_bytes >> 20), told.message);
-    return bd_fault_set(fault, err, told.field, "%s", told.message);
+    if (told->err == BD_ERR_NO_MEMORY)
+        return bd_fault_set(
+            asking->fault, BD_ERR_LIMIT, told->field, "import limited to %llu MiB: %s",
+            (unsigned long long)(asking->limits->memory_bytes >> 20), told->message);
+    return bd_fault_set(asking->fault, told->err, told->field, "%s", told->message);
+}
+
+// Signals by which a program ends itself: the bytes led it there.
+static bool is_crash(int number)
+{
+    return number == SIGSEGV || number == SIGBUS || number == SIGABRT || number == SIGILL ||
+           number == SIGFPE || number == SIGSYS || number == SIGTRAP;
+}
+
+// The kernel ends whoever passes the hard limit of processor time by the same signal as one who has
+// taken the last memory; the time that was used tells them apart.
+static enum bd_err fault_from_signal(const struct asking *asking, int number)
+{
+    const uint32_t cpu_seconds = asking->limits->cpu_seconds;
+    const bool had_its_time = number == SIGKILL && asking->end.cpu_seconds >= cpu_seconds;
+    if (number == SIGXCPU || had_its_time)
+        return bd_fault_set(asking->fault, BD_ERR_LIMIT, asking->field,
+                            "%.200s: import used more than %u s of processor time", asking->file,
+                            cpu_seconds);
+    if (is_crash(number))
+        return bd_fault_set(asking->fault, BD_ERR_BAD_INPUT, asking->field,
+                            "%.200s: import died of signal %d (%s)", asking->file, number,
+                            strsignal(number));
+    return bd_fault_set(asking->fault, BD_ERR_NO_MEMORY, asking->field,
+                        "%.200s: the import was killed by signal %d%s; nothing says that the file "
+                        "is at fault",
+                        asking->file, number, number == SIGKILL ? " (out of memory?)" : "");
+}
+
+// Without an answer to its end, or without an end that fits it.
+static enum bd_err fault_from_death(const struct asking *asking)
+{
+    const enum bd_import_verdict verdict = asking->answer->verdict;
+    const int status = asking->end.status;
+    if (verdict == BD_IMPORT_LATE || asking->end.was_late)
+        return bd_fault_set(asking->fault, BD_ERR_LIMIT, asking->field,
+                            "%.200s: import took longer than %u s", asking->file,
+                            asking->limits->wall_seconds);
+    if (verdict == BD_IMPORT_LONG)
+        return bd_fault_set(asking->fault, BD_ERR_LIMIT, asking->field,
+                            "%.200s: scene larger than %llu bytes", asking->file,
+                            (unsigned long long)asking->limits->scene_bytes);
+    if (verdict != BD_IMPORT_DAMAGED && WIFSIGNALED(status))
+        return fault_from_signal(asking, WTERMSIG(status));
+    if (asking->answer->has_body || verdict == BD_IMPORT_DAMAGED)
+        return bd_fault_set(asking->fault, BD_ERR_BAD_INPUT, asking->field,
+                            "%.200s: import gave no answer (a damaged answer, status %d)",
+                            asking->file, WEXITSTATUS(status));
+    return bd_fault_set(asking->fault, BD_ERR_BAD_INPUT, asking->field,
+                        "%.200s: import gave no answer (status %d)", asking->file,
+                        WEXITSTATUS(status));
+}
+
+// `read` is what the reader of the body made of it, with its fault in place.
+static enum bd_err judge(const struct asking *asking, enum bd_err read)
+{
+    const bool is_clean = WIFEXITED(asking->end.status) && WEXITSTATUS(asking->end.status) == 0 &&
+                          !asking->end.was_late;
+    switch (asking->answer->verdict) {
+    case BD_IMPORT_WHOLE:
+        if (is_clean) return read;
+        break;
+    case BD_IMPORT_REFUSED:
+        if (is_clean) return fault_from_child(asking);
+        break;
+    case BD_IMPORT_OPEN:
+        return read;
+    case BD_IMPORT_CUT:
+        if (is_clean && asking->answer->has_body && read) return read;
+        break;
+    case BD_IMPORT_DAMAGED:
+    case BD_IMPORT_LATE:
+    case BD_IMPORT_LONG:
+        break;
+    }
+    return fault_from_death(asking);
+}
+
+// --- asking ---------------------------------------------------------------------------------
+
+// Reads a body; on failure it leaves nothing behind.
+typedef enum bd_err (*read_body)(void *user, struct bd_import_answer *answer, uint64_t most_bytes,
+                                 struct bd_fault *fault);
+
+// `is_void`: the child had ended before it knew of a question.
+static enum bd_err ask_child(struct bd_import_child *child,
+                             const struct bd_import_question *question,
+                             const struct bd_import_file *files, uint64_t most_bytes,
+                             read_body read, void *user, bool *is_void, struct bd_fault *fault)
+{
+    struct asking asking = {.file = files[0].uri,
+                            .field = question->kind == BD_IMPORT_SCENE ? "" : files[0].uri,
+                            .limits = &question->limits,
+                            .fault = fault};
+    const uint64_t start_ns = bd_clock_ns();
+    if (!bd_import_child_ask(child, question, files)) {
+        const int code = errno;
+        bd_import_child_reap(child, true, start_ns, question->limits.wall_seconds, &asking.end);
+        return bd_fault_set(fault, BD_ERR_NO_MEMORY, "", "no memory to hand over the files: %s",
+                            strerror(code));
+    }
+    asking.answer = malloc(sizeof *asking.answer);
+    BD_ASSERT(asking.answer);
+    bd_import_answer_begin(asking.answer, child->answer, start_ns, question->limits.wall_seconds,
+                           most_bytes);
+    enum bd_err err = read(user, asking.answer, most_bytes, fault);
+    if (!err) bd_import_answer_end(asking.answer);
+    // How a child ended whose pipe is at its end tells why; others may still have much to say.
+    const enum bd_import_verdict verdict = asking.answer->verdict;
+    const bool kills =
+        verdict != BD_IMPORT_WHOLE && verdict != BD_IMPORT_REFUSED && verdict != BD_IMPORT_CUT;
+    bd_import_child_reap(child, kills, start_ns, question->limits.wall_seconds, &asking.end);
+    err = judge(&asking, err);
+    *is_void = verdict == BD_IMPORT_CUT && !asking.answer->has_body && !asking.end.has_begun;
+    free(asking.answer);
+    return err;
+}
+
+static enum bd_err ask(struct bd_import_pool *pool, enum bd_import_kind kind,
+                       const struct bd_import_file *files, uint32_t file_count,
+                       const struct bd_import_limits *limits, uint64_t most_bytes, read_body read,
+                       void *user, struct bd_fault *fault)
+{
+    const struct bd_import_question question = {.magic = BD_IMPORT_QUESTION_MAGIC,
+                                                .kind = kind,
+                                                .file_count = file_count,
+                                                .limits = *limits};
+    // Whoever killed one that was waiting costs nobody an answer: the next is asked.
+    for (;;) {
+        struct bd_import_child child;
+        bool is_void = false;
+        enum bd_err err = bd_import_child_take(pool, kind != BD_IMPORT_SCENE, &child, fault);
+        if (err) return err;
+        err = ask_child(&child, &question, files, most_bytes, read, user, &is_void, fault);
+        if (!is_void || !child.is_spare) return err;
+    }
+}
+
+// --- scenes ---------------------------------------------------------------------------------
+
+static enum bd_err read_scene(void *user, struct bd_import_answer *answer, uint64_t most_bytes,
+                              struct bd_fault *fault)
+{
+    return bd_flat_receive(bd_import_answer_body, answer, most_bytes, (struct bd_scene **)user,
+                           fault);
 }
 
 static void set_environment(struct bd_scene *scene, const struct bd_environment *environment)
@@ -196,125 +203,106 @@ static void set_environment(struct bd_scene *scene, const struct bd_environment 
     if (environment->map) bd_sky_map_retain(environment->map);
 }
 
-static enum bd_err scene_from_answer(const struct answer *answer,
-                                     const struct bd_import_limits *limits,
-                                     const struct bd_environment *environment,
-                                     struct bd_scene **out, struct bd_fault *fault)
+static enum bd_err finish(struct bd_scene *scene, const struct bd_import_limits *limits,
+                          const struct bd_environment *environment, struct bd_fault *fault)
 {
-    const uint8_t *flat = answer->bytes + sizeof(struct bd_import_answer);
-    size_t flat_bytes = answer->size - sizeof(struct bd_import_answer);
-    struct bd_scene *scene = NULL;
-    enum bd_err err = bd_flat_read(flat, flat_bytes, &scene, fault);
-    if (err != BD_ERR_OK) return err;
     if (environment) set_environment(scene, environment);
     bd_scene_set_hash(scene);
-    err = bd_scene_finish(scene, fault);
+    enum bd_err err = bd_scene_finish(scene, fault);
     if (err == BD_ERR_OK && scene->features.triangle_count > limits->triangle_count)
         err = bd_fault_set(fault, BD_ERR_LIMIT, "scene", "%llu triangles, limit %llu",
                            (unsigned long long)scene->features.triangle_count,
                            (unsigned long long)limits->triangle_count);
-    if (err != BD_ERR_OK) {
-        bd_scene_release(&scene);
-        return err;
-    }
-    *out = scene;
-    return BD_ERR_OK;
+    return err;
 }
 
-// How a child that gave no answer died, in words for the owner of the file.
-static enum bd_err fault_from_death(int status, const char *file, const struct answer *answer,
-                                    const struct bd_import_limits *limits, struct bd_fault *fault)
+static uint64_t least(uint64_t a, uint64_t b)
 {
-    if (answer->timed_out)
-        return bd_fault_set(fault, BD_ERR_LIMIT, "", "%.200s: import took longer than %u s", file,
-                            limits->wall_seconds);
-    if (answer->too_long)
-        return bd_fault_set(fault, BD_ERR_LIMIT, "", "%.200s: scene larger than %llu bytes", file,
-                            (unsigned long long)limits->scene_bytes);
-    if (answer->no_memory)
-        return bd_fault_set(fault, BD_ERR_NO_MEMORY, "", "%.200s: no memory for the scene", file);
-    if (WIFSIGNALED(status) && (WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGKILL))
-        return bd_fault_set(fault, BD_ERR_LIMIT, "", "%.200s: import used more than %u s", file,
-                            limits->cpu_seconds);
-    if (WIFSIGNALED(status))
-        return bd_fault_set(fault, BD_ERR_BAD_INPUT, "", "%.200s: import died of signal %d", file,
-                            WTERMSIG(status));
-    return bd_fault_set(fault, BD_ERR_BAD_INPUT, "", "%.200s: import gave no answer (status %d)",
-                        file, WEXITSTATUS(status));
+    return a < b ? a : b;
 }
 
-static enum bd_err judge(int status, const char *file, const struct answer *answer,
-                         const struct bd_import_limits *limits,
-                         const struct bd_environment *environment, struct bd_scene **out,
-                         struct bd_fault *fault)
+enum bd_err bd_import(struct bd_import_pool *pool, const struct bd_import_file *files,
+                      uint32_t file_count, const struct bd_import_limits *limits,
+                      struct bd_scene **out, struct bd_fault *fault)
 {
-    struct bd_import_answer head;
-    bool clean = WIFEXITED(status) && WEXITSTATUS(status) == 0 && !answer->timed_out &&
-                 !answer->too_long && !answer->no_memory && answer->size >= sizeof head;
-    if (!clean) return fault_from_death(status, file, answer, limits, fault);
-    memcpy(&head, answer->bytes, sizeof head);
-    if (head.magic != BD_IMPORT_ANSWER_MAGIC)
-        return fault_from_death(status, file, answer, limits, fault);
-    if (head.err != BD_ERR_OK)
-        return fault_from_child(answer, (enum bd_err)head.err, limits, fault);
-    return scene_from_answer(answer, limits, environment, out, fault);
+    return bd_import_under(pool, files, file_count, limits, NULL, out, fault);
 }
 
-// The child's status. Its answer has ended, but that need not mean that it has: one that closed
-// its pipe and waits has until the wall clock runs out, like any other.
-static int reap(pid_t child, uint64_t start_ns, uint32_t wall_seconds, struct answer *answer)
-{
-    const struct timespec nap = {0, 500000};
-    int status = 0;
-    if (answer->timed_out || answer->too_long || answer->no_memory) kill(child, SIGKILL);
-    for (;;) {
-        pid_t reaped = waitpid(child, &status, WNOHANG);
-        if (reaped == child || (reaped < 0 && errno != EINTR)) return status;
-        if (bd_ms_since(start_ns) > 1e3 * wall_seconds && !answer->timed_out) {
-            answer->timed_out = true;
-            kill(child, SIGKILL);
-        }
-        nanosleep(&nap, NULL);
-    }
-}
-
-enum bd_err bd_import(const char *program, const struct bd_import_file *files, uint32_t file_count,
-                      const struct bd_import_limits *limits, struct bd_scene **out,
-                      struct bd_fault *fault)
-{
-    return bd_import_under(program, files, file_count, limits, NULL, out, fault);
-}
-
-enum bd_err bd_import_under(const char *program, const struct bd_import_file *files,
+enum bd_err bd_import_under(struct bd_import_pool *pool, const struct bd_import_file *files,
                             uint32_t file_count, const struct bd_import_limits *limits,
                             const struct bd_environment *environment, struct bd_scene **out,
                             struct bd_fault *fault)
 {
+    const uint64_t texels = least(limits->picture_texels, limits->picture_texels_kept);
+    const uint64_t most_bytes = limits->scene_bytes + 4 * texels + BODY_EXTRA_BYTES;
+    struct bd_scene *scene = NULL;
     *out = NULL;
-    int question, ends[2];
-    pid_t child;
-    uint64_t start_ns = bd_clock_ns();
-    enum bd_err err = make_question(files, file_count, limits, &question, fault);
-    if (err != BD_ERR_OK) return err;
-    if (pipe2(ends, O_CLOEXEC) != 0) {
-        err = bd_fault_set(fault, BD_ERR_IO, "", "pipe: %s", strerror(errno));
-        goto question;
-    }
-    fcntl(ends[0], F_SETPIPE_SZ, 1 << 20); // fewer turns; the default works too
-    int code = spawn(program ? program : "/proc/self/exe", question, ends[1], &child);
-    close(ends[1]);
-    if (code) {
-        err = bd_fault_set(fault, BD_ERR_IO, "", "cannot start the import: %s", strerror(code));
-        goto pipe;
-    }
-    struct answer answer = {0};
-    read_answer(ends[0], start_ns, limits, &answer);
-    int status = reap(child, start_ns, limits->wall_seconds, &answer);
-    err = judge(status, files[0].uri, &answer, limits, environment, out, fault);
-    free(answer.bytes);
-pipe:
-    close(ends[0]);
-question:
-    close(question);
+    enum bd_err err = ask(pool, BD_IMPORT_SCENE, files, file_count, limits, most_bytes, read_scene,
+                          &scene, fault);
+    if (!err) err = finish(scene, limits, environment, fault);
+    if (err)
+        bd_scene_release(&scene);
+    else
+        *out = scene;
     return err;
+}
+
+// --- pictures and skies ---------------------------------------------------------------------
+
+static enum bd_err read_picture(void *user, struct bd_import_answer *answer, uint64_t most_bytes,
+                                struct bd_fault *fault)
+{
+    return bd_content_receive(BD_CONTENT_PICTURE, bd_import_answer_body, answer, most_bytes, user,
+                              fault);
+}
+
+enum bd_err bd_import_picture(struct bd_import_pool *pool, const struct bd_import_file *file,
+                              const struct bd_import_limits *limits, struct bd_picture **out,
+                              struct bd_fault *fault)
+{
+    const uint64_t most_bytes = 4 * limits->picture_texels + BODY_EXTRA_BYTES;
+    struct bd_content content = {.kind = BD_CONTENT_PICTURE};
+    *out = NULL;
+    enum bd_err err =
+        ask(pool, BD_IMPORT_PICTURE, file, 1, limits, most_bytes, read_picture, &content, fault);
+    if (err)
+        bd_content_release(&content);
+    else
+        *out = content.picture;
+    return err;
+}
+
+struct sky {
+    uint64_t negative_count;
+    struct bd_content content;
+};
+
+static enum bd_err read_sky_map(void *user, struct bd_import_answer *answer, uint64_t most_bytes,
+                                struct bd_fault *fault)
+{
+    struct sky *sky = user;
+    if (!bd_import_answer_body(answer, &sky->negative_count, sizeof sky->negative_count))
+        return bd_fault_set(fault, BD_ERR_BAD_INPUT, "", "content is damaged");
+    return bd_content_receive(BD_CONTENT_SKY_MAP, bd_import_answer_body, answer, most_bytes,
+                              &sky->content, fault);
+}
+
+enum bd_err bd_import_sky_map(struct bd_import_pool *pool, const struct bd_import_file *file,
+                              const struct bd_import_limits *limits, struct bd_sky_map **out,
+                              uint64_t *negative_count, struct bd_fault *fault)
+{
+    const uint64_t texel_bytes = 3 * sizeof(float);
+    const uint64_t most_bytes =
+        texel_bytes * BD_SKY_MAP_SIDE_MAX_PX * BD_SKY_MAP_SIDE_MAX_PX + BODY_EXTRA_BYTES;
+    struct sky sky = {.content.kind = BD_CONTENT_SKY_MAP};
+    *out = NULL;
+    enum bd_err err =
+        ask(pool, BD_IMPORT_SKY_MAP, file, 1, limits, most_bytes, read_sky_map, &sky, fault);
+    if (err) {
+        bd_content_release(&sky.content);
+        return err;
+    }
+    *out = sky.content.sky_map;
+    *negative_count = sky.negative_count;
+    return BD_ERR_OK;
 }

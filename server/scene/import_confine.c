@@ -48,7 +48,8 @@ bool bd_import_confine(void)
         SCMP_SYS(sigaltstack), SCMP_SYS(tgkill),     SCMP_SYS(rt_sigaction)};
     scmp_filter_ctx filter = seccomp_init(SCMP_ACT_ERRNO(EPERM));
     if (!filter) return false;
-    int bad = 0;
+    // Threads that are there already decode as well.
+    int bad = seccomp_attr_set(filter, SCMP_FLTATR_CTL_TSYNC, 1);
     for (size_t i = 0; i < sizeof allowed / sizeof allowed[0]; i++)
         bad |= seccomp_rule_add(filter, SCMP_ACT_ALLOW, allowed[i], 0);
     bad |= seccomp_rule_add(filter, SCMP_ACT_ALLOW, SCMP_SYS(mmap), 1,

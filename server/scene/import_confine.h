@@ -10,8 +10,8 @@
 // Memory and processor time, no core files, no new descriptors; dies with its parent.
 void bd_import_set_limits(const struct bd_import_limits *limits);
 
-// From here on the process can use memory, read and write what is open, and end. False if the
-// kernel would not have it: then nothing may be parsed.
+// From here on the process, all of its threads, can use memory, read and write what is open, and
+// end. False if the kernel would not have it: then nothing may be parsed.
 bool bd_import_confine(void);
 
 #endif

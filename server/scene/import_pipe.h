@@ -1,8 +1,9 @@
-// The wire between import.c and its child. Private to the two.
+// The wire between the import's parent and its child. Private to the files import*.c.
 //
-// The child finds its question on descriptor 0, a sealed memory file: a head, then for each file a
-// head, its uri with a final zero, its bytes padded to eight. It writes its answer to descriptor
-// 1: a head, then the flat form of a scene, or a fault.
+// The child finds its question on descriptor 0, a memory file that is empty until a byte comes on
+// descriptor 3, and sealed then: a head, then for each file a head, its uri with a final zero, its
+// bytes padded to eight. Where descriptor 3 ends without a byte, there is nothing to do. It writes
+// its answer to descriptor 1, in pieces, each with a head: those of a body, then an end or a fault.
 
 #ifndef BD_SCENE_IMPORT_PIPE_H
 #define BD_SCENE_IMPORT_PIPE_H
@@ -12,12 +13,22 @@
 #include "base/err.h"
 #include "scene/import.h"
 
-#define BD_IMPORT_QUESTION_MAGIC 0x31516442u // "BdQ1"
-#define BD_IMPORT_ANSWER_MAGIC   0x31416442u // "BdA1"
+#define BD_IMPORT_QUESTION_MAGIC 0x32516442u // "BdQ2"
+#define BD_IMPORT_PIECE_MAGIC    0x32416442u // "BdA2"
+
+#define BD_IMPORT_GO_FD 3
+
+enum bd_import_kind {
+    BD_IMPORT_SCENE,   // the body is the flat form of a scene
+    BD_IMPORT_PICTURE, // one file; the content of a picture
+    BD_IMPORT_SKY_MAP, // one file; a uint64_t (negative texels), then the content of a sky map
+};
 
 struct bd_import_question {
     uint32_t magic;
+    uint32_t kind; // enum bd_import_kind
     uint32_t file_count;
+    uint32_t reserved;
     struct bd_import_limits limits;
 };
 
@@ -26,10 +37,16 @@ struct bd_import_question_file {
     uint64_t size_bytes; // of the content
 };
 
-// After it: the flat form (err BD_ERR_OK), or a struct bd_fault.
-struct bd_import_answer {
+enum bd_import_piece_kind {
+    BD_IMPORT_BODY,
+    BD_IMPORT_END,   // nothing follows
+    BD_IMPORT_FAULT, // a struct bd_fault, and nothing after it; what came of the body is void
+};
+
+struct bd_import_piece {
     uint32_t magic;
-    uint32_t err; // enum bd_err
+    uint32_t kind; // enum bd_import_piece_kind
+    uint64_t size_bytes;
 };
 
 // Uris and contents start at multiples of this.

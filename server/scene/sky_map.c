@@ -51,7 +51,6 @@ static enum bd_err make(const struct bd_exr *exr, const char *field, struct bd_s
         bd_sky_map_release(&map);
         return err;
     }
-    bd_sky_map_seal(map);
     *out = map;
     return BD_ERR_OK;
 }

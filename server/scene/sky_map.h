@@ -3,7 +3,7 @@
 // The input is a stranger's: size before memory, every texel before use. Negative radiance, which
 // resampling filters leave behind, is no light: it becomes 0 and is counted.
 //
-// Thread: any; a large map takes a second, so keep it off the event loop.
+// Only the import child calls this for bytes that a client sent (scene/import.h). Thread: any.
 
 #ifndef BD_SCENE_SKY_MAP_H
 #define BD_SCENE_SKY_MAP_H
@@ -16,9 +16,10 @@
 
 #define BD_SKY_MAP_SIDE_MAX_PX 8192
 
-// Reads the channels R, G and B. On success the caller owns one reference; `negative_count` is how
-// many texels were raised to 0. BD_ERR_BAD_INPUT for what is no such EXR, not finite, or larger than
-// BD_SKY_MAP_SIDE_MAX_PX a side; the fault names `field`.
+// Reads the channels R, G and B. On success the caller owns one reference to a map that is not
+// sealed yet; `negative_count` is how
+// many texels were raised to 0. BD_ERR_BAD_INPUT for what is no such EXR, not finite, or larger
+// than BD_SKY_MAP_SIDE_MAX_PX a side; the fault names `field`.
 BD_MUST_CHECK
 enum bd_err bd_sky_map_read(const void *bytes, size_t size_bytes, const char *field,
                             struct bd_sky_map **out, uint64_t *negative_count,

@@ -1,12 +1,15 @@
 #include "tests/fuzz/pool.h"
 
+#include <stdlib.h>
 #include <string.h>
 #include <uv.h>
 
 #include "base/assert.h"
+#include "image/decode.h"
 #include "net/background.h"
 #include "scene/flat.h"
 #include "scene/gltf.h"
+#include "scene/sky_map.h"
 #include "tests/fuzz/machine.h"
 
 #define WORK_MAX   4096
@@ -156,20 +159,22 @@ int __wrap_uv_signal_start(uv_signal_t *handle, uv_signal_cb fire, int number)
     return 0;
 }
 
-enum bd_err __wrap_bd_import_under(const char *program, const struct bd_import_file *files,
-                                   uint32_t file_count, const struct bd_import_limits *limits,
+enum bd_err __wrap_bd_import_under(struct bd_import_pool *unused,
+                                   const struct bd_import_file *files, uint32_t file_count,
+                                   const struct bd_import_limits *limits,
                                    const struct bd_environment *environment, struct bd_scene **out,
                                    struct bd_fault *fault);
-enum bd_err __wrap_bd_import(const char *program, const struct bd_import_file *files,
+enum bd_err __wrap_bd_import(struct bd_import_pool *unused, const struct bd_import_file *files,
                              uint32_t file_count, const struct bd_import_limits *limits,
                              struct bd_scene **out, struct bd_fault *fault);
 
-enum bd_err __wrap_bd_import_under(const char *program, const struct bd_import_file *files,
-                                   uint32_t file_count, const struct bd_import_limits *limits,
+enum bd_err __wrap_bd_import_under(struct bd_import_pool *unused,
+                                   const struct bd_import_file *files, uint32_t file_count,
+                                   const struct bd_import_limits *limits,
                                    const struct bd_environment *environment, struct bd_scene **out,
                                    struct bd_fault *fault)
 {
-    (void)program;
+    (void)unused;
     enum bd_err err = bd_gltf_read(files, file_count, limits, out, fault);
     if (err) return err;
     if (environment) (*out)->environment = *environment;
@@ -180,9 +185,52 @@ enum bd_err __wrap_bd_import_under(const char *program, const struct bd_import_f
     return err;
 }
 
-enum bd_err __wrap_bd_import(const char *program, const struct bd_import_file *files,
+enum bd_err __wrap_bd_import(struct bd_import_pool *unused, const struct bd_import_file *files,
                              uint32_t file_count, const struct bd_import_limits *limits,
                              struct bd_scene **out, struct bd_fault *fault)
 {
-    return __wrap_bd_import_under(program, files, file_count, limits, NULL, out, fault);
+    return __wrap_bd_import_under(unused, files, file_count, limits, NULL, out, fault);
+}
+
+enum bd_err __wrap_bd_import_picture(struct bd_import_pool *unused,
+                                     const struct bd_import_file *file,
+                                     const struct bd_import_limits *limits, struct bd_picture **out,
+                                     struct bd_fault *fault);
+enum bd_err __wrap_bd_import_sky_map(struct bd_import_pool *unused,
+                                     const struct bd_import_file *file,
+                                     const struct bd_import_limits *limits, struct bd_sky_map **out,
+                                     uint64_t *negative_count, struct bd_fault *fault);
+
+enum bd_err __wrap_bd_import_picture(struct bd_import_pool *unused,
+                                     const struct bd_import_file *file,
+                                     const struct bd_import_limits *limits, struct bd_picture **out,
+                                     struct bd_fault *fault)
+{
+    (void)unused;
+    const struct bd_decode_limits most = {limits->picture_side_px, limits->picture_texels};
+    struct bd_picture *picture = calloc(1, sizeof *picture);
+    BD_ASSERT(picture);
+    picture->reference_count = 1;
+    enum bd_err err =
+        bd_picture_decode(file->bytes, file->size_bytes, &most, file->uri, &picture->width_px,
+                          &picture->height_px, &picture->rgba, fault);
+    if (err)
+        bd_picture_release(&picture);
+    else
+        bd_picture_seal(picture);
+    *out = picture;
+    return err;
+}
+
+enum bd_err __wrap_bd_import_sky_map(struct bd_import_pool *unused,
+                                     const struct bd_import_file *file,
+                                     const struct bd_import_limits *limits, struct bd_sky_map **out,
+                                     uint64_t *negative_count, struct bd_fault *fault)
+{
+    (void)unused;
+    (void)limits;
+    enum bd_err err =
+        bd_sky_map_read(file->bytes, file->size_bytes, file->uri, out, negative_count, fault);
+    if (!err) bd_sky_map_seal(*out);
+    return err;
 }

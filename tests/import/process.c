@@ -22,7 +22,8 @@
 #include "scene/import_confine.h"
 #include "tests/unit/cmocka_all.h"
 
-static const char *program, *scenes;
+static const char *scenes;
+static struct bd_import_pool *pool; // of the real program
 
 static struct bd_import_file read_scene(const char *name)
 {
@@ -37,12 +38,13 @@ static struct bd_import_file read_scene(const char *name)
     return (struct bd_import_file){name, bytes, (size_t)info.st_size};
 }
 
-static enum bd_err import_with(const char *child, const struct bd_import_limits *limits,
-                               struct bd_scene **scene, struct bd_fault *fault)
+static enum bd_err import_with(struct bd_import_pool *children,
+                               const struct bd_import_limits *limits, struct bd_scene **scene,
+                               struct bd_fault *fault)
 {
     struct bd_import_file file = read_scene("cornell.glb");
     *fault = (struct bd_fault){0};
-    enum bd_err err = bd_import(child, &file, 1, limits, scene, fault);
+    enum bd_err err = bd_import(children, &file, 1, limits, scene, fault);
     free((void *)file.bytes);
     return err;
 }
@@ -75,7 +77,9 @@ static void assert_fails(const char *script, const struct bd_import_limits *limi
     struct bd_scene *scene;
     struct bd_fault fault;
     write_script(path, script);
-    enum bd_err err = import_with(path, limits, &scene, &fault);
+    struct bd_import_pool *scripted = bd_import_pool_create(path, 0);
+    enum bd_err err = import_with(scripted, limits, &scene, &fault);
+    bd_import_pool_destroy(&scripted);
     unlink(path);
     if (err != expected || !strstr(fault.message, words))
         fail_msg("%s: %s: %s", script, bd_err_name(err), fault.message);
@@ -88,9 +92,9 @@ static void a_scene_comes_through(void **state)
     struct bd_scene *first, *second;
     struct bd_fault fault;
     unsigned before = open_descriptors();
-    if (import_with(program, &bd_import_default_limits, &first, &fault))
+    if (import_with(pool, &bd_import_default_limits, &first, &fault))
         fail_msg("%s: %s", fault.field, fault.message);
-    assert_int_equal(import_with(program, &bd_import_default_limits, &second, &fault), 0);
+    assert_int_equal(import_with(pool, &bd_import_default_limits, &second, &fault), 0);
     assert_int_equal(first->features.triangle_count, 30);
     assert_memory_equal(first->content_sha256, second->content_sha256, 32);
     assert_true(second->aspects.geometry > first->aspects.cameras);
@@ -99,6 +103,9 @@ static void a_scene_comes_through(void **state)
     bd_scene_release(&first);
     bd_scene_release(&second);
 }
+
+// The head of a piece as printf of a shell writes it: kind, size, size >> 32.
+#define PIECE(kind, low, high) "printf 'BdA2" kind "\\0\\0\\0" low "\\0\\0\\0" high "\\0\\0\\0'"
 
 static void a_dead_child_is_bad_input(void **state)
 {
@@ -111,9 +118,11 @@ static void a_dead_child_is_bad_input(void **state)
                  "cornell.glb: import gave no answer (status 3)");
     assert_fails("echo hello world", limits, BD_ERR_BAD_INPUT,
                  "cornell.glb: import gave no answer");
-    assert_fails("printf 'BdA1\\0\\0\\0\\0BDFLAT03xxxxxxxxxxxxxxxxxx'", limits, BD_ERR_BAD_INPUT,
-                 "flat scene is damaged");
-    assert_fails("printf 'BdA1\\1\\0\\0\\0short'", limits, BD_ERR_BAD_INPUT, "damaged answer");
+    assert_fails(PIECE("\\0", "\\22", "\\0") "; printf BDFLAT03xxxxxxxxxx", limits,
+                 BD_ERR_BAD_INPUT, "flat scene is damaged");
+    assert_fails(PIECE("\\2", "\\5", "\\0") "; printf short", limits, BD_ERR_BAD_INPUT,
+                 "damaged answer");
+    assert_fails(PIECE("\\1", "\\0", "\\0"), limits, BD_ERR_BAD_INPUT, "flat scene is damaged");
     assert_int_equal(open_descriptors(), before);
 }
 
@@ -136,7 +145,9 @@ static void a_talkative_child_is_cut_off(void **state)
     struct bd_import_limits limits = bd_import_default_limits;
     limits.scene_bytes = 1 << 20;
     limits.picture_texels = 1;
-    assert_fails("exec cat /dev/zero", &limits, BD_ERR_LIMIT, "scene larger than 1048576 bytes");
+    assert_fails(PIECE("\\0", "\\0", "\\1") "; exec cat /dev/zero", &limits, BD_ERR_LIMIT,
+                 "scene larger than 1048576 bytes");
+    assert_fails("exec cat /dev/zero", &limits, BD_ERR_BAD_INPUT, "damaged answer");
 }
 
 // Neither secrets in the environment nor open descriptors reach the child.
@@ -161,22 +172,43 @@ static void limits_are_named(void **state)
     struct bd_fault fault;
     struct bd_import_limits limits = bd_import_default_limits;
     limits.triangle_count = 29;
-    assert_int_equal(import_with(program, &limits, &scene, &fault), BD_ERR_LIMIT);
+    assert_int_equal(import_with(pool, &limits, &scene, &fault), BD_ERR_LIMIT);
     assert_non_null(strstr(fault.message, "30 triangles, limit 29"));
     limits = bd_import_default_limits;
     limits.scene_bytes = 500;
-    assert_int_equal(import_with(program, &limits, &scene, &fault), BD_ERR_LIMIT);
+    assert_int_equal(import_with(pool, &limits, &scene, &fault), BD_ERR_LIMIT);
     assert_non_null(strstr(fault.message, "500 bytes"));
     struct bd_import_file checker = read_scene("checker.glb");
     limits = bd_import_default_limits;
     limits.picture_side_px = 7;
-    assert_int_equal(bd_import(program, &checker, 1, &limits, &scene, &fault), BD_ERR_LIMIT);
+    assert_int_equal(bd_import(pool, &checker, 1, &limits, &scene, &fault), BD_ERR_LIMIT);
     assert_non_null(strstr(fault.message, "8 x 8 pixels, limit 7"));
     assert_string_equal(fault.field, "images[0].bufferView");
     limits = bd_import_default_limits;
     limits.picture_texels = 100; // two pictures of 64
-    assert_int_equal(bd_import(program, &checker, 1, &limits, &scene, &fault), BD_ERR_LIMIT);
+    assert_int_equal(bd_import(pool, &checker, 1, &limits, &scene, &fault), BD_ERR_LIMIT);
     assert_string_equal(fault.field, "images[1].bufferView");
+    free((void *)checker.bytes);
+}
+
+// Two pictures of 8 x 8 into 100 texels: the first is halved, and it is said.
+static void pictures_are_shrunk_to_their_limit(void **state)
+{
+    (void)state;
+    struct bd_scene *first, *second;
+    struct bd_fault fault;
+    struct bd_import_file checker = read_scene("checker.glb");
+    struct bd_import_limits limits = bd_import_default_limits;
+    limits.picture_texels_kept = 100;
+    assert_int_equal(bd_import(pool, &checker, 1, &limits, &first, &fault), BD_ERR_OK);
+    assert_int_equal(bd_import(pool, &checker, 1, &limits, &second, &fault), BD_ERR_OK);
+    assert_memory_equal(first->content_sha256, second->content_sha256, 32);
+    assert_int_equal(first->pictures[0]->width_px, 4);
+    assert_int_equal(first->pictures[1]->width_px, 8);
+    assert_string_equal(first->flags.text[0],
+                        "shrunk_pictures: 1 of 2, to 80 of 128 texels (picture_texels)");
+    bd_scene_release(&first);
+    bd_scene_release(&second);
     free((void *)checker.bytes);
 }
 
@@ -195,10 +227,10 @@ static void memory_is_limited(void **state)
     struct bd_import_limits limits = bd_import_default_limits;
     struct bd_scene *scene;
     struct bd_fault fault = {0};
-    assert_int_equal(bd_import(program, &file, 1, &limits, &scene, &fault), BD_ERR_OK);
+    assert_int_equal(bd_import(pool, &file, 1, &limits, &scene, &fault), BD_ERR_OK);
     bd_scene_release(&scene);
     limits.memory_bytes = 4 << 20;
-    assert_int_equal(bd_import(program, &file, 1, &limits, &scene, &fault), BD_ERR_LIMIT);
+    assert_int_equal(bd_import(pool, &file, 1, &limits, &scene, &fault), BD_ERR_LIMIT);
     assert_non_null(strstr(fault.message, "import limited to 4 MiB"));
     free(bytes);
 }
@@ -206,7 +238,7 @@ static void memory_is_limited(void **state)
 static void *import_one(void *user)
 {
     struct bd_fault fault;
-    return (void *)(intptr_t)import_with(program, &bd_import_default_limits, user, &fault);
+    return (void *)(intptr_t)import_with(pool, &bd_import_default_limits, user, &fault);
 }
 
 static void several_at_once(void **state)
@@ -271,12 +303,15 @@ int main(int argc, char **argv)
         cmocka_unit_test(a_talkative_child_is_cut_off),
         cmocka_unit_test(a_child_gets_nothing_else),
         cmocka_unit_test(limits_are_named),
+        cmocka_unit_test(pictures_are_shrunk_to_their_limit),
         cmocka_unit_test(memory_is_limited),
         cmocka_unit_test(several_at_once),
         cmocka_unit_test(a_confined_process_can_only_compute),
     };
     if (argc != 3) return 2;
-    program = argv[1];
     scenes = argv[2];
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    pool = bd_import_pool_create(argv[1], 2);
+    int failed = cmocka_run_group_tests(tests, NULL, NULL);
+    bd_import_pool_destroy(&pool);
+    return failed;
 }

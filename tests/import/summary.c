@@ -152,7 +152,12 @@ static json_t *fault_json(const struct bd_fault *fault)
 static enum bd_err import(const char *program, const struct bd_import_file *files, uint32_t count,
                           struct bd_scene **scene, struct bd_fault *fault)
 {
-    if (program) return bd_import(program, files, count, &bd_import_default_limits, scene, fault);
+    if (program) {
+        struct bd_import_pool *pool = bd_import_pool_create(program, 0);
+        enum bd_err err = bd_import(pool, files, count, &bd_import_default_limits, scene, fault);
+        bd_import_pool_destroy(&pool);
+        return err;
+    }
     enum bd_err err = bd_gltf_read(files, count, &bd_import_default_limits, scene, fault);
     return err == BD_ERR_OK ? bd_scene_finish(*scene, fault) : err;
 }

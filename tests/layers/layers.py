@@ -32,6 +32,16 @@ CLIENT_HEADERS = {'scene/journal.h'}
 GL = re.compile(r'^(epoxy|GL|GLES\d?|EGL|KHR|gbm)/|^(gbm|glvnd).*\.h$')
 SQLITE = re.compile(r'^sqlite3(ext)?\.h$')
 JOURNAL = re.compile(r'^server/scene/journal[a-z_]*\.[ch]$')
+# Decoders of what strangers send: of the daemon only the import child's side names them, so that no
+# byte of a client's picture is looked at in the daemon's own process.
+DECODERS = {
+    'image/decode.h': {'server/image/decode.c', 'server/scene/import_child.c', 'server/scene/picture_queue.c'},
+    'scene/sky_map.h': {'server/scene/sky_map.c', 'server/scene/import_child.c', 'server/scene/import.c',
+                        'server/scene/gltf_environment.c'},
+    'scene/picture_queue.h': {'server/scene/picture_queue.c', 'server/scene/import_child.c', 'server/scene/gltf.c',
+                              'server/scene/gltf_reader.h'},
+    'scene/gltf.h': {'server/scene/gltf.c', 'server/scene/import_child.c'},
+}
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
 # The one C++ file.
 CPP_SHIM = re.compile(r'^server/scene/[a-z_/]*gltf[a-z_]*\.(cc|cpp)$')
@@ -83,6 +93,8 @@ def check_file(root, path):
             yield f'{path}:{number}: <{name}>: only server/gpu/ includes GL or EGL'
         elif SQLITE.match(name) and not JOURNAL.match(path):
             yield f'{path}:{number}: <{name}>: only the journal includes SQLite'
+        elif quoted and room and path not in DECODERS.get(name, {path}):
+            yield f'{path}:{number}: "{name}": only the import child decodes what clients send'
         elif quoted and room:
             wrong = check_room_include(room, name)
             if wrong:

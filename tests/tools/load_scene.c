@@ -41,7 +41,9 @@ enum bd_err import_scene(const char *path, struct bd_scene **out, struct bd_faul
     enum bd_err err = read_file(path, &bytes, &source.size_bytes, fault);
     if (err) return err;
     source.bytes = bytes;
-    err = bd_import(getenv("BOUNCED"), &source, 1, &bd_import_default_limits, out, fault);
+    struct bd_import_pool *pool = bd_import_pool_create(getenv("BOUNCED"), 0);
+    err = bd_import(pool, &source, 1, &bd_import_default_limits, out, fault);
+    bd_import_pool_destroy(&pool);
     free(bytes);
     return err;
 }

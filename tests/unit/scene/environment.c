@@ -38,6 +38,7 @@ static struct bd_sky_map *read_map(float value, uint64_t *negative_count)
     struct bd_fault fault = {0};
     if (bd_sky_map_read(file.data, file.size_bytes, "map", &map, negative_count, &fault))
         fail_msg("%s", fault.message);
+    bd_sky_map_seal(map);
     bd_bytes_finish(&file);
     return map;
 }
@@ -170,7 +171,9 @@ static void the_default_lights_yield_to_a_shining_sky(void **state)
     const struct {
         float radiance[3];
         bool has_map, shines;
-    } cases[] = {{{0, 0, 0}, false, false}, {{0, 0.1f, 0}, false, true}, {{1, 1, 1}, true, true},
+    } cases[] = {{{0, 0, 0}, false, false},
+                 {{0, 0.1f, 0}, false, true},
+                 {{1, 1, 1}, true, true},
                  {{0, 0, 0}, true, false}};
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         struct bd_scene *scene = cases[i].has_map ? scene_under_map() : bd_scene_create();

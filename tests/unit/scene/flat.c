@@ -73,6 +73,80 @@ static void a_scene_survives(void **state)
     bd_scene_release(&again);
 }
 
+// --- while it comes ---------------------------------------------------------------------------
+
+static bool give(void *user, void *bytes, size_t size)
+{
+    struct bytes *left = user;
+    if (size > left->size) return false;
+    memcpy(bytes, left->data, size);
+    left->data += size;
+    left->size -= size;
+    return true;
+}
+
+// More lights and primitives than there is room for at first.
+static struct bd_scene *large_scene(uint32_t count)
+{
+    struct bd_scene *scene = rich_scene();
+    struct bd_mesh *mesh = calloc(1, sizeof *mesh);
+    scene->lights = realloc(scene->lights, (count + 1) * sizeof *scene->lights);
+    for (uint32_t i = 0; i < count; i++) scene->lights[1 + i] = scene->lights[0];
+    scene->light_count = count + 1;
+    mesh->reference_count = 1;
+    mesh->primitive_count = count;
+    mesh->primitives = calloc(count, sizeof *mesh->primitives);
+    for (uint32_t i = 0; i < count; i++) {
+        mesh->primitives[i].position = calloc(1, 4);
+        mesh->primitives[i].normal = calloc(1, 4);
+        mesh->primitives[i].index = calloc(1, 4);
+    }
+    bd_mesh_seal(mesh);
+    bd_mesh_release(&scene->meshes[0]);
+    scene->meshes[0] = mesh;
+    return scene;
+}
+
+static void what_comes_is_what_was_written(void **state)
+{
+    (void)state;
+    static const uint32_t counts[] = {1, 1023, 1024, 1025, 5000};
+    for (size_t i = 0; i < sizeof counts / sizeof counts[0]; i++) {
+        struct bd_scene *scene = large_scene(counts[i]), *again;
+        struct bd_fault fault = {0};
+        struct bytes first = flatten(scene), left = first;
+        if (bd_flat_receive(give, &left, first.size, &again, &fault)) fail_msg("%s", fault.message);
+        struct bytes second = flatten(again);
+        assert_int_equal(left.size, 0);
+        assert_int_equal(first.size, second.size);
+        assert_memory_equal(first.data, second.data, first.size);
+        free(first.data);
+        free(second.data);
+        bd_scene_release(&scene);
+        bd_scene_release(&again);
+    }
+}
+
+// Every end that a dead child may make, and a promise of 2^31 pictures that costs nothing.
+static void what_ends_early_is_refused(void **state)
+{
+    (void)state;
+    struct bd_scene *scene = rich_scene(), *again;
+    struct bytes whole = flatten(scene);
+    struct bd_fault fault = {0};
+    for (size_t cut = 0; cut < whole.size; cut++) {
+        struct bytes left = {whole.data, cut, 0};
+        assert_int_equal(bd_flat_receive(give, &left, 1ull << 40, &again, &fault),
+                         BD_ERR_BAD_INPUT);
+        assert_null(again);
+    }
+    memcpy(whole.data + 8, "\xff\xff\xff\x7f", 4);
+    struct bytes left = whole;
+    assert_int_equal(bd_flat_receive(give, &left, 1ull << 40, &again, &fault), BD_ERR_BAD_INPUT);
+    free(whole.data);
+    bd_scene_release(&scene);
+}
+
 // --- writing ---------------------------------------------------------------------------------
 
 // The same bytes where nobody may store anything.
@@ -387,6 +461,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_scene_survives),
+        cmocka_unit_test(what_comes_is_what_was_written),
+        cmocka_unit_test(what_ends_early_is_refused),
         cmocka_unit_test(writing_stores_nothing_in_the_scene),
         cmocka_unit_test(every_cut_is_refused),
         cmocka_unit_test(changed_bytes_do_no_harm),
