@@ -223,6 +223,8 @@ static enum bd_err read_mesh(const struct reading *reading, const Bounced__MeshE
     if (!err) err = build_mesh(reading, in, primitives, &op->mesh.mesh);
     free_primitives(primitives, in->n_primitives);
     *budget = before; // the copies go, the mesh stays
+    if (!err)
+        flag(reading, "normals_against_winding", bd_mesh_count_against_winding(op->mesh.mesh));
     return err ? err : spend(reading, "primitives", bd_mesh_bytes(op->mesh.mesh));
 }
 
@@ -264,6 +266,9 @@ static enum bd_err read_vertices(const struct reading *reading, const Bounced__M
         err = bd_edit_deform_mesh(mesh, in->primitive, positions.words, normals.words,
                                   (uint32_t)(positions.count / 3), reading->path.text,
                                   &ops[index].mesh.mesh, reading->fault);
+    if (!err && normals.words)
+        flag(reading, "normals_against_winding",
+             bd_mesh_count_against_winding(ops[index].mesh.mesh));
     free(positions.words);
     free(normals.words);
     return err;

@@ -48,6 +48,7 @@ static void flag_repairs(struct bd_gltf_reader *reader)
         {"degenerate_triangles", repairs->degenerate_triangles},
         {"incomplete_triangles", repairs->incomplete_triangles},
         {"repaired_normals", repairs->repaired_normals},
+        {"normals_against_winding", repairs->normals_against_winding},
         {"repaired_tangents", repairs->repaired_tangents},
         {"nonfinite_texcoords", repairs->nonfinite_texcoords},
         {"clamped_factors", repairs->clamped_factors},

@@ -145,7 +145,10 @@ static enum bd_err read_attributes(struct bd_gltf_reader *reader,
 static enum bd_err complete(struct bd_gltf_reader *reader, struct bd_primitive *out)
 {
     const struct bd_texture_ref *normal_map = &reader->scene->materials[out->material].normal_map;
-    bool ok = out->normal ? bd_gltf_repair_normals(reader, out) : bd_gltf_flat_normals(out);
+    const bool has_normals = out->normal != NULL;
+    bool ok = has_normals ? bd_gltf_repair_normals(reader, out) : bd_gltf_flat_normals(out);
+    if (ok && has_normals)
+        reader->repairs.normals_against_winding += bd_primitive_count_against_winding(out);
     if (ok && out->tangent)
         bd_gltf_repair_tangents(reader, out);
     else if (ok && normal_map->texture != BD_NONE)

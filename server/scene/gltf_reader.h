@@ -22,6 +22,7 @@ struct bd_gltf_repairs {
     uint32_t clamped_factors, repaired_rotations, non_affine_matrices, repaired_cameras;
     uint32_t repaired_lights, skipped_primitives, missing_positions, missing_texcoords;
     uint32_t uv_sets_ignored, odd_skin_weights, incomplete_triangles, nonfinite_texcoords;
+    uint32_t normals_against_winding;
 };
 
 // Which TEXCOORD_n a material's two sets of coordinates are.

@@ -89,3 +89,34 @@ bool bd_primitive_drop_unused(struct bd_primitive *primitive)
     free(used);
     return ok;
 }
+
+static bool points_to_the_rear(const struct bd_primitive *primitive, const uint32_t corner[3])
+{
+    bd_dvec3 p[3];
+    for (int c = 0; c < 3; c++) {
+        const float *at = primitive->position + 3 * (size_t)corner[c];
+        p[c] = (bd_dvec3){at[0], at[1], at[2]};
+    }
+    const bd_dvec3 front = bd_dvec3_cross(bd_dvec3_sub(p[1], p[0]), bd_dvec3_sub(p[2], p[0]));
+    for (int c = 0; c < 3; c++) {
+        const float *n = primitive->normal + 3 * (size_t)corner[c];
+        if (!(bd_dvec3_dot(front, (bd_dvec3){n[0], n[1], n[2]}) < 0)) return false;
+    }
+    return true;
+}
+
+uint32_t bd_primitive_count_against_winding(const struct bd_primitive *primitive)
+{
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < primitive->index_count; i += 3)
+        count += points_to_the_rear(primitive, primitive->index + i);
+    return count;
+}
+
+uint32_t bd_mesh_count_against_winding(const struct bd_mesh *mesh)
+{
+    uint32_t count = 0;
+    for (uint32_t p = 0; p < mesh->primitive_count; p++)
+        count += bd_primitive_count_against_winding(&mesh->primitives[p]);
+    return count;
+}

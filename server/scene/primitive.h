@@ -19,6 +19,9 @@ void bd_primitive_free_streams(struct bd_primitive *primitive);
 // How many of the vertices some triangle uses. `used` is a mark for each, all false before.
 uint32_t bd_primitive_mark_used(const struct bd_primitive *primitive, bool *used);
 
+// How many of the triangles have normals at all three corners that point to their rear.
+uint32_t bd_primitive_count_against_winding(const struct bd_primitive *primitive);
+
 // Drops the vertices that no triangle uses; the others keep their order. False without memory, and
 // nothing is changed.
 BD_MUST_CHECK

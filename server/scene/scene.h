@@ -84,6 +84,18 @@ struct bd_material {
 };
 
 // A list of triangles with one material. Streams are tightly packed floats, object space.
+//
+// Which side is the front, and what the normals say: for every light path, raster (surface.glsl)
+// and reference (surface.c) alike, and for all of them here and nowhere else.
+// - The winding alone says which side is the front: counter-clockwise in the world as it is seen,
+//   with a mirrored instance's turned round. It decides what is culled, what is lit or black on its
+//   rear, which side of a single-sided emitter shines, and where a solid is entered.
+// - A vertex normal is a line, not an arrow: it says how the surface is curved, never which side it
+//   is looked at from. The geometric normal is turned towards the eye (or where the path came
+//   from), and the shading normal, interpolated and bent by its map as it is, towards the geometric
+//   one. So normals that all point against the winding give the light of their negatives, on both
+//   sides. The file meant something else by one of the two, so it is counted and said
+//   (`normals_against_winding`); what a viewer that trusts the normals shows is the other side.
 struct bd_primitive {
     uint32_t vertex_count;
     uint32_t index_count; // a multiple of 3
@@ -275,6 +287,9 @@ void bd_picture_seal(struct bd_picture *picture);
 void bd_sky_map_seal(struct bd_sky_map *map);
 // All meshes and pictures, and the sky, of a scene that nobody else holds yet.
 void bd_scene_seal(struct bd_scene *scene);
+
+// Triangles of all primitives whose normals point against their winding at all three corners.
+uint32_t bd_mesh_count_against_winding(const struct bd_mesh *mesh);
 
 // A mesh of the same streams, so of the same hashes, whose name and materials may be changed before
 // it is shared. Cheap. NULL without memory.

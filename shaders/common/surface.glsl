@@ -99,7 +99,7 @@ vec3 geometric_normal()
     return dot(n, to_viewer) < 0.0 ? -n : n;
 }
 
-// Shading normal on the side of `geometric`.
+// Shading normal on the side of `geometric` (why: struct bd_primitive, server/scene/scene.h).
 //
 // A normal map's frame is used as it is interpolated, neither made unit nor orthogonal, with the
 // bitangent from the cross product: so MikkTSpace bakes it, and so it must be unbaked.

@@ -35,7 +35,9 @@ JOURNAL = re.compile(r'^server/scene/journal[a-z_]*\.[ch]$')
 # Decoders of what strangers send: of the daemon only the import child's side names them, so that no
 # byte of a client's picture is looked at in the daemon's own process.
 DECODERS = {
-    'image/decode.h': {'server/image/decode.c', 'server/scene/import_child.c', 'server/scene/picture_queue.c'},
+    'image/decode.h': {'server/image/decode.c', 'server/image/shown.c', 'server/scene/import_child.c',
+                       'server/scene/picture_queue.c'},
+    'image/shown.h': {'server/image/shown.c'},  # for clients
     'scene/sky_map.h': {'server/scene/sky_map.c', 'server/scene/import_child.c', 'server/scene/import.c',
                         'server/scene/gltf_environment.c'},
     'scene/picture_queue.h': {'server/scene/picture_queue.c', 'server/scene/import_child.c', 'server/scene/gltf.c',

@@ -57,6 +57,35 @@ static void strips_and_fans_wind_as_specified(void **state)
     bd_scene_release(&scene);
 }
 
+// Both triangles of a strip that faces +z, with normals of which `up` at the front look that way.
+static void assert_against(unsigned up, const char *flag)
+{
+    static const char strip[] =
+        HEAD "96}],'bufferViews':[{'buffer':0,'byteLength':96}],'accessors':[" F32(
+            0, 4, "VEC3") "," F32(48, 4, "VEC3") "],'meshes':[{'primitives':[{'mode':5,"
+                                                 "'attributes':{'POSITION':0,'NORMAL':1}}]}]}";
+    float bin[24] = {0};
+    memcpy(bin, square, sizeof square);
+    for (unsigned v = 0; v < 4; v++) bin[12 + 3 * v + 2] = v < up ? 1 : -1;
+    struct bd_scene *scene = read_text(strip, bin, sizeof bin);
+    bool is_said = false;
+    for (uint32_t i = 0; i < scene->flags.count; i++)
+        is_said |= strcmp(scene->flags.text[i], flag) == 0;
+    if (is_said != (up < 2)) fail_msg("%u: %s", up, scene->flags.count ? scene->flags.text[0] : "");
+    assert_int_equal(bd_mesh_count_against_winding(scene->meshes[0]), up < 2 ? 2 - up : 0);
+    // They are said, and not turned.
+    assert_float_equal(only_primitive(scene)->normal[11], up == 4 ? 1 : -1, 0);
+    bd_scene_release(&scene);
+}
+
+static void normals_against_their_winding_are_counted(void **state)
+{
+    (void)state;
+    assert_against(0, "normals_against_winding: 2");
+    assert_against(1, "normals_against_winding: 1");
+    for (unsigned up = 2; up <= 4; up++) assert_against(up, "normals_against_winding: 1");
+}
+
 // Two vertices apart by 20 bytes, with the colour in between, and 8-bit indices after them.
 static void interleaved_normalised_and_small_indices(void **state)
 {
@@ -399,6 +428,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(strips_and_fans_wind_as_specified),
+        cmocka_unit_test(normals_against_their_winding_are_counted),
         cmocka_unit_test(interleaved_normalised_and_small_indices),
         cmocka_unit_test(sparse_overrides_elements),
         cmocka_unit_test(bounds_are_exact),
