@@ -103,6 +103,8 @@ class Page:
             self.ask(domain + ".enable")
         self.scale, self.is_touch = scale, is_touch
         self.resize(width, height)
+        if is_touch:
+            self.ask("Emulation.setTouchEmulationEnabled", enabled=True)
         self.ask("Emulation.setEmulatedMedia", features=[
             {"name": "prefers-color-scheme", "value": "dark" if is_dark else "light"}])
 
@@ -167,6 +169,14 @@ class Page:
                        start[1] + (end[1] - start[1]) * share, button=button)
             time.sleep(pause_s)
         self.mouse("mouseReleased", *end, button=button)
+
+    def swipe(self, start, end, steps=12):
+        """One finger."""
+        for i in range(steps + 1):
+            points = [{"x": start[0] + (end[0] - start[0]) * i / steps, "y": start[1] + (end[1] - start[1]) * i / steps}]
+            self.ask("Input.dispatchTouchEvent", type="touchMove" if i else "touchStart", touchPoints=points)
+            time.sleep(0.02)
+        self.ask("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
 
     def click(self, selector):
         self.run(f"document.querySelector({json.dumps(selector)}).scrollIntoView({{block: 'nearest'}})")

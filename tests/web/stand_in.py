@@ -133,6 +133,8 @@ class Client:
             if kind in self.server.refused_late:
                 time.sleep(self.server.refused_late.pop(kind))
                 raise Refused("usage", f"no {kind} this time")
+            if kind == "render":
+                self.server.wait_to_trace(envelope.render.frame)
             with self.server.lock:
                 payload = method(getattr(envelope, kind), reply) or b""
         except Refused as refused:
@@ -148,6 +150,7 @@ class Client:
 
     def on_hello(self, hello, reply):
         reply.hello_reply.version = 1
+        reply.hello_reply.author = "local"
         self.session = reply.hello_reply.session = f"session {len(self.server.requests('hello'))}"
         before = self.server.kept.pop(hello.resume, None)
         reply.hello_reply.resumed = before is not None
@@ -207,7 +210,8 @@ class Client:
         if not name or name not in scene.answered:
             how(scene)
             scene.answered[name] = scene.revision, scene.transient
-            self.server.tell(scene.id, kind)
+            self.server.tell(scene.id, kind, author=f"local {request.by}", batch=scene.log[-1].kind, of=scene.log[-1].of,
+                             changes=["light 0"])
         reply.edit_reply.revision, reply.edit_reply.transient = scene.answered[name]
 
     def on_edit_batch(self, batch, reply):
@@ -215,13 +219,13 @@ class Client:
         self.edited(batch, reply, lambda scene: scene.edit(batch), kind)
 
     def on_edit_commit(self, commit, reply):
-        self.edited(commit, reply, lambda scene: scene.commit())
+        self.edited(commit, reply, lambda scene: scene.commit(commit))
 
     def on_edit_undo(self, undo, reply):
-        self.edited(undo, reply, lambda scene: scene.undo(undo.redo))
+        self.edited(undo, reply, lambda scene: scene.undo(undo))
 
     def on_edit_revert(self, revert, reply):
-        self.edited(revert, reply, lambda scene: scene.revert(revert.revision))
+        self.edited(revert, reply, lambda scene: scene.revert(revert))
 
     def on_render(self, render, reply):
         report = report_of(self.scene(render.scene), render.frame, self.server.measured)
@@ -347,10 +351,16 @@ class StandIn:
         self.refused_late = {}  # seconds by kind: its next request is refused after as long
         self.measured = 0
         self.tokens = []  # that were tried
+        self.samples_most = 1 << 30  # that are traced a pixel; for more the answer waits
         self.http = Threads(("127.0.0.1", port), Handler)
         self.http.stand_in = self
         self.url = f"http://127.0.0.1:{self.http.server_address[1]}/"
         threading.Thread(target=self.http.serve_forever, daemon=True).start()
+
+    def wait_to_trace(self, frame):
+        samples = int({one.key: one.value for one in frame.parameters}.get("spp", 0))
+        while frame.technique == "reference" and samples > self.samples_most:
+            time.sleep(0.02)
 
     def requests(self, kind):
         return [getattr(envelope, kind) for envelope in list(self.asked) if envelope.WhichOneof("body") == kind]
@@ -370,11 +380,11 @@ class StandIn:
         self.clients.append(client)
         client.serve()
 
-    def tell(self, scene_id, kind):
+    def tell(self, scene_id, kind, **more):
         for client in list(self.clients):
             for watch in client.watches:
                 event = pb.Envelope(request_id=watch)
-                event.scene_event.scene, event.scene_event.kind = scene_id, kind
+                event.scene_event.CopyFrom(pb.SceneEvent(scene=scene_id, kind=kind, **more))
                 client.send(event)
             for view in client.views.values():
                 if view.scene == scene_id:

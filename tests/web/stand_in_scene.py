@@ -149,43 +149,46 @@ class Scene:
         before = self.state()
         self.change(batch.ops)
         if batch.durability != "transient":
-            self.advance(before, "edit", batch.message)
+            self.advance(before, "edit", batch, batch.message)
             return
         self.durable = self.durable or before
         self.transient += 1
 
-    def commit(self):
+    def commit(self, request):
         if self.durable is None:
             raise Refused("usage", "nothing transient lies on the scene")
         before, self.durable = self.durable, None
-        self.advance(before, "edit")
+        self.advance(before, "edit", request)
 
-    def advance(self, before, kind, message=""):
+    def advance(self, before, kind, request, message="", of=0):
         self.past.append(before)
         self.future.clear()
         self.transient = 0
-        self.note(kind, message)
+        self.note(kind, request, message, of)
 
-    def note(self, kind, message=""):
+    def note(self, kind, request, message="", of=0):
         self.revision += 1
         self.states[self.revision] = self.state()
-        self.log.append(pb.LogEntry(revision=self.revision, kind=kind, message=message, changes=["light 0"],
+        self.log.append(pb.LogEntry(revision=self.revision, kind=kind, message=message, changes=["light 0"], of=of,
+                                    author=f"local {request.by}",
                                     time_ms=int(time.time() * 1000)))
 
-    def undo(self, is_redo):
+    def undo(self, request):
+        is_redo = request.redo
         source, target = (self.future, self.past) if is_redo else (self.past, self.future)
         if not source:
             raise Refused("usage", "there is nothing to redo" if is_redo else "there is nothing to undo")
         target.append(self.state())
         self.nodes, self.lights = source.pop()
-        self.note("redo" if is_redo else "undo")
+        self.note("redo" if is_redo else "undo", request, of=self.revision)
 
-    def revert(self, revision):
+    def revert(self, request):
+        revision = request.revision
         if revision not in self.states:
             raise Refused("not_found", "there is no such revision", "revision")
         before = self.state()
         self.nodes, self.lights = copy.deepcopy(self.states[revision])
-        self.advance(before, "revert")
+        self.advance(before, "revert", request, of=revision)
 
 
 class Pinhole:

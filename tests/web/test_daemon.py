@@ -182,3 +182,32 @@ def test_it_outlives_a_killed_daemon(page, daemon):
     assert page.run("document.getElementById('scenes').value") == scene
     page.set("#technique select", "rsm")
     page.until(STAGE + ".technique === 'rsm'", 120)
+
+
+def test_two_take_back_their_own(new_page, daemon):
+    """Both change the same lamp; who was first takes back what was hers, and the other hears of it."""
+    pages = []
+    for name in ("Anna", "Bert"):
+        page = new_page(daemon.url, **SIZE)
+        page.until("document.getElementById('connection').textContent === 'Connected'", 60)
+        page.set("#technique select", "direct")
+        drop(page, "cornell.glb") if not pages else page.set("#scenes", pages[0].run("document.getElementById('scenes').value"))
+        page.set("details input[autocomplete=nickname]", name)
+        page.run("document.getElementById('objects-section').open = true")
+        page.set("#objects select", page.until(
+            "[...document.querySelectorAll('#objects option')].find(o => o.text === 'Spot')?.value"))
+        pages.append(page)
+    anna, bert = pages
+    number, color = "#objects .field:has(input[type=range]) input.number", "#objects input[type=color]"
+    before = bert.until(f"document.querySelector('{number}').value")
+    anna.set(number, "3")
+    bert.until(TOAST + ".includes('Anna changed light 0')", 60)
+    bert.until(f"document.querySelector('{number}').value === '3'", 60)
+    bert.set(color, "#ff0000")
+    anna.until(TOAST + ".includes('Bert changed light 0')", 60)
+    anna.click("#undo")
+    bert.until(TOAST + ".includes('Anna took back the change of revision 2')", 60)
+    bert.until(f"document.querySelector('{number}').value === '{before}'", 60)
+    assert bert.run(f"document.querySelector('{color}').value") == "#ff0000"
+    for page in pages:  # what was asked for has come, whoever asked
+        page.until("document.getElementById('refining-text').textContent.startsWith('Finished')", 60)

@@ -39,10 +39,11 @@ def pose_now(stand_in):
 
 def still(page):
     """Waits until the picture is final and stays so, and returns its pixels."""
-    page.until(FINAL)
+    stage = "document.getElementById('stage').dataset"
     number = None
-    while number != (number := page.run("document.getElementById('stage').dataset.frames")):
-        time.sleep(0.4)
+    while number != (number := page.until(
+            f"{FINAL} && {stage}.current === 'true' && {stage}.moving !== 'true' && {stage}.frames")):
+        time.sleep(0.2)
     return page.pixels()
 
 
@@ -92,10 +93,10 @@ def test_a_file_that_is_no_scene_is_refused_in_words(new_page, stand_in, tmp_pat
     page.allowed = ("400",)
     (tmp_path / "bad.glb").write_bytes(b"nothing")
     page.choose_files("#file", [tmp_path / "bad.glb"])
-    page.until(TOAST + ".includes('this is no glTF')")
+    page.until(TOAST + ".includes('bad.glb: this is no glTF')")
     (tmp_path / "a.txt").write_bytes(b"nothing")
     page.choose_files("#file", [tmp_path / "a.txt"])
-    page.until(TOAST + ".includes('no .glb or .gltf')")
+    page.until(TOAST + ".includes('a.txt: there is no .glb or .gltf')")
     assert page.run("document.getElementById('busy').hidden")
 
 
@@ -173,7 +174,7 @@ def test_movement_is_coarse_where_a_frame_is_slow_not_its_refinement(new_page, s
     page.drag((x, y), (x + 60, y))
     still(page)
     asked = [list(one.frame.size) for one in updates(stand_in) if one.HasField("frame") and one.frame.jpeg_quality < 92]
-    assert asked and asked[0] == (full if slow_step else [round(side / 4) for side in full])
+    assert asked and asked[0] == (full if slow_step else [round(side / 2) for side in full])
     assert list(last_frame(stand_in).size) == full
 
 
@@ -290,7 +291,130 @@ def test_the_layer_error_shows_where_the_picture_is_wrong(page, stand_in):
     assert "choose one" in page.run("document.getElementById('error-legend').innerText")
 
 
+def test_the_layer_error_shows_what_it_has_while_it_traces(page, stand_in):
+    stand_in.samples_most = 1
+    page.click("#layers label:last-of-type")
+    page.until("!document.getElementById('error-map').hidden")
+    words = page.until("/tracing/.test(document.getElementById('error-legend').innerText) && "
+                       "document.getElementById('error-legend').innerText")
+    assert "with 1 sample a pixel" in words and "tracing 4 samples" in words
+    stand_in.samples_most = 16
+    page.until("document.getElementById('error-legend').innerText.includes('16 samples a pixel')")
+    stand_in.samples_most = 64
+    page.until("document.getElementById('error-legend').innerText.includes('64 samples a pixel')")
+    assert "tracing" not in page.run("document.getElementById('error-legend').innerText")
+
+
+def test_refinement_is_seen(new_page, stand_in, scene, monkeypatch):
+    monkeypatch.setattr(stand_in_module, "STEPS", 1 << 20)  # it never ends
+    page = new_page(stand_in.url)
+    page.until("/step [2-9]/.test(document.getElementById('refining-text').textContent)")
+    assert page.run("document.getElementById('refining').dataset.state") == "busy"
+    assert page.run("document.getElementById('refining-bar').matches(':indeterminate')")
+    monkeypatch.setattr(stand_in_module, "STEPS", 3)
+    page.set("#technique select", "direct")
+    page.until("document.getElementById('refining-text').textContent === 'Finished after 3 steps'")
+    assert page.run("document.getElementById('refining').dataset.state") == "done"
+
+
+def test_who_strays_is_told_and_home_brings_back(page, stand_in):
+    shown = "getComputedStyle(document.getElementById('astray')).display !== 'none'"
+    page.run("document.getElementById('stage').focus()")
+    page.key("Home")
+    assert not page.run(shown)
+    for _ in range(60):
+        page.key("-")
+    page.until(shown)
+    assert "Nothing of the scene" in page.run("document.getElementById('astray').innerText")
+    page.key("Home")
+    page.until("!(" + shown + ")")
+    for _ in range(60):
+        page.key("w", modifiers=8)  # through it, and out at the other end
+    page.until(shown)
+    page.click("#astray-home")
+    page.until("!(" + shown + ")")
+    still(page)
+    assert np.linalg.norm(np.subtract(pose_now(stand_in).eye, pose_now(stand_in).target)) > 1
+
+
 # --- edits ---
+
+def all_in_sight(page):
+    page.run("document.getElementById('stage').focus()")
+    page.key("Home")
+    return still(page)
+
+
+def mark_of(page, name):
+    page.until("document.querySelectorAll('.mark').length > 0")
+    at = page.run(f"[...document.querySelectorAll('.mark')].findIndex(m => m.ariaLabel.includes({name!r})) + 1")
+    return f".mark:nth-of-type({at})"
+
+
+def test_a_lights_mark_is_its_handle(page, stand_in, scene):
+    all_in_sight(page)
+    node = light_node(scene, "Spot")
+    place, mark = scene.place(node), mark_of(page, "Spot")
+    page.click(mark)
+    assert page.until(f"document.querySelector('{mark}').getAttribute('aria-pressed') === 'true'")
+    assert not stand_in.requests("edit_batch")
+    page.click("#stage")  # which chooses something else, or nothing
+    x, y = page.centre(mark + " .back")
+    page.drag((x, y), (x + 70, y + 20))
+    wait(lambda: scene.revision == 2)
+    assert len(stand_in.requests("edit_commit")) == 1
+    moved = scene.place(node) - place
+    still(page)
+    assert np.linalg.norm(moved) > 0.1
+    # It is under the pointer, and did not jump on the way.
+    assert math.dist(page.centre(mark + " .back"), (x + 70, y + 20)) < 2
+    width, height = last_frame(stand_in).size
+    view = Pinhole(pose_now(stand_in), width, height)
+    assert moved @ view.forward == pytest.approx(0, abs=1e-6)
+
+
+def test_a_mark_answers_to_arrow_keys(page, scene):
+    all_in_sight(page)
+    node = light_node(scene, "Spot")
+    place = scene.place(node)
+    page.run(f"document.querySelector('{mark_of(page, 'Spot')}').focus()")
+    page.key("ArrowUp")
+    wait(lambda: scene.revision == 2)
+    assert scene.place(node)[1] > place[1]
+
+
+def test_an_edit_says_whose_it_is_and_undo_is_ones_own(page, stand_in, scene):
+    choose(page, "Spot")
+    page.set("#objects .field:has(input[type=range]) input.number", "7")
+    wait(lambda: scene.revision == 2)
+    by = stand_in.requests("edit_batch")[0].by
+    assert by.startswith("viewer ") and stand_in.requests("edit_commit")[0].by == by
+    assert page.run(TOAST) == ""  # one knows what one does
+    page.click("#undo")
+    page.until(TOAST + ".includes('You took back the change of revision 2: light 0')")
+    asked = stand_in.requests("edit_undo")[0]
+    assert (asked.scope, asked.by) == ("mine", by)
+    page.run("document.getElementById('history').parentElement.open = true")
+    page.until("document.querySelector('.log .who')?.textContent === " + repr(by))
+    page.run("[...document.querySelectorAll('details button')].find(b => b.textContent.includes('anybody')).click()")
+    wait(lambda: len(stand_in.requests("edit_undo")) == 2)
+    assert stand_in.requests("edit_undo")[1].scope == "all"
+
+
+def test_what_others_do_is_told_by_name(page, stand_in, scene):
+    stand_in.tell(scene.id, "edited", author="local Bert", batch="edit", changes=["light 1", "node 2"])
+    page.until(TOAST + ".includes('Bert changed light 1 and 1 more')")
+    stand_in.tell(scene.id, "edited", author="alice pad", batch="undo", of=3, changes=["light 0"])
+    page.until(TOAST + ".includes('alice (pad) took back the change of revision 3: light 0')")
+    page.run("document.getElementById('history').parentElement.open = true")
+    page.set("details input[autocomplete=nickname]", "Anna")
+    choose(page, "Spot")
+    page.set("#objects .field:has(input[type=range]) input.number", "7")
+    wait(lambda: stand_in.requests("edit_batch"))
+    assert stand_in.requests("edit_batch")[-1].by == "Anna"
+    page.open(stand_in.url)
+    assert page.until("document.querySelector('details input[autocomplete=nickname]').value") == "Anna"
+
 
 def test_dragging_a_handle_moves_a_light(page, stand_in, scene):
     page.run("document.getElementById('stage').focus()")
@@ -584,6 +708,29 @@ def test_nothing_is_wider_than_the_screen(page):
             .map(e => e.outerHTML.slice(0, 90)))""")
         assert wide == []
         assert page.run("document.getElementById('stage').clientHeight") >= 0.3 * height
+
+
+@pytest.mark.parametrize("size", [(390, 844), (844, 390)])
+def test_a_finger_hits_everything_and_the_layers_scroll(new_page, stand_in, scene, size):
+    page = new_page(stand_in.url, width=size[0], height=size[1], is_touch=True)
+    page.until(FINAL)
+    page.run("document.querySelectorAll('aside details').forEach(one => one.open = true)")
+    choose(page, "Spot")
+    small = page.run("""[...document.querySelectorAll('button, select, summary, input, .segments span, a, .mark, .grip')]
+        .filter(e => e.getClientRects().length && e.name !== 'layer')
+        .map(e => [e, e.getBoundingClientRect()]).filter(([e, b]) => Math.min(b.width, b.height) < 43.5)
+        .map(([e, b]) => [e.outerHTML.slice(0, 60), b.width, b.height])""")
+    assert small == []
+    if size[0] > 760:
+        return
+    bar = "document.getElementById('layers')"
+    assert page.run(f"{bar}.scrollWidth > {bar}.clientWidth")
+    x, y = page.centre("#layers")
+    page.swipe((x + 100, y), (x - 150, y))
+    assert page.until(f"{bar}.scrollLeft") > 50
+    assert page.run("document.querySelector('#layers label:last-of-type').getBoundingClientRect().right <= innerWidth")
+    page.click("#layers label:last-of-type")
+    page.until("!document.getElementById('error-legend').hidden")
 
 
 @pytest.mark.parametrize("is_dark", [True, False])

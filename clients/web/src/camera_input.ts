@@ -22,10 +22,13 @@ export interface Camera {
   pick(at: Point): void;
   showAll(): void;
   stepM(): number; // of one key of walking, metres
+  nearestM(): number; // to what is turned about
 }
 
 // What a key does; null if it is none of the camera's.
-export function afterKey(orbit: Orbit, key: string, isShifted: boolean, stepM: number): Orbit | null {
+export function afterKey(
+  orbit: Orbit, key: string, isShifted: boolean, stepM: number, nearestM: number,
+): Orbit | null {
   const arrow = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[key];
   if (arrow) {
     const [x, y] = arrow as [number, number];
@@ -33,7 +36,7 @@ export function afterKey(orbit: Orbit, key: string, isShifted: boolean, stepM: n
     if (isShifted) return pan(orbit, -x * KEY_PAN, -y * KEY_PAN);
     return turn(orbit, -x * KEY_TURN, -y * KEY_TURN);
   }
-  if (key === "+" || key === "=") return zoom(orbit, KEY_ZOOM);
+  if (key === "+" || key === "=") return zoom(orbit, KEY_ZOOM, nearestM);
   if (key === "-" || key === "_") return zoom(orbit, 1 / KEY_ZOOM);
   const steps: Record<string, [number, number, number]> = {
     w: [1, 0, 0], s: [-1, 0, 0], a: [0, -1, 0], d: [0, 1, 0], q: [0, 0, -1], e: [0, 0, 1],
@@ -98,7 +101,7 @@ function drag(stage: HTMLElement, gesture: Gesture, camera: Camera, event: Point
   }
   const factor = after.length > 1 ? spread(before) / Math.max(1, spread(after)) : 1;
   gesture.travelPx += after.length > 1 ? CLICK_PX : 0;
-  camera.move(zoom(pan(orbit, x, y), factor));
+  camera.move(zoom(pan(orbit, x, y), factor, camera.nearestM()));
 }
 
 function release(stage: HTMLElement, gesture: Gesture, camera: Camera, event: PointerEvent): void {
@@ -112,7 +115,7 @@ function onWheel(camera: Camera, event: WheelEvent): void {
   if (!orbit) return;
   event.preventDefault();
   const pixels = event.deltaY * (event.deltaMode === WheelEvent.DOM_DELTA_LINE ? WHEEL_LINE_PX : 1);
-  camera.move(zoom(orbit, Math.exp(Math.max(-300, Math.min(300, pixels)) * 0.0015)));
+  camera.move(zoom(orbit, Math.exp(Math.max(-300, Math.min(300, pixels)) * 0.0015), camera.nearestM()));
 }
 
 function onKey(camera: Camera, event: KeyboardEvent, stage: HTMLElement): void {
@@ -123,7 +126,7 @@ function onKey(camera: Camera, event: KeyboardEvent, stage: HTMLElement): void {
     camera.showAll();
     return;
   }
-  const moved = afterKey(orbit, event.key, event.shiftKey, camera.stepM());
+  const moved = afterKey(orbit, event.key, event.shiftKey, camera.stepM(), camera.nearestM());
   if (!moved) return;
   event.preventDefault();
   camera.move(moved);

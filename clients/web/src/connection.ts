@@ -63,6 +63,7 @@ export class Connection {
   private retry = 0;
   private watchdog = 0;
   state: State = { kind: "connecting" };
+  author = ""; // whose edits are this connection's, without a name of their own
 
   constructor(
     private readonly url: string,
@@ -188,6 +189,7 @@ export class Connection {
     clearTimeout(this.watchdog);
     this.failures = 0;
     this.session = hello.session || undefined;
+    this.author = hello.author;
     this.setState({ kind: "open", device: hello.device, build: hello.build });
     for (const one of new Set(this.pending.values())) this.askAgain(one);
     for (const listener of this.openListeners) listener(hello.resumed);

@@ -22,6 +22,7 @@ export class Edits {
   constructor(
     private readonly connection: Connection,
     private readonly scene: string,
+    private readonly by: () => string,
     private readonly onFault: (message: string) => void,
   ) {}
 
@@ -38,21 +39,30 @@ export class Edits {
   }
 
   async apply(ops: Op[], message: string): Promise<void> {
-    const value = { scene: this.scene, clientEditId: newId(), ops, message };
+    const value = { ...this.named(), ops, message };
     await this.ask("editReply", { case: "editBatch", value });
   }
 
-  undo(): Promise<void> {
-    return this.ask("editReply", { case: "editUndo", value: { scene: this.scene, clientEditId: newId() } });
+  // One's own last; of `isOfAll` anybody's.
+  undo(isOfAll = false): Promise<void> {
+    return this.takeBack(false, isOfAll);
   }
 
-  redo(): Promise<void> {
-    const value = { scene: this.scene, redo: true, clientEditId: newId() };
+  redo(isOfAll = false): Promise<void> {
+    return this.takeBack(true, isOfAll);
+  }
+
+  private takeBack(redo: boolean, isOfAll: boolean): Promise<void> {
+    const value = { ...this.named(), redo, scope: isOfAll ? "all" : "mine" };
     return this.ask("editReply", { case: "editUndo", value });
   }
 
+  private named() {
+    return { scene: this.scene, clientEditId: newId(), by: this.by() };
+  }
+
   revert(revision: bigint): Promise<void> {
-    const value = { scene: this.scene, revision, clientEditId: newId() };
+    const value = { ...this.named(), revision };
     return this.ask("editReply", { case: "editRevert", value });
   }
 
@@ -75,11 +85,10 @@ export class Edits {
   private async step(): Promise<void> {
     if (!this.next) {
       this.hasTransient = this.wantsCommit = false;
-      const value = { scene: this.scene, clientEditId: newId() };
-      await this.ask("editReply", { case: "editCommit", value });
+      await this.ask("editReply", { case: "editCommit", value: this.named() });
       return;
     }
-    const value = { scene: this.scene, durability: "transient", ops: this.next };
+    const value = { scene: this.scene, by: this.by(), durability: "transient", ops: this.next };
     this.next = null;
     this.hasTransient = true;
     await this.ask("editReply", { case: "editBatch", value });

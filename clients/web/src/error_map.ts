@@ -9,7 +9,8 @@ import { byId } from "./dom";
 import { type Subject } from "./measure";
 
 const SIDE_MOST_PX = 192;
-const SAMPLES = [16, 64];
+// One is soon there, and shows where the picture is far off.
+const SAMPLES = [1, 4, 16, 64];
 
 export class ErrorMap {
   private readonly canvas = byId<HTMLCanvasElement>("error-map");
@@ -35,7 +36,7 @@ export class ErrorMap {
 
   setLegend(isShown: boolean, hint: string): void {
     this.legend.hidden = !isShown;
-    if (this.canvas.hidden) this.text.textContent = hint;
+    if (this.canvas.hidden && !this.isBusy) this.text.textContent = hint;
   }
 
   want(subject: Subject): void {
@@ -66,10 +67,12 @@ export class ErrorMap {
     for (const samples of SAMPLES) {
       if (epoch !== this.epoch || this.next) return;
       if (this.reference && this.reference.samples >= samples) continue;
+      this.say(samples);
       const floats = await this.floats(subject, "reference", [{ key: "spp", value: String(samples) }]);
       if (epoch !== this.epoch) return;
       this.reference = { samples, floats };
       this.draw(picture);
+      this.say(null);
     }
   }
 
@@ -88,8 +91,16 @@ export class ErrorMap {
     return floats;
   }
 
+  // What is seen, and what is on its way (samples, null: nothing).
+  private say(next: number | null): void {
+    const held = this.reference;
+    const seen = held ? `of the reference with ${count(held.samples)} a pixel, its noise included` : "";
+    const coming = next === null ? "" : `tracing ${count(next)}…`;
+    this.text.textContent = [seen, coming].filter(Boolean).join("; ");
+  }
+
   private draw(picture: Floats): void {
-    const { samples, floats } = this.reference!;
+    const { floats } = this.reference!;
     const error = relativeError(picture, floats);
     const { width, height } = picture;
     const image = new ImageData(width, height);
@@ -98,7 +109,8 @@ export class ErrorMap {
     this.canvas.height = height;
     this.canvas.getContext("2d")!.putImageData(image, 0, 0);
     this.canvas.hidden = false;
-    this.text.textContent = `of the reference with ${samples} samples a pixel, its noise included`;
   }
 }
+
+const count = (samples: number): string => (samples === 1 ? "1 sample" : `${samples} samples`);
 

@@ -8,6 +8,9 @@ import { type Vec3, add, scale, sub, translationOf } from "./vec";
 
 export type Handle = "x" | "y" | "z" | "plane" | "aim";
 
+// A press that moves less is a click.
+export const CLICK_PX = 4;
+
 export interface Hold {
   readonly handle: Handle;
   readonly node: Placed;

@@ -1,8 +1,9 @@
-// What lies over the picture: a mark for each light, and of the chosen node a box, three axes and a
-// disc to move it by, and for lights that have a direction a handle to aim them by.
+// What lies over the picture: a mark for each light, which chooses it and moves it across the view,
+// and of the chosen node a box, three axes and a disc to move it by, and for lights that have a
+// direction a handle to aim them by.
 
 import { set, svg } from "./dom";
-import { type Drag, type Handle, begin, moved, steppedByKey } from "./handle_drag";
+import { CLICK_PX, type Drag, type Handle, begin, moved, steppedByKey } from "./handle_drag";
 import { type Orbit } from "./orbit";
 import { type Size, depthOf, metresPerPixel, project } from "./project";
 import { type Model, type Placed, aimOf, anchorOf, boxOf, lightNodes } from "./scene";
@@ -12,6 +13,7 @@ export const AXES: Record<"x" | "y" | "z", Vec3> = { x: [1, 0, 0], y: [0, 1, 0],
 const AXIS_PX = 64;
 const AIM_PX = 96;
 const LIGHTS_MOST = 100;
+const HIT_PX = 22; // around what a finger is to hit
 const KEY_QUIET_MS = 500;
 
 export interface Scenery {
@@ -30,6 +32,13 @@ export interface Hooks {
 
 type Mark = SVGGElement;
 
+// A light's mark that is held: a drag once the pointer has gone far enough.
+interface Press {
+  readonly node: number;
+  readonly from: { x: number; y: number };
+  drag: Drag | null;
+}
+
 export class Handles {
   private scenery: Scenery = { model: null, orbit: null, size: { width: 1, height: 1 }, selected: null };
   private readonly lights = svg("g", { class: "lights" });
@@ -38,6 +47,7 @@ export class Handles {
   private readonly marks = new Map<number, Mark>();
   private readonly grips = new Map<Handle, SVGGElement>();
   private drag: Drag | null = null;
+  private press: Press | null = null;
   private quiet = 0;
 
   constructor(
@@ -84,13 +94,63 @@ export class Handles {
   private addMark(node: Placed): Mark {
     const kind = this.scenery.model?.lights.get(node.light)?.state.kind ?? "point";
     const mark = svg("g", {
-      class: `mark ${kind}`, tabindex: 0, role: "button", "aria-label": `Light ${node.name}`,
+      class: `mark ${kind}`, tabindex: 0, role: "button",
+      "aria-label": `Light ${node.name}, Enter chooses it, arrow keys move it`,
     });
-    mark.append(svg("title", {}, node.name), svg("circle", { r: 11, class: "back" }), glyph(kind));
-    onPress(mark, () => this.hooks.select(node.id));
+    mark.append(svg("title", {}, `${node.name}: drag to move`), svg("circle", { r: HIT_PX, class: "hit" }),
+      svg("circle", { r: 11, class: "back" }), glyph(kind));
+    this.listenToMark(mark, node.id);
     this.lights.append(mark);
     this.marks.set(node.id, mark);
     return mark;
+  }
+
+  // A click chooses the light, a drag moves it, chosen or not.
+  private listenToMark(mark: Mark, node: number): void {
+    mark.addEventListener("pointerdown", (event) => {
+      if (event.button !== 0) return;
+      event.stopPropagation();
+      this.press = { node, from: this.pointOf(event), drag: null };
+      mark.setPointerCapture(event.pointerId);
+    });
+    mark.addEventListener("pointermove", (event) => this.pullMark(mark, event));
+    for (const name of ["pointerup", "pointercancel"] as const)
+      mark.addEventListener(name, (event) => this.releaseMark(mark, event));
+    mark.addEventListener("keydown", (event) => this.onMarkKey(node, event));
+  }
+
+  private pullMark(mark: Mark, event: PointerEvent): void {
+    const { press } = this;
+    if (!press) return;
+    event.stopPropagation();
+    const to = this.pointOf(event);
+    if (!press.drag && Math.hypot(to.x - press.from.x, to.y - press.from.y) <= CLICK_PX) return;
+    if (!press.drag) {
+      this.hooks.select(press.node);
+      press.drag = this.beginAt("plane", press.from);
+      mark.classList.add("is-held");
+    }
+    if (press.drag) this.apply(press.drag, moved(press.drag, to));
+  }
+
+  private releaseMark(mark: Mark, event: PointerEvent): void {
+    const { press } = this;
+    this.press = null;
+    mark.classList.remove("is-held");
+    if (!press) return;
+    if (press.drag) this.hooks.end();
+    else if (event.type === "pointerup") this.hooks.select(press.node);
+  }
+
+  private onMarkKey(node: number, event: KeyboardEvent): void {
+    if (event.key === "Enter" || event.key === " ") {
+      event.preventDefault();
+      event.stopPropagation();
+      this.hooks.select(node);
+    } else if (event.key.startsWith("Arrow")) {
+      this.hooks.select(node);
+      this.onKey("plane", event);
+    }
   }
 
   // --- the chosen node ---
@@ -129,7 +189,7 @@ export class Handles {
     }
     const place = { x1: a.x.toFixed(1), y1: a.y.toFixed(1), x2: b.x.toFixed(1), y2: b.y.toFixed(1) };
     for (const line of grip.querySelectorAll("line")) set(line, place);
-    set(grip.querySelector("circle")!, { cx: place.x2, cy: place.y2 });
+    for (const circle of grip.querySelectorAll("circle")) set(circle, { cx: place.x2, cy: place.y2 });
     set(grip.querySelector("text")!, { x: place.x2, y: place.y2 });
     set(grip, { display: null });
   }
@@ -157,10 +217,11 @@ export class Handles {
     const label = handle === "aim" ? "Aim" : handle === "plane" ? "Move across the view" : `Move along ${handle}`;
     const grip = svg("g", { class: `grip ${handle}`, tabindex: 0, role: "button", "aria-label": `${label}, arrow keys` });
     grip.append(svg("title", {}, label));
-    if (handle === "plane") grip.append(svg("circle", { r: 9, class: "tip" }));
-    else grip.append(svg("line", { class: "wide" }), svg("line", { class: "shaft" }), svg("circle", { r: 7, class: "tip" }),
+    if (handle === "plane") grip.append(svg("circle", { r: HIT_PX, class: "hit" }), svg("circle", { r: 9, class: "tip" }));
+    else grip.append(svg("line", { class: "wide" }), svg("circle", { r: HIT_PX, class: "hit" }),
+      svg("line", { class: "shaft" }), svg("circle", { r: 7, class: "tip" }),
       svg("text", { class: "letter", "aria-hidden": "true" }, handle === "aim" ? "" : handle));
-    grip.addEventListener("pointerdown", (event) => this.press(handle, grip, event));
+    grip.addEventListener("pointerdown", (event) => this.take(handle, grip, event));
     grip.addEventListener("pointermove", (event) => this.pull(event));
     for (const name of ["pointerup", "pointercancel"] as const)
       grip.addEventListener(name, () => this.release());
@@ -181,7 +242,7 @@ export class Handles {
     return begin({ handle, node, orbit, size, anchor: anchorOf(model, node), aimPx: AIM_PX }, point);
   }
 
-  private press(handle: Handle, grip: SVGGElement, event: PointerEvent): void {
+  private take(handle: Handle, grip: SVGGElement, event: PointerEvent): void {
     if (event.button !== 0) return;
     event.stopPropagation();
     this.drag = this.beginAt(handle, this.pointOf(event));
@@ -222,17 +283,6 @@ export class Handles {
 
 const isInside = (at: { x: number; y: number }, size: Size): boolean =>
   at.x > -12 && at.y > -12 && at.x < size.width + 12 && at.y < size.height + 12;
-
-function onPress(mark: SVGGElement, act: () => void): void {
-  mark.addEventListener("pointerdown", (event) => event.stopPropagation());
-  mark.addEventListener("click", act);
-  mark.addEventListener("keydown", (event) => {
-    if (event.key !== "Enter" && event.key !== " ") return;
-    event.preventDefault();
-    event.stopPropagation();
-    act();
-  });
-}
 
 // A bulb, a sun, a lamp's cone: told apart by shape, not by colour.
 function glyph(kind: string): SVGPathElement {

@@ -1,6 +1,7 @@
 // The page: puts the modules together. Each knows one topic; what depends on several is here.
 
-import { type Report, type Technique } from "../gen/bounced_pb";
+import { type Report, type SceneEvent, type Technique } from "../gen/bounced_pb";
+import { astray } from "./astray";
 import { busy } from "./busy";
 import { listen } from "./camera_input";
 import { Connection, Lost } from "./connection";
@@ -9,7 +10,7 @@ import { Edits, type Op } from "./edits";
 import { type FrameInit, frameRequest, motionMs, motionScale, pictureSize } from "./frame_request";
 import { Handles } from "./handles";
 import { listenForFiles } from "./drop";
-import { type Orbit, diagonalOf, frame, ofCamera } from "./orbit";
+import { type Orbit, diagonalOf, eyeOf, frame, isWithin, nearestOf, ofCamera } from "./orbit";
 import { CostPanel } from "./panel_cost";
 import { ErrorMap } from "./error_map";
 import { ErrorPanel } from "./panel_error";
@@ -17,6 +18,7 @@ import { exportScene } from "./export";
 import { HistoryPanel } from "./panel_history";
 import { type LightInit, ObjectsPanel } from "./panel_objects";
 import { PicturePanel } from "./panel_picture";
+import { Progress } from "./panel_progress";
 import { TechniquePanel } from "./panel_technique";
 import { Measure, type Subject } from "./measure";
 import { pick } from "./pick";
@@ -28,10 +30,11 @@ import { Scenes } from "./scenes";
 import { isUnauthorized, tokenOfFragment, trade, withoutToken } from "./session";
 import { loadSettings, saveSettings } from "./settings";
 import { Status } from "./status";
-import { toast } from "./toast";
+import { tell, toast } from "./toast";
 import { type Upload, addScene } from "./upload";
 import { type Vec3 } from "./vec";
 import { type Shown, View } from "./view";
+import { Who, lineOf } from "./who";
 
 // After the last movement the picture is asked for at its full size.
 const REST_MS = 250;
@@ -44,6 +47,9 @@ class Page {
   private readonly view: View;
   private readonly handles: Handles;
   private readonly status: Status;
+  private readonly progress = new Progress();
+  private readonly who = Who.ofBrowser();
+  private readonly lost = byId("astray");
   private readonly technique: TechniquePanel;
   private readonly pictureOptions: PicturePanel;
   private readonly cost = new CostPanel(byId("cost"));
@@ -84,13 +90,15 @@ class Page {
     this.error = new ErrorPanel(byId("error"), this.settings, changed);
     this.measure = new Measure(this.connection, (subject, report) => this.onMeasured(subject, report), toast);
     this.errorMap = new ErrorMap(this.connection, toast);
-    const log = new HistoryPanel(byId("history"), (revision) => void this.edits?.revert(revision));
+    const log = new HistoryPanel(byId("history"), this.who, () => void this.edits?.undo(true),
+      (revision) => void this.edits?.revert(revision));
     this.scenes = new Scenes(this.connection, log, {
       techniques: (techniques) => this.setTechniques(techniques),
       opened: (id) => this.opened(id),
       closed: () => this.closed(),
       objects: (model) => this.setModel(model),
       changed: () => this.changed(),
+      done: (event) => this.tellOf(event),
       isHeld: () => this.isDragging,
       fault,
     });
@@ -151,7 +159,7 @@ class Page {
 
   private opened(id: string): void {
     if (this.model && this.orbit) this.poses.set(this.model.id, this.orbit);
-    this.edits = new Edits(this.connection, id, toast);
+    this.edits = new Edits(this.connection, id, () => this.who.by, toast);
     this.selected = null;
     this.orbit = null;
   }
@@ -160,6 +168,7 @@ class Page {
     this.model = this.edits = this.orbit = this.shownOrbit = this.selected = null;
     this.view.none();
     this.status.setShown(null);
+    this.progress.show(null);
     this.redraw();
   }
 
@@ -196,10 +205,12 @@ class Page {
 
   private moving(): void {
     this.isMoving = true;
+    this.stage.dataset["moving"] = "true";
     this.changed();
     clearTimeout(this.rest);
     this.rest = window.setTimeout(() => {
       this.isMoving = false;
+      this.stage.dataset["moving"] = "false";
       this.sync();
     }, REST_MS);
   }
@@ -222,6 +233,7 @@ class Page {
     if (key !== this.requestKey) this.request = request;
     this.requestKey = key;
     this.stage.dataset["current"] = "false";
+    this.progress.ask();
     this.view.want({ scene, frame: this.request!, orbit: this.orbit, camera: this.camera });
     this.error.setHint(this.settings.measure && this.camera === null);
     const hint = this.camera === null ? "Only what a camera of the scene sees can be compared: choose one above." : "Tracing";
@@ -237,6 +249,7 @@ class Page {
     const { report } = shown;
     this.shownOrbit = shown.orbit;
     this.status.setShown(shown);
+    this.progress.show(shown);
     this.redraw();
     this.stage.dataset["frames"] = String(shown.frame.number);
     if (shown.isCurrent) this.stage.dataset["current"] = "true";
@@ -272,9 +285,32 @@ class Page {
     this.handles.update({ model: this.model, orbit, size: this.size, selected: this.selected });
     this.objects.update(this.model, this.selected);
     document.body.classList.toggle("has-scene", this.scenes.id !== null);
+    this.sayWhere();
+  }
+
+  // By what is asked for, so that the word comes before a picture of nothing does.
+  private sayWhere(): void {
+    const words = this.model && this.orbit ? astray(this.orbit, this.model.bounds, this.size, this.isRoom(this.model)) : "";
+    this.lost.hidden = words === "";
+    if (words) byId("astray-text").textContent = words;
+  }
+
+  private isRoom(model: Model): boolean {
+    return isWithin(eyeOf(firstOrbit(model, this.size.width / this.size.height)), model.bounds);
   }
 
   // --- edits ---
+
+  // What others did is told, and what was taken back, whoever did.
+  private tellOf(event: SceneEvent): void {
+    const isMine = event.author !== "" && event.author === this.authorOfMine;
+    const words = lineOf(event, isMine);
+    if (words) tell(words);
+  }
+
+  private get authorOfMine(): string {
+    return `${this.connection.author} ${this.who.by}`;
+  }
 
   private select(node: number | null): void {
     this.selected = node;
@@ -352,8 +388,10 @@ class Page {
       pick: (at) => this.pickAt(at),
       showAll: () => this.showAll(),
       stepM: () => (this.model ? diagonalOf(this.model.bounds) / 80 : 0.1),
+      nearestM: () => (this.model ? nearestOf(this.model.bounds) : 1e-4),
     });
     this.cameras.addEventListener("change", () => this.useCamera());
+    byId("astray-home").addEventListener("click", () => this.showAll());
     byId("undo").addEventListener("click", () => void this.edits?.undo());
     byId("redo").addEventListener("click", () => void this.edits?.redo());
     byId("login-form").addEventListener("submit", (event) => void this.onLogin(event));
@@ -389,9 +427,13 @@ class Page {
     if (this.model && this.orbit) this.select(pick(this.model, this.shownOrbit ?? this.orbit, at, this.size));
   }
 
+  // Everything; from outside of a room back to where it is looked at from.
   private showAll(): void {
-    if (this.model && this.orbit)
-      this.moveCamera(frame(this.orbit, this.model.bounds, this.size.width / this.size.height));
+    const { model, orbit } = this;
+    if (!model || !orbit) return;
+    const aspect = this.size.width / this.size.height;
+    const isOut = this.isRoom(model) && !isWithin(eyeOf(orbit), model.bounds);
+    this.moveCamera(isOut ? firstOrbit(model, aspect) : frame(orbit, model.bounds, aspect));
   }
 
   private useCamera(): void {

@@ -57,10 +57,20 @@ export function pan(orbit: Orbit, right: number, down: number): Orbit {
   return { ...orbit, target: add(orbit.target, step) };
 }
 
-// `factor` below 1 comes nearer. Never through the target, never out of numbers.
-export function zoom(orbit: Orbit, factor: number): Orbit {
-  return { ...orbit, distance: clamp(orbit.distance * factor, 1e-4, 1e7) };
+// `factor` below 1 comes nearer. Nearer to the target than `least` metres the eye goes on, and the
+// target before it: there is no end to coming nearer, and what is turned about stays in front of
+// the eye, at a distance that a turn can be seen by. Never out of numbers.
+export function zoom(orbit: Orbit, factor: number, least = 1e-4): Orbit {
+  const wanted = orbit.distance * factor;
+  const distance = clamp(wanted, Math.min(least, orbit.distance), 1e7);
+  if (!(factor < 1) || distance === wanted) return { ...orbit, distance };
+  // As far as a step at that distance is, whatever is left of the way to it.
+  const ahead = least * (1 - Math.max(factor, 0.1));
+  return { ...orbit, distance, target: add(orbit.target, scale(forwardOf(orbit), ahead)) };
 }
+
+// How near the target may come in a scene.
+export const nearestOf = (bounds: Bounds): number => Math.max(diagonalOf(bounds) * 0.02, 1e-4);
 
 // Metres ahead, to the right and up (world): the eye moves, the view's direction stays.
 export function walk(orbit: Orbit, ahead: number, right: number, up: number): Orbit {
@@ -91,14 +101,26 @@ export function startOf(bounds: Bounds, aspect: number): Orbit {
   return frame(front as unknown as Orbit, bounds, aspect);
 }
 
+export const isWithin = (point: Vec3, { min, max }: Bounds): boolean =>
+  point.every((x, i) => x >= min[i]! && x <= max[i]!);
+
+// Metres from a point in the bounds along a direction to where it leaves them.
+function wayOut(from: Vec3, direction: Vec3, { min, max }: Bounds): number {
+  const ways = direction.map((d, i) => (d === 0 ? Infinity : ((d > 0 ? max[i]! : min[i]!) - from[i]!) / d));
+  return Math.min(...ways);
+}
+
 // What a camera of the scene sees. It looks along -z of its node. The target is put as deep as the
-// scene's middle, so that the scene turns about what is in it.
+// scene's middle, so that the scene turns about what is in it; of a camera that stands inside, not
+// beyond what it looks at, and no deeper than there is room behind it to turn.
 export function ofCamera(worldFromNode: Mat4, yfov: number | undefined, bounds: Bounds): Orbit {
   const eye = translationOf(worldFromNode);
   const forward = normalize(scale(axisOf(worldFromNode, 2), -1));
   const centre = scale(add(bounds.min, bounds.max), 0.5);
   const depth = dot(sub(centre, eye), forward);
-  const distance = clamp(depth, diagonalOf(bounds) * 0.05 + 1e-4, 1e7);
+  const deepest = isWithin(eye, bounds) ? wayOut(eye, forward, bounds) / 2 : 1e7;
+  const least = diagonalOf(bounds) * 0.05 + 1e-4;
+  const distance = clamp(depth, least, Math.max(least, deepest));
   // Straight up or down the direction has no yaw: the camera's own right has one.
   const right = axisOf(worldFromNode, 0);
   const flat = Math.hypot(forward[0], forward[2]);

@@ -66,6 +66,7 @@ export class PicturePanel {
       input.checked = this.settings.layer === value;
       input.addEventListener("change", () => {
         this.settings.layer = value;
+        input.parentElement!.scrollIntoView({ block: "nearest", inline: "center" });
         this.onChange();
       });
       root.append(el("label", {}, input, el("span", {}, text)));

@@ -25,6 +25,12 @@ export function rungOf(ladder: readonly string[], standard: Values, changed: Val
 const same = (a: string | undefined, b: string | undefined): boolean =>
   a === b || (a !== undefined && b !== undefined && Number(a) === Number(b));
 
+// The server's own, or of one that does not say so the one that it would be.
+export function defaultOf(techniques: readonly { name: string; isDefault?: boolean }[]): string {
+  const found = techniques.find((one) => one.isDefault) ?? techniques.find((one) => one.name === "multires_gather");
+  return (found ?? techniques[0])?.name ?? "";
+}
+
 const words = (key: string): string => key.replaceAll("_", " ").replace("vpl", "VPL").replace("rsm", "RSM");
 
 export class TechniquePanel {
@@ -67,11 +73,8 @@ export class TechniquePanel {
       group("For comparison", techniques.filter((one) => one.forComparison)),
       group("Traced", techniques.filter((one) => one.isReference)),
     );
-    const names = techniques.map((one) => one.name);
-    if (!names.includes(this.settings.technique)) {
-      const first = ["multires_gather", "rsm"].find((name) => names.includes(name));
-      this.settings.technique = first ?? names[0] ?? "";
-    }
+    if (!techniques.some((one) => one.name === this.settings.technique))
+      this.settings.technique = defaultOf(techniques);
     this.select.value = this.settings.technique;
     this.draw();
   }

@@ -15,6 +15,7 @@ export interface Hooks {
   closed(): void; // there is none
   objects(model: Model): void;
   changed(): void; // what the open one shows is another now
+  done(event: SceneEvent): void; // a revision of the open one, and whose it is
   isHeld(): boolean; // by a drag, whose objects are newer than what the server tells
   fault(error: unknown): void;
 }
@@ -97,6 +98,7 @@ export class Scenes {
     if (event.kind === "added" || event.kind === "removed" || event.kind === "missed") void this.list();
     if (event.scene !== this.id && event.kind !== "missed") return;
     this.hooks.changed();
+    if (event.kind === "edited") this.hooks.done(event);
     if (event.kind !== "transient") void this.readLog();
     if (!this.hooks.isHeld()) this.refreshSoon();
   }

@@ -60,7 +60,29 @@ function namedIn(path: string, bytes: Uint8Array): string[] {
 // do without a texture, and the error of one that cannot names it.
 export async function addScene(files: readonly Upload[], isHeld: IsHeld, on: Progress): Promise<string> {
   const main = mainOf(files);
-  if (!main) throw new Error("there is no .glb or .gltf among the files");
+  if (!main) throw new Error(`${listOf(files)}: there is no .glb or .gltf among the files`);
+  try {
+    return await add(main, files, isHeld, on);
+  } catch (error) {
+    throw named(main.file.name, error);
+  }
+}
+
+const LISTED = 3;
+
+// What was given, for a person who gave something else.
+export function listOf(files: readonly Named[]): string {
+  const names = files.slice(0, LISTED).map((file) => file.path);
+  return names.join(", ") + (files.length > LISTED ? ` and ${files.length - LISTED} more` : "");
+}
+
+// A fault that begins with the file that it is about.
+export function named(file: string, error: unknown): Error {
+  const words = error instanceof Error ? error.message : String(error);
+  return words.startsWith(file) ? new Error(words) : new Error(`${file}: ${words}`, { cause: error });
+}
+
+async function add(main: Upload, files: readonly Upload[], isHeld: IsHeld, on: Progress): Promise<string> {
   const bytes = await bytesOf(main);
   const wanted = namedIn(main.path, bytes).map((uri) => ({ uri, file: match(main, uri, files) }));
   const table: Record<string, string> = {};
@@ -68,7 +90,11 @@ export async function addScene(files: readonly Upload[], isHeld: IsHeld, on: Pro
   for (const [i, { uri, file }] of found.entries()) {
     const text = `Sending ${i + 1} of ${found.length + 1}: ${uri}`;
     on(text, 0);
-    table[uri] = await putBlob(await bytesOf(file!), isHeld, (share) => on(text, share));
+    try {
+      table[uri] = await putBlob(await bytesOf(file!), isHeld, (share) => on(text, share));
+    } catch (error) {
+      throw named(`${main.file.name}: ${uri}`, error);
+    }
   }
   const text = `Sending ${main.file.name}`;
   on(text, 0);

@@ -1,5 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
+import { astray } from "../src/astray";
 import { type Orbit, PITCH_MAX, eyeOf, forwardOf, frame, ofCamera, pan, rightOf, startOf, turn, upOf, walk, zoom } from "../src/orbit";
 import { type Size, depthOf, project, unproject } from "../src/project";
 import { type Mat4, type Vec3, dot, length, matrixOfQuat, multiply, sub } from "../src/vec";
@@ -53,6 +54,20 @@ test("zoom keeps the direction and never reaches the target", () => {
   assert.ok(close.distance > 0);
 });
 
+test("coming nearer has no end: the pivot stays before the eye, and the eye goes on", () => {
+  let close: Orbit = orbit;
+  for (let i = 0; i < 200; i++) close = zoom(close, 0.8, 0.1);
+  assert.equal(close.distance, 0.1);
+  near(forwardOf(close), forwardOf(orbit));
+  near([depthOf(close, close.target)], [0.1], 1e-9);
+  const on = zoom(close, 0.8, 0.1);
+  const step = sub(eyeOf(on), eyeOf(close));
+  assert.ok(dot(step, forwardOf(on)) > 0.01 && length(step) < 0.1, `${step}`);
+  // And back from there, as ever; nor does a pivot that is nearer jump away.
+  assert.ok(zoom(on, 2, 0.1).distance > 0.1);
+  assert.equal(zoom({ ...orbit, distance: 0.01 }, 0.5, 0.1).distance, 0.01);
+});
+
 test("walking moves the eye as it says", () => {
   near(sub(eyeOf(walk(level, 1, 2, 3)), eyeOf(level)), [2, 3, -1]);
 });
@@ -75,6 +90,28 @@ test("a scene's camera is taken over: eye, direction, angle", () => {
   near(eyeOf(one), [0, 1, 4]);
   near(forwardOf(one), [-Math.sin(0.6), 0, -Math.cos(0.6)]);
   assert.equal(one.yfov, 0.66);
+});
+
+test("a camera in a room turns about what is before it in the room", () => {
+  for (const yaw of [0, 1, 2, 3, 4, 5, 6]) {
+    const turned = multiply(at([1.5, 1, 0.5]), matrixOfQuat([0, Math.sin(yaw / 2), 0, Math.cos(yaw / 2)]));
+    const one = ofCamera(turned, 1, room);
+    assert.ok(depthOf(one, one.target) > 0);
+    assert.ok(one.target.every((x, i) => x >= room.min[i]! - 0.3 && x <= room.max[i]! + 0.3), `${yaw}: ${one.target}`);
+  }
+});
+
+test("a scene that is out of sight, or left, is said to be", () => {
+  const front = startOf(room, 1.6);
+  assert.equal(astray(front, room, size, false), "");
+  assert.equal(astray(front, room, size, true), "Outside the scene");
+  const inside = ofCamera(at([0, 1, 0.9]), 1, room);
+  assert.equal(astray(inside, room, size, true), "");
+  for (const lost of [pan(front, 9, 0), zoom(front, 1000), walk(front, 100, 0, 0)])
+    for (const isRoom of [true, false])
+      assert.equal(astray(lost, room, size, isRoom), "Nothing of the scene is in sight");
+  // Near enough that corners are behind the eye: that something is seen cannot be ruled out.
+  assert.equal(astray({ ...front, target: [0, 1, 1.2], distance: 0.01, yaw: 0, pitch: 0 }, room, size, false), "");
 });
 
 test("a camera that looks straight down keeps what is to its right", () => {

@@ -9,14 +9,17 @@ import { fileNameOf } from "../src/export";
 import { frameRequest, motionMs, motionScale, pictureSize } from "../src/frame_request";
 import { jsonOfGlb, mainOf, match, resolve, urisOf } from "../src/gltf_files";
 import { barsOf } from "../src/panel_cost";
+import { wordsOf } from "../src/panel_progress";
 import { hexOf, linearOf, placeTyped } from "../src/panel_objects";
-import { rungOf, valuesOf } from "../src/panel_technique";
+import { defaultOf, rungOf, valuesOf } from "../src/panel_technique";
 import { ERROR_MOST, colourOf, readHalf, relativeError } from "../src/difference";
 import { empty, evenAxis, grown, logAxis } from "../src/plot";
 import { tokenOfFragment, withoutToken } from "../src/session";
 import { readSettings, standard } from "../src/settings";
 import { sha256 } from "../src/sha256";
 import { STEPS, fromStep, hasSlider, toStep } from "../src/slider";
+import { listOf, named } from "../src/upload";
+import { Who, lineOf, nameOf, plainName } from "../src/who";
 import { decode, encode } from "../src/wire";
 
 test("waits double from the first to the most, and are spread", () => {
@@ -133,7 +136,7 @@ test("pictures have the stage's shape, within the limits", () => {
   assert.deepEqual(pictureSize({ width: 960, height: 730 }, 1, 0.5), [480, 365]);
   assert.deepEqual(pictureSize({ width: 960, height: 730 }, 2, 1), [1920, 1460]);
   for (const side of pictureSize({ width: 9000, height: 30 }, 2, 1)) assert.ok(side >= 64 && side <= 4096);
-  assert.deepEqual([0, 100, 200, 900].map(motionScale), [1, 1, 0.5, 0.25]);
+  assert.deepEqual([0, 100, 200, 900, 1e5].map(motionScale), [1, 1, 0.5, 0.5, 0.5]);
 });
 
 test("what a frame says of those in motion: its own time, less what is done once, a sub-frame", () => {
@@ -195,11 +198,11 @@ test("axes hold their values and have few round ticks", () => {
 
 test("keys: arrows turn, Shift pans, letters walk, others are left alone", () => {
   const orbit = { target: [0, 0, 0], yaw: 0, pitch: 0, distance: 2, yfov: 1 } as const;
-  assert.ok(afterKey(orbit, "ArrowRight", false, 1)!.yaw > 0);
-  assert.ok(afterKey(orbit, "ArrowRight", true, 1)!.target[0] > 0);
-  assert.equal(afterKey(orbit, "w", false, 1)!.target[2], -1);
-  assert.ok(afterKey(orbit, "+", false, 1)!.distance < 2);
-  assert.equal(afterKey(orbit, "Tab", false, 1), null);
+  assert.ok(afterKey(orbit, "ArrowRight", false, 1, 0.1)!.yaw > 0);
+  assert.ok(afterKey(orbit, "ArrowRight", true, 1, 0.1)!.target[0] > 0);
+  assert.equal(afterKey(orbit, "w", false, 1, 0.1)!.target[2], -1);
+  assert.ok(afterKey(orbit, "+", false, 1, 0.1)!.distance < 2);
+  assert.equal(afterKey(orbit, "Tab", false, 1, 0.1), null);
 });
 
 test("colours: digits to linear light and back", () => {
@@ -229,4 +232,66 @@ test("more error is brighter, and there is a last colour", () => {
   const light = (e: number) => colourOf(e).reduce((a, b, i) => a + b * [0.2126, 0.7152, 0.0722][i]!, 0);
   for (let e = 0; e < ERROR_MOST; e += 0.02) assert.ok(light(e + 0.02) > light(e), `${e}`);
   assert.deepEqual([colourOf(9), colourOf(NaN)], [colourOf(ERROR_MOST), colourOf(0)]);
+});
+
+test("faults begin with the file that they are about", () => {
+  assert.equal(named("a.glb", new Error("no glTF")).message, "a.glb: no glTF");
+  assert.equal(named("a.glb", new Error("a.glb: no glTF")).message, "a.glb: no glTF");
+  const files = ["a.txt", "b/c.txt", "d", "e"].map((path) => ({ path }));
+  assert.equal(listOf(files.slice(0, 1)), "a.txt");
+  assert.equal(listOf(files), "a.txt, b/c.txt, d and 1 more");
+});
+
+function store(): Storage & { held: Map<string, string> } {
+  const held = new Map<string, string>();
+  return {
+    held,
+    getItem: (key: string) => held.get(key) ?? null,
+    setItem: (key: string, value: string) => void held.set(key, value),
+    removeItem: (key: string) => void held.delete(key),
+  } as Storage & { held: Map<string, string> };
+}
+
+test("each tab is somebody, and a person who typed a name the same one everywhere", () => {
+  const browser = store();
+  const tabs = [store(), store()];
+  const [one, two] = tabs.map((tab) => new Who(browser, tab)) as [Who, Who];
+  assert.match(one.by, /^viewer [0-9a-f]{4}$/);
+  assert.equal(new Who(browser, tabs[0]!).by, one.by); // after a reload
+  one.by = "  Zoë\u202e\n ";
+  assert.equal(one.by, "Zoë");
+  assert.equal(new Who(browser, store()).by, "Zoë");
+  assert.notEqual(two.by, "Zoë"); // until it is loaded again
+  one.by = "";
+  assert.match(one.by, /^viewer /);
+  assert.equal(new TextEncoder().encode(plainName("🦊".repeat(40))).length, 64);
+  const broken = { getItem() { throw new Error("no"); }, setItem() { throw new Error("no"); }, removeItem() {} };
+  assert.match(new Who(broken as unknown as Storage, broken as unknown as Storage).by, /^viewer /);
+});
+
+test("who did what, in a line", () => {
+  assert.deepEqual(["local Anna B", "local", "alice", "alice pad", ""].map(nameOf), ["Anna B", "", "alice", "alice (pad)", ""]);
+  const deed = { batch: "edit", author: "local Anna", of: 0n, changes: ["light 0", "node 1", "node 2"] };
+  assert.equal(lineOf(deed, false), "Anna changed light 0 and 2 more");
+  assert.equal(lineOf(deed, true), ""); // one knows what one does
+  const undo = { ...deed, batch: "undo", of: 7n, changes: ["light 0"] };
+  assert.equal(lineOf(undo, true), "You took back the change of revision 7: light 0");
+  assert.equal(lineOf({ ...undo, batch: "redo", author: "" }, false), "Somebody did again the change of revision 7: light 0");
+  assert.equal(lineOf({ ...undo, batch: "revert" }, false), "Anna went back to revision 7: light 0");
+  assert.equal(lineOf({ ...undo, batch: "import" }, false), "");
+});
+
+test("how far a picture is", () => {
+  const stand = { step: 1, samples: 1, isFinal: false, sinceMs: 300 };
+  assert.equal(wordsOf(stand), "Refining: step 2");
+  assert.equal(wordsOf({ ...stand, samples: 4, sinceMs: 5900 }), "Refining: step 2, 4 samples a pixel, 5 s on the next");
+  assert.equal(wordsOf({ ...stand, isFinal: true }), "Finished after 2 steps");
+});
+
+test("the technique at first is the server's default", () => {
+  const some = [{ name: "direct" }, { name: "multires_gather" }, { name: "hisr" }];
+  assert.equal(defaultOf(some), "multires_gather");
+  assert.equal(defaultOf([...some, { name: "isr", isDefault: true }]), "isr");
+  assert.equal(defaultOf([{ name: "direct" }]), "direct");
+  assert.equal(defaultOf([]), "");
 });
