@@ -51,6 +51,7 @@ class Stat:
         text = (folder / "stat").read_text()
         self.started_with = (folder / "cmdline").read_bytes()
         words = text[text.rindex(")") + 2:].split()
+        self.has_ended = words[0] in "ZX"
         self.parent, self.nice, self.policy = int(words[1]), int(words[16]), int(words[38])
 
 
@@ -66,11 +67,13 @@ def children(pid):
     """Those that import: one that is about to has the daemon's words yet, and one that ended has none."""
     found = stats_of(p for p in pathlib.Path("/proc").iterdir() if p.name.isdigit())
     return [(folder, stat) for folder, stat in found
-            if stat.parent == pid and b"--import" in stat.started_with]
+            if stat.parent == pid and not stat.has_ended and b"--import" in stat.started_with]
 
 
 def disk_priority(folder):
-    return subprocess.run(["ionice", "-p", folder.name], capture_output=True, text=True).stdout
+    """Nothing of one that ended meanwhile: it has none."""
+    said = subprocess.run(["ionice", "-p", folder.name], capture_output=True, text=True).stdout
+    return said if any(not stat.has_ended for _, stat in stats_of([folder])) else ""
 
 
 def while_importing(daemon, bodies):
