@@ -39,6 +39,8 @@
     X(degenerate_triangles, false, "triangles without an area were left out")                      \
     X(incomplete_triangles, false, "indices that make no whole triangle were left out")            \
     X(repaired_normals, false, "normals that were made anew")                                      \
+    X(normals_against_winding, false, "triangles whose normals point to their rear")               \
+    X(shrunk_pictures, false, "pictures were made smaller to fit")                                 \
     X(repaired_tangents, false, "tangents that were made anew")                                    \
     X(repaired_rotations, false, "rotations that were made unit")                                  \
     X(repaired_cameras, false, "cameras whose numbers were out of range")                          \

@@ -46,7 +46,10 @@ static int build_tree(void **state)
 {
     (void)state;
     char start[] = "/tmp/bounce-resolve-XXXXXX";
-    if (!mkdtemp(start) || !realpath(start, root)) return -1;
+    char *resolved = mkdtemp(start) ? realpath(start, NULL) : NULL;
+    if (!resolved) return -1;
+    snprintf(root, sizeof root, "%s", resolved);
+    free(resolved);
     make_folder("scene");
     make_folder("scene/sub");
     make_folder("scene-evil");

@@ -76,7 +76,7 @@ static void edited_scenes_come_back(void **state)
                    .name = "a \"lamp\" \\ \t\x01 caf\xc3\xa9",
                    .kind = BD_LIGHT_SPOT,
                    .intensity = 0.1,
-                   .range = 1e30,
+                   .range = 1e15,
                    .cone_outer = 1.2}},
         {.kind = BD_EDIT_ADD_NODE,
          .node = {.given = BD_GIVEN_NODE_LIGHT | BD_GIVEN_NODE_TRANSFORM,
