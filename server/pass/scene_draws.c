@@ -2,6 +2,7 @@
 
 #include <math.h>
 
+#include "pass/scene_parts.h"
 #include "shared/bindings.h"
 #include "shared/material.h"
 
@@ -157,34 +158,8 @@ static void set_attributes(struct bd_attribute attributes[BD_ATTRIBUTE_MAX],
     };
 }
 
-// Some instances of a draw whole, or some triangles of one: what fits into a slice.
-struct part {
-    uint32_t first_instance, instance_count; // of the draw's
-    uint32_t first_triangle, triangle_count; // of the primitive's
-};
-
-static uint32_t at_most(uint32_t count, double limit)
-{
-    return count < limit ? count : (uint32_t)limit;
-}
-
-// The part that begins where the last one ended; false after the last. Starts with a zeroed part.
-static bool next_part(const struct bd_scene_draw *draw, double triangles_max, struct part *part)
-{
-    const uint32_t triangles = draw->triangles_per_instance;
-    part->first_triangle += part->triangle_count;
-    if (part->first_triangle == triangles) {
-        part->first_triangle = 0;
-        part->first_instance += part->instance_count;
-    }
-    uint32_t instances_left = draw->instance_count - part->first_instance;
-    part->triangle_count = at_most(triangles - part->first_triangle, triangles_max);
-    part->instance_count = at_most(instances_left, fmax(triangles_max / triangles, 1));
-    return instances_left > 0;
-}
-
 static enum bd_err record_part(struct bd_gpu *gpu, const struct bd_scene_draws *draws,
-                               const struct bd_scene_draw *draw, const struct part *part,
+                               const struct bd_scene_draw *draw, const struct bd_scene_part *part,
                                const struct bd_view *view, const struct bd_buf *instances,
                                struct bd_fault *fault)
 {
@@ -220,7 +195,7 @@ static enum bd_err record_part(struct bd_gpu *gpu, const struct bd_scene_draws *
     return BD_ERR_OK;
 }
 
-static double part_triangles(const struct part *part)
+static double part_triangles(const struct bd_scene_part *part)
 {
     return (double)part->triangle_count * part->instance_count;
 }
@@ -306,8 +281,9 @@ static enum bd_err record_band(struct bd_gpu *gpu, const struct bd_scene_draws *
     struct band band = begin_band(draws, rows, slicer);
     for (uint32_t d = 0; d < draws->scene->draw_count; d++) {
         const struct bd_scene_draw *draw = &draws->scene->draws[d];
-        struct part part = {0};
-        while (next_part(draw, part_triangles_max(&band), &part)) {
+        struct bd_scene_part part = {0};
+        while (bd_scene_part_next(draw->triangles_per_instance, draw->instance_count,
+                                  part_triangles_max(&band), &part)) {
             enum bd_err err = record_part(gpu, draws, draw, &part, view, instances, fault);
             band.triangles += part_triangles(&part);
             band.units += triangle_units(part_triangles(&part)) * band.units_per_unit;
