@@ -15,6 +15,7 @@
 #include "net/net_internal.h"
 #include "protocol/framing.h"
 #include "protocol/wire.h"
+#include "scene/journal_identity.h"
 #include "scene/store_journal.h"
 #include "tests/fuzz/frames.h"
 #include "tests/fuzz/golden.h"
@@ -80,7 +81,8 @@ static void make_directory(void)
 
 static void put_files(void)
 {
-    static const char *const others[] = {BD_JOURNAL_FILE "-wal", BD_JOURNAL_FILE "-shm"};
+    static const char *const others[] = {BD_JOURNAL_FILE "-wal", BD_JOURNAL_FILE "-shm",
+                                         BD_IDENTITY_FILE};
     const struct golden *golden = golden_get();
     for (size_t i = 0; i < sizeof others / sizeof others[0]; i++) {
         char path[128];
