@@ -11,7 +11,7 @@ device_packages=(libegl1 libegl-mesa0 libgl1-mesa-dri libopengl0)
 # What the commands of README.md need beside the programs. protoc makes the messages of the Python client.
 use_packages=(curl python3-matplotlib python3-numpy python3-protobuf protobuf-compiler)
 test_packages=(
-  chromium clang libclang-rt-14-dev llvm glslang-tools libcmocka-dev curl
+  chromium clang libclang-rt-14-dev llvm glslang-tools haproxy libcmocka-dev curl systemd
   python3-matplotlib python3-numpy python3-pil python3-protobuf python3-pytest python3-websockets protobuf-compiler
 )
 # What deploy/gpu_day brings along of them.
