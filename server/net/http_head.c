@@ -149,7 +149,6 @@ void bd_http_head_resolve(struct bd_http_head *head)
 static const char *end_line(struct bd_http_lines *lines)
 {
     lines->saw_cr = false;
-    if (lines->place == BD_HTTP_IN_NAME) return "a header has no colon";
     if (lines->place == BD_HTTP_IN_START && (lines->spaces != 2 || lines->at_space))
         return "a request line is METHOD TARGET HTTP/1.1";
     lines->place = lines->place == BD_HTTP_AT_START ? BD_HTTP_AT_START
@@ -188,6 +187,8 @@ static const char *look_at(struct bd_http_lines *lines, unsigned char c)
     if (c == '\n') return lines->saw_cr ? end_line(lines) : "a line ends without a carriage return";
     if (lines->saw_cr) return "a carriage return is not the end of a line";
     if (c == '\r') {
+        // Now, and not at the line's end: that may come later, and the parser would answer first.
+        if (lines->place == BD_HTTP_IN_NAME) return "a header has no colon";
         lines->saw_cr = true;
         if (lines->place == BD_HTTP_AT_NAME) lines->place = BD_HTTP_AT_END;
         return NULL;
