@@ -209,13 +209,15 @@ static void thousands_of_meshes_take_no_search(void **state)
 {
     struct world *w = *state;
     upload_ms(w, 100);
-    double few_ms = INFINITY, many_ms = INFINITY; // the least of three: caches and clocks vary
-    for (int i = 0; i < 3; i++) {
+    double few_ms = INFINITY, many_ms = INFINITY;
+    for (int i = 0; i < 2; i++) {
         few_ms = fmin(few_ms, upload_ms(w, 2500));
-        many_ms = fmin(many_ms, upload_ms(w, 10000));
+        many_ms = fmin(many_ms, upload_ms(w, 40000));
     }
-    print_message("    2,500 meshes %.1f ms, 10,000 %.1f ms of processor time\n", few_ms, many_ms);
-    assert_true(many_ms < 7 * few_ms);
+    print_message("    2,500 meshes %.1f ms, 40,000 %.1f ms of processor time\n", few_ms, many_ms);
+    // Sixteen times as many, 256 times as long where each is looked for among all. On a busy machine
+    // those that no cache holds take twice as long each.
+    assert_true(many_ms < 64 * few_ms);
 }
 
 // --- interruptions ----------------------------------------------------------------------------
