@@ -31,27 +31,27 @@ static const char *value_of(const struct bd_param_list *list, const char *key)
     return value;
 }
 
-static void set(struct bd_param_list *list, const char *key, const char *value)
+// False where the request is full of other keys; that one is refused by then.
+static bool set(struct bd_param_list *list, const char *key, const char *value)
 {
-    uint32_t i = 0;
-    while (i < list->count && strcmp(list->pairs[i].key, key) != 0) i++;
-    if (i == BD_PARAM_MAX) return; // the request is full of other keys; that one is refused by then
-    if (i == list->count) list->count++;
-    strcpy(list->pairs[i].key, key);
-    strcpy(list->pairs[i].value, value);
+    bool is_set = false;
+    // A repeated key is read by its last value: none may stay behind.
+    for (uint32_t i = 0; i < list->count; i++) {
+        if (strcmp(list->pairs[i].key, key) != 0) continue;
+        strcpy(list->pairs[i].value, value);
+        is_set = true;
+    }
+    if (is_set || list->count == BD_PARAM_MAX) return is_set;
+    strcpy(list->pairs[list->count].key, key);
+    strcpy(list->pairs[list->count++].value, value);
+    return true;
 }
 
 static void lay_over(const char *rung, const struct bd_param_list *given, struct bd_param_list *out)
 {
     struct bd_param_list pair;
     *out = *given;
-    while (next_pair(&rung, &pair)) {
-        // A repeated key is read by its last value: none may stay behind.
-        for (uint32_t i = 0; i < out->count; i++)
-            if (strcmp(out->pairs[i].key, pair.pairs[0].key) == 0)
-                strcpy(out->pairs[i].value, pair.pairs[0].value);
-        set(out, pair.pairs[0].key, pair.pairs[0].value);
-    }
+    while (next_pair(&rung, &pair)) set(out, pair.pairs[0].key, pair.pairs[0].value);
 }
 
 static bool names_any(const char *rung, const struct bd_param_list *given)
@@ -132,6 +132,24 @@ uint32_t bd_ladder_begin(const struct bd_technique *technique, const struct bd_p
     uint32_t rung = 0;
     while (ladder[rung] && !is_above(ladder, rung, given)) rung++;
     return rung;
+}
+
+bool bd_ladder_cheapest(const struct bd_technique *technique, const struct bd_param_list *given,
+                        struct bd_param_list *out)
+{
+    const char *const *ladder = technique->ladder;
+    struct bd_params read;
+    struct bd_param_list whole, pair;
+    if (!ladder || !ladder[0] || bd_params_read(given, technique, &read, NULL)) return false;
+    bd_params_write(&read, technique, &whole);
+    *out = *given;
+    bool is_cheaper = false;
+    for (const char *at = ladder[0]; next_pair(&at, &pair);) {
+        const char *key = pair.pairs[0].key, *value = value_of(&whole, key);
+        if (!value || standing_of(ladder, key, strtod(value, NULL)).lowest <= 0) continue;
+        is_cheaper |= set(out, key, pair.pairs[0].value);
+    }
+    return is_cheaper;
 }
 
 bool bd_ladder_climb(const struct bd_technique *technique, const struct bd_param_list *given,

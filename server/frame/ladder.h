@@ -15,6 +15,11 @@
 uint32_t bd_ladder_begin(const struct bd_technique *technique, const struct bd_param_list *given,
                          struct bd_param_list *out);
 
+// What costs least: the cheapest rung's values where those given, or else the technique's own, stand
+// above them. False where none does, or the parameters are not to be read.
+bool bd_ladder_cheapest(const struct bd_technique *technique, const struct bd_param_list *given,
+                        struct bd_param_list *out);
+
 // The next setting, from `*rung` on; false past the last.
 bool bd_ladder_climb(const struct bd_technique *technique, const struct bd_param_list *given,
                      uint32_t *rung, struct bd_param_list *out);

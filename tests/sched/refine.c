@@ -253,6 +253,27 @@ static void a_key_given_twice_is_replaced(void **state)
         if (strcmp(now.pairs[i].key, "vpls") == 0) assert_string_equal(now.pairs[i].value, "64");
 }
 
+// What stands below the cheapest rung already stays there; what nobody gave is the technique's own.
+static void the_cheapest_is_never_dearer(void **state)
+{
+    (void)state;
+    struct bd_param_list given = list_of("vpls=16", "brdf=lambert"), now;
+    assert_true(bd_ladder_cheapest(&bd_technique_multires_gather, &given, &now));
+    assert_string_equal(value_of(&now, "vpls"), "16");
+    assert_string_equal(value_of(&now, "brdf"), "lambert");
+    assert_string_equal(value_of(&now, "finest"), "4");
+    assert_string_equal(value_of(&now, "coarsest"), "none");
+    given = list_of("vpls=16", NULL);
+    assert_false(bd_ladder_cheapest(&bd_technique_rsm, &given, &now));
+    given = list_of("vpls=5", NULL);
+    assert_false(bd_ladder_cheapest(&bd_technique_rsm, &given, &now));
+    given = list_of("vpls=17", NULL);
+    assert_true(bd_ladder_cheapest(&bd_technique_rsm, &given, &now));
+    assert_string_equal(value_of(&now, "vpls"), "16");
+    given = list_of("vpls=some", NULL);
+    assert_false(bd_ladder_cheapest(&bd_technique_rsm, &given, &now));
+}
+
 static void a_technique_without_ladder_stays(void **state)
 {
     (void)state;
@@ -278,6 +299,7 @@ int main(void)
         cmocka_unit_test(rungs_are_ordered_by_their_place),
         cmocka_unit_test(defaults_sit_on_their_own_ladder),
         cmocka_unit_test(a_key_given_twice_is_replaced),
+        cmocka_unit_test(the_cheapest_is_never_dearer),
         cmocka_unit_test(a_technique_without_ladder_stays),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
