@@ -50,6 +50,16 @@ void bd_report_reword(struct bd_report *report, const char *name, const char *fo
     }
 }
 
+void bd_report_add_time(struct bd_report_time *sum, const struct bd_report_time *time)
+{
+    sum->total += time->total;
+    sum->load += time->load;
+    sum->compile += time->compile;
+    sum->gpu += time->gpu;
+    sum->check += time->check;
+    sum->readback += time->readback;
+}
+
 void bd_report_refused_rays(struct bd_report *report, uint64_t count)
 {
     if (count)

@@ -36,6 +36,9 @@ struct bd_report_time {
     double total, load, compile, gpu, check, readback; // ms; encode is added by who encodes
 };
 
+// Adds up `time`, of one frame of several.
+void bd_report_add_time(struct bd_report_time *sum, const struct bd_report_time *time);
+
 struct bd_report {
     char scene[72]; // "sha256:HEX" of the snapshot
     uint32_t width_px, height_px;

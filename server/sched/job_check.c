@@ -100,16 +100,6 @@ static void report_first_error(const struct bd_job *job, const struct bd_check_r
     if (result->tail) bd_report_flag(report, "error_tail");
 }
 
-static void add_time(struct bd_report_time *sum, const struct bd_report_time *time)
-{
-    sum->total += time->total;
-    sum->load += time->load;
-    sum->compile += time->compile;
-    sum->gpu += time->gpu;
-    sum->check += time->check;
-    sum->readback += time->readback;
-}
-
 // --- refining -------------------------------------------------------------------------------
 
 static void keep_best(struct bd_job *job, const struct bd_check_result *checked)
@@ -340,7 +330,7 @@ bool bd_job_check_run(struct bd_reference_runner *runner, struct bd_check_views 
 {
     struct bd_check_result measured;
     bool again = false, look = true;
-    add_time(&job->check->spent_ms, &job->result.report.time_ms);
+    bd_report_add_time(&job->check->spent_ms, &job->result.report.time_ms);
     job->check->flag_count = job->result.report.flag_count;
     atomic_store(&job->progress_ppm, 0);
     atomic_store(&job->checking, true);
@@ -368,6 +358,6 @@ bool bd_job_check_run(struct bd_reference_runner *runner, struct bd_check_views 
 void bd_job_check_settle(struct bd_job *job)
 {
     if (!job->check || job->result.err != BD_ERR_DEADLINE || !job->check->best.stands) return;
-    add_time(&job->check->spent_ms, &job->result.report.time_ms);
+    bd_report_add_time(&job->check->spent_ms, &job->result.report.time_ms);
     finish(job, BD_STOPPED_DEADLINE);
 }
