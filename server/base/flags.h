@@ -18,6 +18,7 @@
     X(rays_refused, false, "rays of the reference that were out of range, and met nothing")        \
     X(error_floor, false, "the target error is out of the technique's reach")                      \
     X(error_tail, false, "a few pixels carry the error: its upper end is not known")               \
+    X(deadline_rung, false, "the deadline passed: the technique's cheapest settings instead")      \
     X(error_unknown, false, "no pixel is finite, none was checked")                                \
     X(no_indirect_visibility, false, "indirect light goes through walls")                          \
     X(emissive_not_lighting, false, "emissive surfaces are seen and light nothing")                \

@@ -5,6 +5,7 @@
 #include "base/assert.h"
 #include "base/clock.h"
 #include "sched/job_check.h"
+#include "sched/standby.h"
 
 struct bd_job *bd_job_create(const struct bd_job_request *request)
 {
@@ -19,6 +20,7 @@ struct bd_job *bd_job_create(const struct bd_job_request *request)
     bd_scene_retain(job->request.scene);
     if (bd_frame_request_is_checked(&request->frame))
         job->check = bd_job_check_create(&job->request.frame);
+    job->standby = bd_standby_create(&job->request);
     uint32_t deadline_ms = request->frame.deadline_ms;
     if (deadline_ms)
         job->deadline_ns = bd_clock_ns() + (deadline_ms - request->spent_ms) * UINT64_C(1000000);
@@ -33,6 +35,7 @@ void bd_job_drop(struct bd_job *job)
     for (int l = 0; l < BD_LAYER_COUNT; l++) bd_image_destroy(&job->result.layers[l]);
     bd_scene_release(&job->request.scene);
     bd_job_check_destroy(&job->check);
+    bd_standby_destroy(&job->standby);
     pthread_mutex_destroy(&job->lock);
     pthread_cond_destroy(&job->ended_changed);
     free(job);

@@ -49,6 +49,8 @@ struct bd_job_request {
     struct bd_frame_request frame; // checked by bd_sched_submit
     uint32_t spent_ms; // of the frame's deadline, less than that: the client's began before
     int priority;      // higher first; 0 = batch, 10 = interactive
+    bool accepts_cheaper; // where the deadline passes: the technique's cheapest rung, which is
+                          // rendered before what was asked for, with the flag `deadline_rung`
     uint64_t turn; // whose it is: among jobs of one priority, owners take turns. 0 = one more owner
     // Called once, on the thread that ran the job, when it ended: only enqueue, then return. NULL
     // is fine for who waits.
@@ -76,7 +78,7 @@ void bd_job_release(struct bd_job **job);
 // Valid once the job has ended; borrowed until its release. `layers[l]` is NULL unless asked for;
 // all are NULL after a failure or for a plan. After a passed deadline the result is
 // BD_ERR_DEADLINE and the report tells how far it came; but a frame that stands when its check or
-// refinement ran out of time is a result, with report.stopped = BD_STOPPED_DEADLINE.
+// refinement ran out of time is a result, and so is one that stands in (accepts_cheaper), with report.stopped = BD_STOPPED_DEADLINE.
 struct bd_job_result {
     enum bd_err err;
     struct bd_fault fault;

@@ -196,6 +196,58 @@ static void a_deadline_is_kept(void **state)
     bd_scene_release(&scene);
 }
 
+// What it comes to with that deadline, 0 = none; the picture is the caller's.
+static struct bd_image *render_within(struct bd_sched *sched, struct bd_job_request *request,
+                                      uint32_t deadline_ms, struct bd_report *report)
+{
+    request->accepts_cheaper = deadline_ms > 0;
+    request->frame.deadline_ms = deadline_ms;
+    struct bd_job *job = submit(sched, request);
+    bd_job_wait(job);
+    const struct bd_job_result *result = bd_job_result(job);
+    if (result->err) fail_msg("%s", result->fault.message);
+    *report = result->report;
+    struct bd_image *image = bd_image_create(64, 64, 4);
+    memcpy(image->pixels, result->layers[0]->pixels, 64 * 64 * 4 * sizeof(float));
+    bd_job_release(&job);
+    return image;
+}
+
+static void assert_same_picture(struct bd_image *a, struct bd_image *b)
+{
+    assert_memory_equal(a->pixels, b->pixels, 64 * 64 * 4 * sizeof(float));
+    bd_image_destroy(&a);
+    bd_image_destroy(&b);
+}
+
+static void a_cheaper_frame_stands_in(void **state)
+{
+    struct bd_sched *sched = *state;
+    struct bd_scene *scene = create_scene();
+    struct bd_report report;
+    struct bd_job_request cheap = request_of(scene, 64, "vpls=16");
+    struct bd_job_request asked = request_of(scene, 64, "vpls=4000000");
+    strcpy(cheap.frame.technique, "rsm");
+    strcpy(asked.frame.technique, "rsm");
+    struct bd_image *expected = render_within(sched, &cheap, 0, &report);
+    struct bd_image *got = render_within(sched, &asked, PATIENCE * 1000, &report);
+    assert_same_picture(expected, got);
+    assert_int_equal(report.stopped, BD_STOPPED_DEADLINE);
+    assert_int_equal(report.flag_count > 0, true);
+    assert_non_null(strstr(report.flags[report.flag_count - 1], "deadline_rung: "));
+    assert_non_null(strstr(report.flags[report.flag_count - 1], "rendered with vpls=16"));
+
+    asked = request_of(scene, 64, "vpls=384");
+    strcpy(asked.frame.technique, "rsm");
+    expected = render_within(sched, &asked, 0, &report);
+    got = render_within(sched, &asked, 600000, &report);
+    assert_same_picture(expected, got);
+    assert_int_equal(report.stopped, BD_STOPPED_COMPLETE);
+    for (uint32_t i = 0; i < report.flag_count; i++)
+        assert_null(strstr(report.flags[i], "deadline"));
+    bd_scene_release(&scene);
+}
+
 static atomic_int ended_count;
 static int ended_order[4];
 
@@ -353,6 +405,7 @@ int main(void)
         WITH_SCHED(a_failed_call_fails_no_later_frame),
         WITH_SCHED(a_cancelled_job_ends_soon),
         WITH_SCHED(a_deadline_is_kept),
+        WITH_SCHED(a_cheaper_frame_stands_in),
         WITH_SCHED(higher_priority_goes_first),
         WITH_SCHED(a_full_queue_says_so),
         WITH_SCHED(oversize_is_refused_by_name),

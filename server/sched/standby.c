@@ -1,0 +1,97 @@
+#include "sched/standby.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/assert.h"
+#include "frame/ladder.h"
+#include "sched/job.h"
+#include "technique/technique.h"
+
+struct bd_standby {
+    struct bd_param_list asked, cheap;
+    bool stands;
+    struct bd_job_result kept;
+};
+
+struct bd_standby *bd_standby_create(struct bd_job_request *request)
+{
+    struct bd_frame_request *frame = &request->frame;
+    struct bd_param_list cheap;
+    if (!request->accepts_cheaper || frame->deadline_ms == 0 || frame->plan_only ||
+        bd_frame_request_is_traced(frame) || bd_frame_request_is_checked(frame) ||
+        !bd_ladder_cheapest(bd_technique_named(frame->technique, NULL), &frame->params, &cheap))
+        return NULL;
+    struct bd_standby *standby = calloc(1, sizeof *standby);
+    BD_ASSERT(standby);
+    standby->asked = frame->params;
+    standby->cheap = frame->params = cheap;
+    return standby;
+}
+
+static void free_layers(struct bd_job_result *result)
+{
+    for (uint32_t l = 0; l < BD_LAYER_COUNT; l++) bd_image_destroy(&result->layers[l]);
+}
+
+void bd_standby_destroy(struct bd_standby **standby)
+{
+    if (!*standby) return;
+    free_layers(&(*standby)->kept);
+    free(*standby);
+    *standby = NULL;
+}
+
+static void keep(struct bd_job *job)
+{
+    job->standby->kept = job->result;
+    job->standby->stands = true;
+    job->result = (struct bd_job_result){0};
+    job->request.frame.params = job->standby->asked;
+}
+
+// The rung's pairs, as they stand in for what was asked: those that differ from it.
+static void describe(const struct bd_standby *standby, char *out, size_t size)
+{
+    size_t used = 0;
+    out[0] = 0;
+    for (uint32_t i = 0; i < standby->cheap.count && used < size; i++) {
+        const char *key = standby->cheap.pairs[i].key, *value = standby->cheap.pairs[i].value;
+        if (i < standby->asked.count && strcmp(standby->asked.pairs[i].value, value) == 0) continue;
+        used += (size_t)snprintf(out + used, size - used, " %s=%s", key, value);
+    }
+}
+
+static void stand_in(struct bd_job *job)
+{
+    struct bd_standby *standby = job->standby;
+    struct bd_report_time time_ms = job->result.report.time_ms;
+    char settings[BD_REPORT_FLAG_BYTES];
+    free_layers(&job->result);
+    job->result = standby->kept;
+    standby->kept = (struct bd_job_result){0};
+    standby->stands = false;
+    struct bd_report *report = &job->result.report;
+    bd_report_add_time(&report->time_ms, &time_ms);
+    report->stopped = BD_STOPPED_DEADLINE;
+    describe(standby, settings, sizeof settings);
+    bd_report_flag(report, "deadline_rung: %u ms passed, rendered with%s",
+                   job->request.frame.deadline_ms, settings);
+}
+
+bool bd_standby_take(struct bd_job *job)
+{
+    struct bd_standby *standby = job->standby;
+    if (!standby) return false;
+    if (!standby->stands && job->result.err == BD_ERR_OK) {
+        keep(job);
+        return true;
+    }
+    if (!standby->stands) return false;
+    if (job->result.err == BD_ERR_DEADLINE)
+        stand_in(job);
+    else
+        bd_report_add_time(&job->result.report.time_ms, &standby->kept.report.time_ms);
+    return false;
+}
