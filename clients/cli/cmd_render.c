@@ -78,7 +78,10 @@ static int exit_code(const struct bd_cli_render *options, const Bounced__Report 
 {
     const char *stopped = report->stopped ? report->stopped : "";
     bool missed = strcmp(stopped, "floor") == 0 || strcmp(stopped, "deadline") == 0;
-    if (missed) bd_cli_print_line(stderr, "bounce: the target was not reached: %s", stopped);
+    if (missed && options->target_error > 0)
+        bd_cli_print_line(stderr, "bounce: the target was not reached: %s", stopped);
+    else if (missed)
+        bd_cli_print_line(stderr, "bounce: not rendered as asked before the deadline");
     for (size_t i = 0; i < report->n_flags; i++) {
         if (!counts(options, report->flags[i])) continue;
         bd_cli_print_line(stderr, "bounce: failed for the flag %s", report->flags[i]);

@@ -143,6 +143,7 @@ void bd_command_render(struct bd_command *command)
     struct bd_job_request request = {.scene = command->scene,
                                      .frame = command->options.frame,
                                      .spent_ms = spent_ms,
+                                     .accepts_cheaper = true,
                                      .priority = BD_PRIORITY_REQUEST,
                                      .turn = bd_client_turn(command->client),
                                      .done = bd_frame_job_done,

@@ -58,7 +58,7 @@ class FrameOptions(TypedDict, total=False):
     encoding: str                # "exr" (default), "half", "png", "jpeg"; "none": the report alone
     exr_half: bool               # 16 bits a channel where these hold it
     jpeg_quality: int            # 1 to 100
-    deadline_ms: int             # from the daemon's receipt
+    deadline_ms: int             # from the daemon's receipt; cheaper after it (flag deadline_rung)
     check: int                   # pixels to be traced for an estimate of the error, 16 to 65536
     target_error: float          # per cent; refine until the interval's upper end is below
     against: str                 # "full" (default) or "model": which error decides; both are told
