@@ -7,7 +7,6 @@
 #include "base/assert.h"
 #include "frame/ladder.h"
 #include "sched/job.h"
-#include "technique/technique.h"
 
 struct bd_standby {
     struct bd_param_list asked, cheap;
