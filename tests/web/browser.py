@@ -138,7 +138,7 @@ class Page:
             raise RuntimeError(answer["exceptionDetails"]["exception"].get("description", expression))
         return answer["result"].get("value")
 
-    def until(self, expression, timeout_s=20):
+    def until(self, expression, timeout_s=60):
         """Waits until the expression is true, and returns what it is."""
         end = time.monotonic() + timeout_s
         value = None

@@ -15,7 +15,7 @@ FINAL = "document.getElementById('stage').dataset.final === 'true'"
 TOAST = "document.getElementById('toasts').textContent"
 
 
-def wait(true, timeout_s=10):
+def wait(true, timeout_s=30):
     end = time.monotonic() + timeout_s
     while not (value := true()):
         assert time.monotonic() < end, "not in time"
