@@ -4,10 +4,11 @@
 // sqrt(mean d) / mean R with d = (I - A)(I - B), over all channels of all pixels whose image is
 // finite (algorithms.md E1, E2; image/metric.h). Only some pixels are traced:
 //
-//   - A score says for each pixel how large its squared error may be: a mixture of luminance,
-//     indirect light, contrast to the neighbours (beauty, indirect light, and how far the indirect
-//     light sticks out of its neighbours), edges in depth and normal, the level at which a
-//     multiresolution technique shaded it, and a constant.
+//   - A first look traces one sample of each half all over the picture (check_scout.h).
+//   - A score says for each pixel how large its squared error may be: a mixture of what that look
+//     found, luminance, indirect light, contrast to the neighbours (beauty, indirect light, and how
+//     far the indirect light sticks out of its neighbours), edges in depth and normal, the level at
+//     which a multiresolution technique shaded it, and a constant.
 //   - Pixels that score so high that each deserves a sample of its own are all traced. The rest is
 //     cut into strata of equal total score; each gets the same number of samples, chosen without
 //     replacement. A sample stands for (pixels of its stratum) / (samples of its stratum) pixels.
@@ -43,6 +44,7 @@ struct bd_check_frame {
     const struct bd_image *normal;   // 3, unit; 0 where nothing is
     const struct bd_image *depth;    // 1, metres; 1e10 where nothing is
     const struct bd_image *level;    // 1: 0 = shaded at full resolution, 1 = at half, ...
+    const struct bd_image *surprise; // 2 (reference/check_scout.h); bd_check_run makes its own
 };
 
 // What traces, with everything but the pixel bound.
@@ -60,6 +62,7 @@ struct bd_check_tracer {
 struct bd_check_options {
     uint32_t pixel_count; // to trace; a frame with fewer is traced whole
     uint64_t seed;        // of the choice; the tracer has its own
+    bool blind;           // no first look: for means, which are not as uneven as errors
     uint64_t samples_max; // of both halves, all pixels together: where noise asks for more
     // NULL, or told the share that is done, 0 to 1, between pieces of the tracing.
     void (*progress)(void *user, double share);

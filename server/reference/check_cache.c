@@ -12,6 +12,8 @@ struct bd_check_cache {
     uint32_t count, count_max, room, slot_mask;
     uint32_t *slots;
     struct bd_check_pixel *pixels; // room for `room`, grown as needed
+    float *scouts;
+    uint32_t scout_count;
 };
 
 static void forget_all(struct bd_check_cache *cache)
@@ -41,6 +43,7 @@ void bd_check_cache_destroy(struct bd_check_cache **cache)
     if (!*cache) return;
     free((*cache)->slots);
     free((*cache)->pixels);
+    free((*cache)->scouts);
     free(*cache);
     *cache = NULL;
 }
@@ -78,6 +81,22 @@ void bd_check_cache_put(struct bd_check_cache *cache, const struct bd_check_pixe
         *slot = cache->count++;
     }
     cache->pixels[*slot] = *pixel;
+}
+
+float *bd_check_cache_scouts(struct bd_check_cache *cache, uint32_t count, bool *is_known)
+{
+    *is_known = cache->scout_count == count;
+    if (*is_known) return cache->scouts;
+    free(cache->scouts);
+    cache->scouts = calloc((size_t)count * 3, sizeof *cache->scouts);
+    BD_ASSERT(cache->scouts);
+    cache->scout_count = count;
+    return cache->scouts;
+}
+
+void bd_check_cache_forget_scouts(struct bd_check_cache *cache)
+{
+    cache->scout_count = 0;
 }
 
 uint32_t bd_check_cache_count(const struct bd_check_cache *cache)

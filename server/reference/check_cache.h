@@ -7,6 +7,7 @@
 #ifndef BD_REFERENCE_CHECK_CACHE_H
 #define BD_REFERENCE_CHECK_CACHE_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -39,6 +40,12 @@ void bd_check_cache_destroy(struct bd_check_cache **cache);
 // NULL if that pixel is not held. Valid until the next put.
 const struct bd_check_pixel *bd_check_cache_get(const struct bd_check_cache *cache, uint32_t index);
 void bd_check_cache_put(struct bd_check_cache *cache, const struct bd_check_pixel *pixel);
+
+// What a first look saw of the view (check_scout.c), `count` times three numbers: kept with the
+// cache, whatever else it forgets. `*is_known`: somebody has filled them; else who asks does.
+float *bd_check_cache_scouts(struct bd_check_cache *cache, uint32_t count, bool *is_known);
+
+void bd_check_cache_forget_scouts(struct bd_check_cache *cache);
 
 uint32_t bd_check_cache_count(const struct bd_check_cache *cache);
 

@@ -12,7 +12,7 @@
 // Chosen for coverage on real frames: README.md. What makes them fail is always an error above the
 // interval, of pixels that nothing in the frame gives away.
 #define EDGE_SURPRISES 0.2
-#define TAIL_WIDTH     1.3
+#define WIDTH          1.3
 
 // One traced pixel, channel-averaged.
 struct measured {
@@ -241,13 +241,13 @@ static void make_interval(const struct spread *spread, struct bd_check_result *o
     double t = bd_check_student_t(freedom);
     double skewness = spread->variance > 0 ? spread->third_moment / pow(spread->variance, 1.5) : 0;
     // Johnson 1978, Hall 1992: the upper end of a right-skewed mean lies farther out.
-    double upper = TAIL_WIDTH * t + fmax(skewness * (1 + 2 * t * t) / 6, 0);
+    double lower = WIDTH * t, upper = WIDTH * t + fmax(skewness * (1 + 2 * t * t) / 6, 0);
     out->value = sqrt(fmax(square, 0));
     if (square > 0 && !is_noise(out)) {
-        out->low = sqrt(square * exp(-t * deviation / square));
+        out->low = sqrt(square * exp(-lower * deviation / square));
         out->high = sqrt((square + spread->unseen) * exp(upper * deviation / square));
     } else {
-        out->low = sqrt(fmax(square - t * deviation, 0));
+        out->low = sqrt(fmax(square - lower * deviation, 0));
         out->high = sqrt(fmax(square + upper * deviation + spread->unseen, 0));
     }
     if (out->tail) out->high = INFINITY;

@@ -49,7 +49,7 @@ static bool has_shape(const struct bd_image *image, const struct bd_image *beaut
             image->channel_count == channel_count);
 }
 
-static enum bd_err check_frame(const struct bd_check_frame *frame, struct bd_fault *fault)
+enum bd_err bd_check_frame_check(const struct bd_check_frame *frame, struct bd_fault *fault)
 {
     const struct bd_image *beauty = frame->beauty;
     if (beauty->channel_count < 3)
@@ -264,7 +264,7 @@ enum bd_err bd_check_plan_make(const struct bd_check_frame *frame, uint32_t samp
 {
     *out = (struct bd_check_plan){.width_px = frame->beauty->width_px,
                                   .height_px = frame->beauty->height_px};
-    enum bd_err err = check_frame(frame, fault);
+    enum bd_err err = bd_check_frame_check(frame, fault);
     if (err) return err;
     measure_image(frame->beauty, out);
     if (sample_count > out->pixel_count) sample_count = (uint32_t)out->pixel_count;

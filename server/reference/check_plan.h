@@ -35,6 +35,10 @@ enum bd_err bd_check_plan_make(const struct bd_check_frame *frame, uint32_t samp
                                uint64_t seed, struct bd_check_plan *out, struct bd_fault *fault);
 void bd_check_plan_finish(struct bd_check_plan *plan);
 
+// Whether the layers fit together: BD_ERR_USAGE names what is wrong.
+BD_MUST_CHECK
+enum bd_err bd_check_frame_check(const struct bd_check_frame *frame, struct bd_fault *fault);
+
 // The score of every pixel, rows from the top, adding up to about 1; 0 where beauty is not finite.
 // NULL without memory. The caller frees it.
 float *bd_check_scores(const struct bd_check_frame *frame);

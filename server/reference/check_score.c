@@ -1,4 +1,4 @@
-// What predicts the squared error of a pixel, from the frame alone.
+// What predicts the squared error of a pixel, from the frame and a first look at the truth.
 //
 // Every feature is a squared radiance (or a squared radiance where an edge is, and 0 elsewhere),
 // and enters by its share of the frame's sum: the mixture needs no unit. How the shares were
@@ -20,6 +20,8 @@ enum feature {
     FEATURE_EDGE,           // 1 where depth or normal jump
     FEATURE_EDGE_LUMINANCE, // brightest neighbour's square there
     FEATURE_LEVEL,          // luminance where it was shaded coarsely
+    FEATURE_SURPRISE,       // what a first look found there
+    FEATURE_SURPRISE_AROUND,
     FEATURE_COUNT,
 };
 
@@ -34,6 +36,8 @@ static const double feature_share[FEATURE_COUNT] = {
     [FEATURE_EDGE] = 0.05,
     [FEATURE_EDGE_LUMINANCE] = 0.10,
     [FEATURE_LEVEL] = 0.15,
+    [FEATURE_SURPRISE] = 0.30,
+    [FEATURE_SURPRISE_AROUND] = 0.50,
 };
 
 // An edge: neighbours' depths differ by more than this share of the nearer one, or their normals by
@@ -160,6 +164,10 @@ static void features_at(const struct bd_check_frame *frame, uint32_t x, uint32_t
     if (is_edge(frame, x, y, &around)) {
         out[FEATURE_EDGE] = 1;
         out[FEATURE_EDGE_LUMINANCE] = brightest;
+    }
+    if (frame->surprise) {
+        out[FEATURE_SURPRISE] = (double)bd_image_at(frame->surprise, x, y)[0];
+        out[FEATURE_SURPRISE_AROUND] = (double)bd_image_at(frame->surprise, x, y)[1];
     }
     if (frame->level)
         out[FEATURE_LEVEL] = (double)*bd_image_at(frame->level, x, y) * out[FEATURE_LUMINANCE];

@@ -7,6 +7,7 @@
 #include "reference/check_cache.h"
 #include "reference/check_estimate.h"
 #include "reference/check_plan.h"
+#include "reference/check_scout.h"
 
 // Samples in each half that find out how noisy a pixel is. They take no part in the estimate: if
 // they did, pixels whose first samples happened to agree would stop early, and their luck stay.
@@ -296,8 +297,15 @@ enum bd_err bd_check_run(const struct bd_check_frame *frame, const struct bd_che
         return bd_fault_set(fault, BD_ERR_USAGE, "check", "%u: must be from %d to %d pixels",
                             options->pixel_count, BD_CHECK_PIXELS_MIN, BD_CHECK_PIXELS_MAX);
     struct check check = {.options = options, .tracer = tracer, .cache = cache};
-    enum bd_err err =
-        bd_check_plan_make(frame, options->pixel_count, options->seed, &check.plan, fault);
+    struct bd_check_frame seen = *frame;
+    struct bd_image *surprise = NULL;
+    enum bd_err err = bd_check_frame_check(frame, fault);
+    if (!err && !options->blind)
+        err = bd_check_scout(frame, options->seed, tracer, cache, &check.traced, &surprise, fault);
+    seen.surprise = surprise;
+    if (!err)
+        err = bd_check_plan_make(&seen, options->pixel_count, options->seed, &check.plan, fault);
+    bd_image_destroy(&surprise);
     check.pixels = calloc((size_t)check.plan.sample_count + 1, sizeof *check.pixels);
     check.levels = calloc((size_t)check.plan.sample_count + 1, sizeof *check.levels);
     if (!err && (!check.pixels || !check.levels))

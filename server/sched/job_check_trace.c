@@ -190,6 +190,7 @@ static enum bd_err mean_indirect(const struct bd_checked *checked, struct tracin
     struct bd_check_options options = options_of(checked);
     options.samples_max = HIDDEN_SAMPLES_MAX;
     options.progress = NULL;
+    options.blind = true;
     const struct bd_check_tracer tracer = {trace_indirect, loop, tracing};
     struct bd_check_result result;
     enum bd_err err = bd_check_run(&frame, &options, &tracer, NULL, &result, fault);
@@ -273,7 +274,8 @@ double bd_job_check_model_limit(struct bd_reference_runner *runner,
     struct difference difference = {
         .full = tracing, .model = tracing, .beauty = checked->layers[BD_LAYER_BEAUTY]};
     const struct bd_check_frame frame = frame_of(checked->layers);
-    const struct bd_check_options options = options_of(checked);
+    struct bd_check_options options = options_of(checked);
+    options.blind = true;
     const struct bd_check_tracer tracer = {trace_difference, loop, &difference};
     struct bd_check_result result;
     struct bd_fault fault;
