@@ -37,14 +37,16 @@
 #define BD_CHECK_PIXELS_MIN 16
 #define BD_CHECK_PIXELS_MAX 65536
 
+struct bd_check_surprise;
+
 // Layers of the frame, of one size; borrowed. All but beauty may be NULL: the score does without.
 struct bd_check_frame {
-    const struct bd_image *beauty;   // 3 or 4 channels; only RGB is read
-    const struct bd_image *indirect; // 3
-    const struct bd_image *normal;   // 3, unit; 0 where nothing is
-    const struct bd_image *depth;    // 1, metres; 1e10 where nothing is
-    const struct bd_image *level;    // 1: 0 = shaded at full resolution, 1 = at half, ...
-    const struct bd_image *surprise; // 2 (reference/check_scout.h); bd_check_run makes its own
+    const struct bd_image *beauty;            // 3 or 4 channels; only RGB is read
+    const struct bd_image *indirect;          // 3
+    const struct bd_image *normal;            // 3, unit; 0 where nothing is
+    const struct bd_image *depth;             // 1, metres; 1e10 where nothing is
+    const struct bd_image *level;             // 1: 0 = shaded at full resolution, 1 = at half, ...
+    const struct bd_check_surprise *surprise; // reference/check_scout.h; bd_check_run makes its own
 };
 
 // What traces, with everything but the pixel bound.
@@ -76,15 +78,15 @@ struct bd_check_result {
     // and low 0 and a finite high.
     double value, low, high;
     bool black; // no traced pixel has any light: all three are absolute, an RMSE in cd/m^2
-    bool tail;             // 1 % of the samples carries over half of the sum: `high` is infinite
-    uint32_t pixel_count;  // traced, or taken from the cache
-    uint64_t sample_count; // traced now, both halves
+    bool tail;  // 1 % of the samples carries over half of the sum: `high` is infinite
+    uint32_t pixel_count;       // traced, or taken from the cache
+    uint64_t sample_count;      // traced now, both halves
     uint64_t refused_ray_count; // of the samples behind the figure: beyond what can be traced
-    double noise_share;    // the reference's, of the variance behind the interval; 0 to 1
-    double noise;          // its relative standard deviation in `value`
+    double noise_share;         // the reference's, of the variance behind the interval; 0 to 1
+    double noise;               // its relative standard deviation in `value`
     double sample_variance; // of one sample of the reference, as a part of mean_reference squared:
                             // its own relative RMSE at n samples a pixel is the root of this / n
-    double mean_square;    // the two estimates that make `value`; mean_square may be below 0
+    double mean_square;     // the two estimates that make `value`; mean_square may be below 0
     double mean_reference;
 };
 

@@ -8,6 +8,7 @@
 #include <stdlib.h>
 
 #include "reference/check_plan.h"
+#include "reference/check_scout.h"
 
 enum feature {
     FEATURE_CONSTANT,
@@ -166,8 +167,9 @@ static void features_at(const struct bd_check_frame *frame, uint32_t x, uint32_t
         out[FEATURE_EDGE_LUMINANCE] = brightest;
     }
     if (frame->surprise) {
-        out[FEATURE_SURPRISE] = (double)bd_image_at(frame->surprise, x, y)[0];
-        out[FEATURE_SURPRISE_AROUND] = (double)bd_image_at(frame->surprise, x, y)[1];
+        const float *surprise = bd_check_surprise_at(frame->surprise, x, y);
+        out[FEATURE_SURPRISE] = (double)surprise[0];
+        out[FEATURE_SURPRISE_AROUND] = (double)surprise[1];
     }
     if (frame->level)
         out[FEATURE_LEVEL] = (double)*bd_image_at(frame->level, x, y) * out[FEATURE_LUMINANCE];

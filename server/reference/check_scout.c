@@ -3,7 +3,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#define SCOUTS_MAX 16384u
+#define SCOUTS_MAX 4096u
 // Scouts in one item of a loop.
 #define ITEM_SCOUTS 64u
 // Of each half, the sample that is looked at: beyond any that an estimate uses.
@@ -95,36 +95,46 @@ static float around(const struct scouting *s, uint32_t column, uint32_t row)
     return (float)(sum / count);
 }
 
-static void spread(const struct scouting *s, struct bd_image *out)
+static void fill(const struct scouting *s, struct bd_check_surprise *out)
 {
-    for (uint32_t y = 0; y < out->height_px; y++) {
-        for (uint32_t x = 0; x < out->width_px; x++) {
-            uint32_t column = x / s->step_px, row = y / s->step_px;
-            float *pixel = bd_image_at(out, x, y);
-            pixel[0] = s->surprises[(size_t)row * s->columns + column];
-            pixel[1] = around(s, column, row);
+    for (uint32_t row = 0; row < s->rows; row++) {
+        for (uint32_t column = 0; column < s->columns; column++) {
+            const size_t block = (size_t)row * s->columns + column;
+            out->blocks[2 * block] = s->surprises[block];
+            out->blocks[2 * block + 1] = around(s, column, row);
         }
     }
 }
 
+static struct scouting scouting_of(const struct bd_check_frame *frame, uint64_t seed,
+                                   const struct bd_check_tracer *tracer)
+{
+    struct scouting s = {.frame = frame, .tracer = tracer, .seed = seed};
+    uint64_t count;
+    do {
+        s.step_px++;
+        s.columns = (frame->beauty->width_px - 1) / s.step_px + 1;
+        s.rows = (frame->beauty->height_px - 1) / s.step_px + 1;
+        count = (uint64_t)s.columns * s.rows;
+    } while (count > SCOUTS_MAX);
+    return s;
+}
+
 enum bd_err bd_check_scout(const struct bd_check_frame *frame, uint64_t seed,
                            const struct bd_check_tracer *tracer, struct bd_check_cache *cache,
-                           uint64_t *sample_count, struct bd_image **out, struct bd_fault *fault)
+                           uint64_t *sample_count, struct bd_check_surprise *out,
+                           struct bd_fault *fault)
 {
-    const uint32_t width = frame->beauty->width_px, height = frame->beauty->height_px;
-    struct scouting s = {.frame = frame, .tracer = tracer, .seed = seed, .step_px = 1};
-    while ((uint64_t)((width - 1) / s.step_px + 1) * ((height - 1) / s.step_px + 1) > SCOUTS_MAX)
-        s.step_px++;
-    s.columns = (width - 1) / s.step_px + 1;
-    s.rows = (height - 1) / s.step_px + 1;
+    struct scouting s = scouting_of(frame, seed, tracer);
     const uint32_t count = s.columns * s.rows;
     bool is_known = false;
+    enum bd_err err = BD_ERR_OK;
     s.surprises = calloc(count, sizeof *s.surprises);
     s.seen = cache ? bd_check_cache_scouts(cache, count, &is_known)
                    : calloc((size_t)count * 3, sizeof *s.seen);
-    *out = bd_image_create(width, height, 2);
-    enum bd_err err = BD_ERR_OK;
-    if (!s.surprises || !s.seen || !*out)
+    *out = (struct bd_check_surprise){s.step_px, s.columns,
+                                      calloc((size_t)count * 2, sizeof *out->blocks)};
+    if (!s.surprises || !s.seen || !out->blocks)
         err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "check", "no memory to look around");
     if (!err && !is_known) {
         err = tracer->loop(tracer->user, (count + ITEM_SCOUTS - 1) / ITEM_SCOUTS, look_item, &s);
@@ -134,7 +144,7 @@ enum bd_err bd_check_scout(const struct bd_check_frame *frame, uint64_t seed,
     if (!err) {
         measure(&s);
         hold_down(&s);
-        spread(&s, *out);
+        fill(&s, out);
     }
     if (!cache) free(s.seen);
     free(s.surprises);

@@ -9,15 +9,27 @@
 #include "reference/check.h"
 #include "reference/check_cache.h"
 
-// What `cache` (or NULL) has of the view is not traced again.
-//
-// `*out`: two channels, how far the frame is off there squared, and the same over the
-// neighbourhood; the caller destroys it. A picture of more than 16,384 pixels is looked at on a
-// grid. The same frame, seed and tracer make the same picture. Adds what was traced to
+struct bd_check_surprise {
+    uint32_t step_px, columns; // of blocks, rows from the top: 4,096 at most, each looked at once
+    float *blocks; // two numbers each: how far the frame is off there, squared, and the same over
+                   // the neighbourhood
+};
+
+// The two numbers of a pixel's block.
+static inline const float *bd_check_surprise_at(const struct bd_check_surprise *surprise,
+                                                uint32_t x_px, uint32_t y_px)
+{
+    return surprise->blocks +
+           2 * ((size_t)(y_px / surprise->step_px) * surprise->columns + x_px / surprise->step_px);
+}
+
+// What `cache` (or NULL) has of the view is not traced again. The same frame, seed and tracer make
+// the same surprises. The caller frees out->blocks, also after an error. Adds what was traced to
 // `*sample_count`.
 BD_MUST_CHECK
 enum bd_err bd_check_scout(const struct bd_check_frame *frame, uint64_t seed,
                            const struct bd_check_tracer *tracer, struct bd_check_cache *cache,
-                           uint64_t *sample_count, struct bd_image **out, struct bd_fault *fault);
+                           uint64_t *sample_count, struct bd_check_surprise *out,
+                           struct bd_fault *fault);
 
 #endif

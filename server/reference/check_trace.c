@@ -298,14 +298,14 @@ enum bd_err bd_check_run(const struct bd_check_frame *frame, const struct bd_che
                             options->pixel_count, BD_CHECK_PIXELS_MIN, BD_CHECK_PIXELS_MAX);
     struct check check = {.options = options, .tracer = tracer, .cache = cache};
     struct bd_check_frame seen = *frame;
-    struct bd_image *surprise = NULL;
+    struct bd_check_surprise surprise = {0};
     enum bd_err err = bd_check_frame_check(frame, fault);
     if (!err && !options->blind)
         err = bd_check_scout(frame, options->seed, tracer, cache, &check.traced, &surprise, fault);
-    seen.surprise = surprise;
+    seen.surprise = surprise.blocks ? &surprise : NULL;
     if (!err)
         err = bd_check_plan_make(&seen, options->pixel_count, options->seed, &check.plan, fault);
-    bd_image_destroy(&surprise);
+    free(surprise.blocks);
     check.pixels = calloc((size_t)check.plan.sample_count + 1, sizeof *check.pixels);
     check.levels = calloc((size_t)check.plan.sample_count + 1, sizeof *check.levels);
     if (!err && (!check.pixels || !check.levels))
