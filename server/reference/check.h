@@ -5,7 +5,9 @@
 // finite (algorithms.md E1, E2; image/metric.h). Only some pixels are traced:
 //
 //   - A first look traces one sample of each half all over the picture (check_scout.h).
-//   - A score says for each pixel how large its squared error may be: a mixture of what that look
+//   - A ray to each pixel on an edge finds those where the frame shows another surface than the
+//     reference (check_ties.h).
+//   - A score says for each pixel how large its squared error may be: a mixture of what these looks
 //     found, luminance, indirect light, contrast to the neighbours (beauty, indirect light, and how
 //     far the indirect light sticks out of its neighbours), edges in depth and normal, the level at
 //     which a multiresolution technique shaded it, and a constant.
@@ -38,15 +40,19 @@
 #define BD_CHECK_PIXELS_MAX 65536
 
 struct bd_check_surprise;
+struct bd_check_ties;
 
 // Layers of the frame, of one size; borrowed. All but beauty may be NULL: the score does without.
 struct bd_check_frame {
-    const struct bd_image *beauty;            // 3 or 4 channels; only RGB is read
-    const struct bd_image *indirect;          // 3
-    const struct bd_image *normal;            // 3, unit; 0 where nothing is
-    const struct bd_image *depth;             // 1, metres; 1e10 where nothing is
-    const struct bd_image *level;             // 1: 0 = shaded at full resolution, 1 = at half, ...
-    const struct bd_check_surprise *surprise; // reference/check_scout.h; bd_check_run makes its own
+    const struct bd_image *beauty;   // 3 or 4 channels; only RGB is read
+    const struct bd_image *indirect; // 3
+    const struct bd_image *normal;   // 3, unit; 0 where nothing is
+    const struct bd_image *depth;    // 1, metres; 1e10 where nothing is
+    const struct bd_image *albedo;   // 3
+    const struct bd_image *level;    // 1: 0 = shaded at full resolution, 1 = at half, ...
+    // What bd_check_run finds out by itself: NULL.
+    const struct bd_check_surprise *surprise; // reference/check_scout.h
+    const struct bd_check_ties *ties;         // reference/check_ties.h
 };
 
 // What traces, with everything but the pixel bound.
@@ -59,6 +65,10 @@ struct bd_check_tracer {
     enum bd_err (*loop)(void *user, uint32_t count, void (*work)(void *work_user, uint32_t i),
                         void *work_user);
     void *user;
+    // What the camera sees through the middle of a pixel: adds coverage, albedo, normal and depth of
+    // at least one sample. NULL where the frame's pixels are means over more than that.
+    void (*first_surface)(void *user, uint32_t x_px, uint32_t y_px,
+                          struct bd_reference_pixel *pixel);
 };
 
 struct bd_check_options {

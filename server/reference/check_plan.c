@@ -56,7 +56,8 @@ enum bd_err bd_check_frame_check(const struct bd_check_frame *frame, struct bd_f
         return bd_fault_set(fault, BD_ERR_USAGE, "layers", "beauty has %u channels, not 3 or 4",
                             beauty->channel_count);
     if (!has_shape(frame->indirect, beauty, 3) || !has_shape(frame->normal, beauty, 3) ||
-        !has_shape(frame->depth, beauty, 1) || !has_shape(frame->level, beauty, 1))
+        !has_shape(frame->albedo, beauty, 3) || !has_shape(frame->depth, beauty, 1) ||
+        !has_shape(frame->level, beauty, 1))
         return bd_fault_set(fault, BD_ERR_USAGE, "layers",
                             "the layers of a checked frame differ in size or channels");
     return BD_ERR_OK;

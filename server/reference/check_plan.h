@@ -39,6 +39,23 @@ void bd_check_plan_finish(struct bd_check_plan *plan);
 BD_MUST_CHECK
 enum bd_err bd_check_frame_check(const struct bd_check_frame *frame, struct bd_fault *fault);
 
+#define BD_CHECK_DEPTH_OF_NOTHING_M 1e10f
+
+// What is seen through the middle of a pixel.
+struct bd_check_surface {
+    float depth_m, normal[3], albedo[3];
+};
+
+// What the frame has there; 0 for layers that it has not.
+struct bd_check_surface bd_check_surface_at(const struct bd_check_frame *frame, uint32_t x_px,
+                                            uint32_t y_px);
+
+// Whether two are so different that an edge lies between them.
+bool bd_check_is_other_surface(const struct bd_check_surface *a, const struct bd_check_surface *b);
+
+// Whether one of the pixel's eight neighbours shows another surface, as far as the frame tells.
+bool bd_check_is_edge(const struct bd_check_frame *frame, uint32_t x_px, uint32_t y_px);
+
 // The score of every pixel, rows from the top, adding up to about 1; 0 where beauty is not finite.
 // NULL without memory. The caller frees it.
 float *bd_check_scores(const struct bd_check_frame *frame);

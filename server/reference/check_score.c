@@ -9,6 +9,7 @@
 
 #include "reference/check_plan.h"
 #include "reference/check_scout.h"
+#include "reference/check_ties.h"
 
 enum feature {
     FEATURE_CONSTANT,
@@ -23,6 +24,8 @@ enum feature {
     FEATURE_LEVEL,          // luminance where it was shaded coarsely
     FEATURE_SURPRISE,       // what a first look found there
     FEATURE_SURPRISE_AROUND,
+    FEATURE_LONE, // smallest squared difference to a neighbour
+    FEATURE_TIE,  // brightest square around, where the reference sees another surface
     FEATURE_COUNT,
 };
 
@@ -39,12 +42,15 @@ static const double feature_share[FEATURE_COUNT] = {
     [FEATURE_LEVEL] = 0.15,
     [FEATURE_SURPRISE] = 0.30,
     [FEATURE_SURPRISE_AROUND] = 0.50,
+    [FEATURE_LONE] = 0.20,
+    [FEATURE_TIE] = 0.50,
 };
 
 // An edge: neighbours' depths differ by more than this share of the nearer one, or their normals by
 // more than this chord (algorithms.md A1).
 #define EDGE_DEPTH  0.1f
 #define EDGE_NORMAL 0.5f
+#define EDGE_ALBEDO 0.2f
 
 #define NEIGHBOUR_COUNT 8
 
@@ -125,22 +131,42 @@ static void indirect_features(const struct bd_image *indirect, uint32_t x, uint3
     out[FEATURE_SPIKE] = excess * excess;
 }
 
+struct bd_check_surface bd_check_surface_at(const struct bd_check_frame *frame, uint32_t x_px,
+                                            uint32_t y_px)
+{
+    struct bd_check_surface out = {0};
+    if (frame->depth) out.depth_m = *bd_image_at(frame->depth, x_px, y_px);
+    for (int k = 0; k < 3; k++) {
+        if (frame->normal) out.normal[k] = bd_image_at(frame->normal, x_px, y_px)[k];
+        if (frame->albedo) out.albedo[k] = bd_image_at(frame->albedo, x_px, y_px)[k];
+    }
+    return out;
+}
+
+bool bd_check_is_other_surface(const struct bd_check_surface *a, const struct bd_check_surface *b)
+{
+    return fabsf(a->depth_m - b->depth_m) > EDGE_DEPTH * fminf(a->depth_m, b->depth_m) ||
+           3 * square_difference(a->normal, b->normal) > (double)(EDGE_NORMAL * EDGE_NORMAL) ||
+           3 * square_difference(a->albedo, b->albedo) > (double)(EDGE_ALBEDO * EDGE_ALBEDO);
+}
+
 static bool is_edge(const struct bd_check_frame *frame, uint32_t x, uint32_t y,
                     const struct neighbours *around)
 {
+    const struct bd_check_surface here = bd_check_surface_at(frame, x, y);
     for (int k = 0; k < NEIGHBOUR_COUNT; k++) {
-        if (frame->depth) {
-            float here = *bd_image_at(frame->depth, x, y);
-            float there = *bd_image_at(frame->depth, around->x[k], around->y[k]);
-            if (fabsf(here - there) > EDGE_DEPTH * fminf(here, there)) return true;
-        }
-        if (frame->normal &&
-            3 * square_difference(bd_image_at(frame->normal, x, y),
-                                  bd_image_at(frame->normal, around->x[k], around->y[k])) >
-                (double)(EDGE_NORMAL * EDGE_NORMAL))
-            return true;
+        const struct bd_check_surface there =
+            bd_check_surface_at(frame, around->x[k], around->y[k]);
+        if (bd_check_is_other_surface(&here, &there)) return true;
     }
     return false;
+}
+
+bool bd_check_is_edge(const struct bd_check_frame *frame, uint32_t x_px, uint32_t y_px)
+{
+    const struct neighbours around =
+        neighbours_of(x_px, y_px, frame->beauty->width_px, frame->beauty->height_px);
+    return is_edge(frame, x_px, y_px, &around);
 }
 
 // All zero where beauty is not finite: such pixels are not measured.
@@ -152,15 +178,19 @@ static void features_at(const struct bd_check_frame *frame, uint32_t x, uint32_t
     const float *here = bd_image_at(beauty, x, y);
     if (!is_finite(here)) return;
     struct neighbours around = neighbours_of(x, y, beauty->width_px, beauty->height_px);
-    double brightest = square(here);
+    double brightest = square(here), nearest = INFINITY;
     out[FEATURE_CONSTANT] = 1;
     out[FEATURE_LUMINANCE] = brightest;
     for (int k = 0; k < NEIGHBOUR_COUNT; k++) {
         const float *there = bd_image_at(beauty, around.x[k], around.y[k]);
         if (!is_finite(there)) continue;
-        out[FEATURE_CONTRAST] = fmax(out[FEATURE_CONTRAST], square_difference(here, there));
+        double difference = square_difference(here, there);
+        bool is_itself = around.x[k] == x && around.y[k] == y;
+        out[FEATURE_CONTRAST] = fmax(out[FEATURE_CONTRAST], difference);
+        if (!is_itself) nearest = fmin(nearest, difference);
         brightest = fmax(brightest, square(there));
     }
+    if (isfinite(nearest)) out[FEATURE_LONE] = nearest;
     if (frame->indirect) indirect_features(frame->indirect, x, y, &around, out);
     if (is_edge(frame, x, y, &around)) {
         out[FEATURE_EDGE] = 1;
@@ -171,6 +201,8 @@ static void features_at(const struct bd_check_frame *frame, uint32_t x, uint32_t
         out[FEATURE_SURPRISE] = (double)surprise[0];
         out[FEATURE_SURPRISE_AROUND] = (double)surprise[1];
     }
+    if (frame->ties && frame->ties->differs[(size_t)y * beauty->width_px + x])
+        out[FEATURE_TIE] = brightest;
     if (frame->level)
         out[FEATURE_LEVEL] = (double)*bd_image_at(frame->level, x, y) * out[FEATURE_LUMINANCE];
 }

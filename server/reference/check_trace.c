@@ -8,6 +8,7 @@
 #include "reference/check_estimate.h"
 #include "reference/check_plan.h"
 #include "reference/check_scout.h"
+#include "reference/check_ties.h"
 
 // Samples in each half that find out how noisy a pixel is. They take no part in the estimate: if
 // they did, pixels whose first samples happened to agree would stop early, and their luck stay.
@@ -299,13 +300,17 @@ enum bd_err bd_check_run(const struct bd_check_frame *frame, const struct bd_che
     struct check check = {.options = options, .tracer = tracer, .cache = cache};
     struct bd_check_frame seen = *frame;
     struct bd_check_surprise surprise = {0};
+    struct bd_check_ties ties = {0};
     enum bd_err err = bd_check_frame_check(frame, fault);
     if (!err && !options->blind)
         err = bd_check_scout(frame, options->seed, tracer, cache, &check.traced, &surprise, fault);
+    if (!err && !options->blind) err = bd_check_find_ties(frame, tracer, &ties, fault);
     seen.surprise = surprise.blocks ? &surprise : NULL;
+    seen.ties = ties.differs ? &ties : NULL;
     if (!err)
         err = bd_check_plan_make(&seen, options->pixel_count, options->seed, &check.plan, fault);
     free(surprise.blocks);
+    free(ties.differs);
     check.pixels = calloc((size_t)check.plan.sample_count + 1, sizeof *check.pixels);
     check.levels = calloc((size_t)check.plan.sample_count + 1, sizeof *check.levels);
     if (!err && (!check.pixels || !check.levels))

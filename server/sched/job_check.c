@@ -19,8 +19,9 @@
 // Another technique is worth naming where its floor is at most this part of the one that was met.
 #define LOWER_FLOOR 0.9
 
-static const uint32_t layers_read =
-    1u << BD_LAYER_BEAUTY | 1u << BD_LAYER_INDIRECT | 1u << BD_LAYER_NORMAL | 1u << BD_LAYER_DEPTH;
+static const uint32_t layers_read = 1u << BD_LAYER_BEAUTY | 1u << BD_LAYER_INDIRECT |
+                                    1u << BD_LAYER_NORMAL | 1u << BD_LAYER_DEPTH |
+                                    1u << BD_LAYER_ALBEDO;
 
 // A frame and what is said of it.
 struct kept {

@@ -25,6 +25,18 @@ static void trace(void *user, uint32_t x_px, uint32_t y_px, uint32_t first, uint
                        y_px, first, count, pixel);
 }
 
+// No light, so no path: the ray from the camera alone.
+static void first_surface(void *user, uint32_t x_px, uint32_t y_px,
+                          struct bd_reference_pixel *pixel)
+{
+    const struct tracing *tracing = user;
+    struct bd_integrand seen = tracing->integrand;
+    seen.bounces_max = seen.lights = 0;
+    seen.alpha = BD_ALPHA_AS_MASK;
+    bd_reference_trace(tracing->reference, &seen, &tracing->view, tracing->seed, x_px, y_px, 0, 1,
+                       pixel);
+}
+
 // A loop's work and whom to ask whether to go on: the runner hands both the same pointer.
 struct work {
     void (*work)(void *user, uint32_t i);
@@ -132,6 +144,7 @@ static struct bd_check_frame frame_of(struct bd_image *const layers[BD_LAYER_COU
         .indirect = layers[BD_LAYER_INDIRECT],
         .normal = layers[BD_LAYER_NORMAL],
         .depth = layers[BD_LAYER_DEPTH],
+        .albedo = layers[BD_LAYER_ALBEDO],
     };
 }
 
@@ -149,7 +162,8 @@ enum bd_err bd_job_check_measure(struct bd_reference_runner *runner, struct bd_c
     if (err) return err;
     const struct bd_check_frame frame = frame_of(checked->layers);
     const struct bd_check_options options = options_of(checked);
-    const struct bd_check_tracer tracer = {trace, loop, &tracing};
+    const bool is_point = tracing.integrand.filter == BD_FILTER_POINT;
+    const struct bd_check_tracer tracer = {trace, loop, &tracing, is_point ? first_surface : NULL};
     struct bd_check_cache *cache = bd_check_views_find(
         views, job->request.scene, &tracing.integrand, &tracing.view, tracing.seed);
     err = bd_check_run(&frame, &options, &tracer, cache, out, fault);
@@ -191,7 +205,7 @@ static enum bd_err mean_indirect(const struct bd_checked *checked, struct tracin
     options.samples_max = HIDDEN_SAMPLES_MAX;
     options.progress = NULL;
     options.blind = true;
-    const struct bd_check_tracer tracer = {trace_indirect, loop, tracing};
+    const struct bd_check_tracer tracer = {trace_indirect, loop, tracing, NULL};
     struct bd_check_result result;
     enum bd_err err = bd_check_run(&frame, &options, &tracer, NULL, &result, fault);
     *out = result.mean_reference;
@@ -276,7 +290,7 @@ double bd_job_check_model_limit(struct bd_reference_runner *runner,
     const struct bd_check_frame frame = frame_of(checked->layers);
     struct bd_check_options options = options_of(checked);
     options.blind = true;
-    const struct bd_check_tracer tracer = {trace_difference, loop, &difference};
+    const struct bd_check_tracer tracer = {trace_difference, loop, &difference, NULL};
     struct bd_check_result result;
     struct bd_fault fault;
     bool reused;

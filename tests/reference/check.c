@@ -171,7 +171,7 @@ static struct bd_check_result check(struct picture *p, uint32_t pixel_count, uin
     struct bd_check_options options = bd_check_options_default;
     options.pixel_count = pixel_count;
     options.seed = seed;
-    const struct bd_check_tracer tracer = {trace, loop, p};
+    const struct bd_check_tracer tracer = {trace, loop, p, NULL};
     struct bd_check_result result;
     struct bd_fault fault = {0};
     if (bd_check_run(&frame, &options, &tracer, cache, &result, &fault))
@@ -382,7 +382,7 @@ static void test_stops(void **state)
     struct picture p = make_picture(KIND_GRAIN, 5);
     p.loops_until_stop = 2;
     const struct bd_check_frame frame = {.beauty = p.beauty};
-    const struct bd_check_tracer tracer = {trace, loop, &p};
+    const struct bd_check_tracer tracer = {trace, loop, &p, NULL};
     struct bd_check_result result;
     struct bd_fault fault = {0};
     assert_int_equal(
@@ -397,7 +397,7 @@ static void test_refuses(void **state)
     struct picture p = make_picture(KIND_GRAIN, 5);
     struct bd_check_frame frame = {.beauty = p.beauty};
     struct bd_check_options options = bd_check_options_default;
-    const struct bd_check_tracer tracer = {trace, loop, &p};
+    const struct bd_check_tracer tracer = {trace, loop, &p, NULL};
     struct bd_check_result result;
     struct bd_fault fault = {0};
     options.pixel_count = 15;

@@ -1,0 +1,90 @@
+#include "reference/check_ties.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "reference/check_plan.h"
+
+// Pixels in one item of a loop.
+#define ITEM_PIXELS 256u
+
+struct looking {
+    const struct bd_check_frame *frame;
+    const struct bd_check_tracer *tracer;
+    uint32_t *pixels; // that are looked at
+    uint32_t count;
+    uint8_t *differs;
+};
+
+static struct bd_check_surface surface_of_reference(const struct bd_reference_pixel *seen)
+{
+    struct bd_check_surface out = {.depth_m = BD_CHECK_DEPTH_OF_NOTHING_M};
+    if (seen->coverage == 0) return out;
+    out.depth_m = (float)(seen->depth_m / seen->coverage);
+    for (int k = 0; k < 3; k++) {
+        out.normal[k] = (float)(seen->normal[k] / seen->coverage);
+        out.albedo[k] = (float)(seen->albedo[k] / seen->coverage);
+    }
+    return out;
+}
+
+static void look(const struct looking *l, uint32_t pixel)
+{
+    const uint32_t width = l->frame->beauty->width_px, x = pixel % width, y = pixel / width;
+    struct bd_reference_pixel seen = {0};
+    l->tracer->first_surface(l->tracer->user, x, y, &seen);
+    const struct bd_check_surface ours = bd_check_surface_at(l->frame, x, y),
+                                  theirs = surface_of_reference(&seen);
+    l->differs[pixel] = bd_check_is_other_surface(&ours, &theirs);
+}
+
+static void look_item(void *user, uint32_t item)
+{
+    const struct looking *l = user;
+    uint32_t end = (item + 1) * ITEM_PIXELS;
+    if (end > l->count) end = l->count;
+    for (uint32_t i = item * ITEM_PIXELS; i < end; i++) look(l, l->pixels[i]);
+}
+
+// All on edges, or, where there are too many, every `step`th of them.
+static void choose(struct looking *l, uint32_t step)
+{
+    const uint32_t width = l->frame->beauty->width_px, height = l->frame->beauty->height_px;
+    uint32_t edges = 0;
+    l->count = 0;
+    for (uint32_t y = 0; y < height; y++)
+        for (uint32_t x = 0; x < width; x++)
+            if (bd_check_is_edge(l->frame, x, y) && edges++ % step == 0 &&
+                l->count < BD_CHECK_TIES_MAX)
+                l->pixels[l->count++] = y * width + x;
+}
+
+static uint32_t count_edges(const struct bd_check_frame *frame)
+{
+    uint32_t count = 0;
+    for (uint32_t y = 0; y < frame->beauty->height_px; y++)
+        for (uint32_t x = 0; x < frame->beauty->width_px; x++)
+            count += bd_check_is_edge(frame, x, y);
+    return count;
+}
+
+enum bd_err bd_check_find_ties(const struct bd_check_frame *frame,
+                               const struct bd_check_tracer *tracer, struct bd_check_ties *out,
+                               struct bd_fault *fault)
+{
+    *out = (struct bd_check_ties){0};
+    if (!tracer->first_surface || !frame->depth || !frame->normal || !frame->albedo)
+        return BD_ERR_OK;
+    const uint32_t edges = count_edges(frame), step = edges / BD_CHECK_TIES_MAX + 1;
+    struct looking l = {.frame = frame, .tracer = tracer};
+    out->differs = l.differs = calloc((size_t)frame->beauty->width_px, frame->beauty->height_px);
+    l.pixels = malloc(((size_t)edges / step + 1) * sizeof *l.pixels);
+    enum bd_err err = BD_ERR_OK;
+    if (!l.differs || !l.pixels)
+        err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "check", "no memory to look at edges");
+    if (!err) choose(&l, step);
+    if (!err && l.count > 0)
+        err = tracer->loop(tracer->user, (l.count + ITEM_PIXELS - 1) / ITEM_PIXELS, look_item, &l);
+    free(l.pixels);
+    return err;
+}
