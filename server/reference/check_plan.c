@@ -128,7 +128,7 @@ static void cut_strata(struct bins *bins, uint32_t end, double score, uint32_t s
         count += bins->count[b];
         in_stratum += bins->score[b];
         passed += bins->score[b];
-        if (count == 0 || passed * stratum_max < score * cut) continue;
+        if (count == 0 || cut >= stratum_max || passed * stratum_max < score * cut) continue;
         add_stratum(plan, count, in_stratum);
         while (cut < stratum_max && passed * stratum_max >= score * cut) cut++;
         count = 0;

@@ -197,9 +197,9 @@ static void features_at(const struct bd_check_frame *frame, uint32_t x, uint32_t
         out[FEATURE_EDGE_LUMINANCE] = brightest;
     }
     if (frame->surprise) {
-        const float *surprise = bd_check_surprise_at(frame->surprise, x, y);
-        out[FEATURE_SURPRISE] = (double)surprise[0];
-        out[FEATURE_SURPRISE_AROUND] = (double)surprise[1];
+        const double *surprise = bd_check_surprise_at(frame->surprise, x, y);
+        out[FEATURE_SURPRISE] = surprise[0];
+        out[FEATURE_SURPRISE_AROUND] = surprise[1];
     }
     if (frame->ties && frame->ties->differs[(size_t)y * beauty->width_px + x])
         out[FEATURE_TIE] = brightest;

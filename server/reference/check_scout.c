@@ -19,7 +19,7 @@ struct scouting {
     uint64_t seed;
     uint32_t step_px, columns, rows; // of blocks, each with one scout
     float *seen;                     // radiance, three numbers a block
-    float *surprises;                // squared
+    double *surprises; // squared: of radiances that a float holds, more than one holds
 };
 
 // Somewhere in the block: the same pixel each time.
@@ -60,7 +60,7 @@ static void measure(const struct scouting *s)
             double off = (double)image[c] - (double)s->seen[3 * block + c];
             square += off * off / 3;
         }
-        s->surprises[block] = isfinite(square) ? (float)square : 0;
+        s->surprises[block] = isfinite(square) ? square : 0;
     }
 }
 
@@ -76,23 +76,23 @@ static void hold_down(const struct scouting *s)
 {
     double sum = 0;
     uint32_t count = s->columns * s->rows;
-    for (uint32_t i = 0; i < count; i++) sum += (double)s->surprises[i];
-    float most = (float)(SURPRISE_MOST * sum / count);
-    for (uint32_t i = 0; i < count; i++) s->surprises[i] = fminf(s->surprises[i], most);
+    for (uint32_t i = 0; i < count; i++) sum += s->surprises[i];
+    double most = SURPRISE_MOST * sum / count;
+    for (uint32_t i = 0; i < count; i++) s->surprises[i] = fmin(s->surprises[i], most);
 }
 
-static float around(const struct scouting *s, uint32_t column, uint32_t row)
+static double around(const struct scouting *s, uint32_t column, uint32_t row)
 {
     double sum = 0;
     uint32_t count = 0;
     for (int64_t r = (int64_t)row - AROUND; r <= (int64_t)row + AROUND; r++) {
         for (int64_t c = (int64_t)column - AROUND; c <= (int64_t)column + AROUND; c++) {
             if (r < 0 || c < 0 || r >= s->rows || c >= s->columns) continue;
-            sum += (double)s->surprises[(size_t)r * s->columns + (size_t)c];
+            sum += s->surprises[(size_t)r * s->columns + (size_t)c];
             count++;
         }
     }
-    return (float)(sum / count);
+    return sum / count;
 }
 
 static void fill(const struct scouting *s, struct bd_check_surprise *out)
@@ -139,8 +139,8 @@ enum bd_err bd_check_scout(const struct bd_check_frame *frame, uint64_t seed,
     if (!err && !is_known) {
         err = tracer->loop(tracer->user, (count + ITEM_SCOUTS - 1) / ITEM_SCOUTS, look_item, &s);
         if (!err) *sample_count += 2 * (uint64_t)count;
-        if (err && cache) bd_check_cache_forget_scouts(cache);
     }
+    if (err && cache && !is_known) bd_check_cache_forget_scouts(cache);
     if (!err) {
         measure(&s);
         hold_down(&s);

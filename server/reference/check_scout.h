@@ -11,13 +11,13 @@
 
 struct bd_check_surprise {
     uint32_t step_px, columns; // of blocks, rows from the top: 4,096 at most, each looked at once
-    float *blocks; // two numbers each: how far the frame is off there, squared, and the same over
-                   // the neighbourhood
+    double *blocks; // two numbers each: how far the frame is off there, squared, and the same over
+                    // the neighbourhood
 };
 
 // The two numbers of a pixel's block.
-static inline const float *bd_check_surprise_at(const struct bd_check_surprise *surprise,
-                                                uint32_t x_px, uint32_t y_px)
+static inline const double *bd_check_surprise_at(const struct bd_check_surprise *surprise,
+                                                 uint32_t x_px, uint32_t y_px)
 {
     return surprise->blocks +
            2 * ((size_t)(y_px / surprise->step_px) * surprise->columns + x_px / surprise->step_px);

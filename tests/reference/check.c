@@ -439,6 +439,24 @@ static void test_plan(void **state)
     }
 }
 
+// Radiances whose squares no float holds: a lamp of 1e26 cd is allowed.
+static void test_extreme_radiance(void **state)
+{
+    (void)state;
+    for (uint32_t pixel_count = 16; pixel_count <= 512; pixel_count *= 2) {
+        struct picture p = make_picture(KIND_SMOOTH, 5);
+        p.noise = 0;
+        for (uint32_t i = 0; i < COUNT; i++)
+            for (int c = 0; c < 3; c++) {
+                p.truth->pixels[3 * i + (uint32_t)c] *= 1e22f;
+                p.beauty->pixels[4 * i + (uint32_t)c] *= i % 64 == 5 ? 3e22f : 1e22f;
+            }
+        struct bd_check_result result = check(&p, pixel_count, 3, NULL);
+        assert_true(fabs(result.value / full_error(&p) - 1) < 0.2);
+        free_picture(&p);
+    }
+}
+
 static void test_student_t(void **state)
 {
     (void)state;
@@ -465,6 +483,7 @@ int main(void)
         cmocka_unit_test(test_stops),
         cmocka_unit_test(test_refuses),
         cmocka_unit_test(test_plan),
+        cmocka_unit_test(test_extreme_radiance),
         cmocka_unit_test(test_student_t),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
