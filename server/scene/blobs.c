@@ -153,13 +153,26 @@ static void set_verified(struct bd_blobs_base *base, const struct stat *info)
     pthread_mutex_unlock(&base->lock);
 }
 
-static void set_aside(struct bd_blobs_base *base, const char *hex)
+static bool is_same_file(const struct stat *a, const struct stat *b)
+{
+    return a->st_dev == b->st_dev && a->st_ino == b->st_ino &&
+           a->st_mtim.tv_sec == b->st_mtim.tv_sec && a->st_mtim.tv_nsec == b->st_mtim.tv_nsec;
+}
+
+// Unless another has taken the place of the one that was read: a client may have sent it again.
+static void set_aside(struct bd_blobs_base *base, const char *hex, const struct stat *read)
 {
     char aside[sizeof BD_BLOBS_DAMAGED_PREFIX + 64];
+    struct stat now;
     snprintf(aside, sizeof aside, BD_BLOBS_DAMAGED_PREFIX "%.64s", hex);
-    renameat(base->directory, hex, base->directory, aside);
-    bd_log(BD_LOG_WARN, "scene", "blob sha256:%s was damaged and is set aside as blobs/%s", hex,
-           aside);
+    pthread_mutex_lock(&base->lock);
+    bool is_there =
+        fstatat(base->directory, hex, &now, AT_SYMLINK_NOFOLLOW) == 0 && is_same_file(&now, read);
+    bool is_aside = is_there && renameat(base->directory, hex, base->directory, aside) == 0;
+    pthread_mutex_unlock(&base->lock);
+    if (is_there)
+        bd_log(BD_LOG_WARN, "scene", "blob sha256:%s was damaged and %s as blobs/%s", hex,
+               is_aside ? "is set aside" : "cannot be set aside", aside);
 }
 
 static bool is_named(const struct bd_blob_map *content, const char *hex)
@@ -169,6 +182,26 @@ static bool is_named(const struct bd_blob_map *content, const char *hex)
     bd_sha256_of(content->bytes, content->size_bytes, digest);
     bd_sha256_hex(digest, actual);
     return strcmp(actual, hex) == 0;
+}
+
+// The same of a file that nobody wants to keep in memory.
+static enum bd_err look_at(int file, const char *hex, bool *out_is_named, struct bd_fault *fault)
+{
+    char piece[1 << 16], actual[BD_SHA256_HEX];
+    uint8_t digest[BD_SHA256_BYTES];
+    struct bd_sha256 *sha = bd_sha256_create();
+    ssize_t got;
+    for (off_t at = 0; (got = pread(file, piece, sizeof piece, at)) != 0;) {
+        if (got < 0 && errno == EINTR) continue;
+        if (got < 0) break;
+        bd_sha256_update(sha, piece, (size_t)got);
+        at += got;
+    }
+    bd_sha256_finish(&sha, digest);
+    if (got < 0) return bd_blobs_fault(fault, "a blob cannot be read");
+    bd_sha256_hex(digest, actual);
+    *out_is_named = strcmp(actual, hex) == 0;
+    return BD_ERR_OK;
 }
 
 enum bd_err bd_blobs_read_file(int file, struct bd_blob_map *out, struct bd_fault *fault)
@@ -207,30 +240,44 @@ static enum bd_err not_there(const char *hex, struct bd_fault *fault)
     return bd_fault_set(fault, BD_ERR_NOT_FOUND, "blob", "there is no blob sha256:%.64s", hex);
 }
 
+// What an open file holds, and whether it is what its name says.
+static enum bd_err read_and_judge(struct bd_blobs_base *base, int file, const char *hex,
+                                  struct bd_blob_map *out, struct stat *info, bool *is_whole,
+                                  struct bd_fault *fault)
+{
+    if (fstat(file, info)) return bd_blobs_fault(fault, "a blob cannot be read");
+    *is_whole = is_verified(base, info);
+    enum bd_err err = out ? bd_blobs_read_file(file, out, fault) : BD_ERR_OK;
+    if (err || *is_whole) return err;
+    if (!out) return look_at(file, hex, is_whole, fault);
+    *is_whole = is_named(out, hex);
+    return BD_ERR_OK;
+}
+
 // Whatever bears the name and is no file that we wrote is damage, too, and not waited for.
 enum bd_err bd_blobs_open_whole(struct bd_blobs *blobs, const char *hex, struct bd_blob_map *out,
                                 struct bd_fault *fault)
 {
     struct bd_blobs_base *base = blobs->base;
-    struct bd_blob_map content = {0};
     struct stat info;
-    if (fstatat(base->directory, hex, &info, AT_SYMLINK_NOFOLLOW)) return not_there(hex, fault);
-    bool is_file = S_ISREG(info.st_mode);
-    if (is_file && !out && is_verified(base, &info)) return BD_ERR_OK;
-    int file =
-        is_file ? openat(base->directory, hex, O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC) : -1;
-    if (is_file && file < 0) return bd_blobs_fault(fault, "a blob cannot be opened");
-    enum bd_err err = BD_ERR_OK;
-    if (is_file && fstat(file, &info)) err = bd_blobs_fault(fault, "a blob cannot be read");
-    if (!err && is_file) err = bd_blobs_read_file(file, &content, fault);
-    if (file >= 0) close(file);
-    if (err) return err;
-    bool is_whole = is_file && (is_verified(base, &info) || is_named(&content, hex));
-    if (is_whole) set_verified(base, &info);
-    if (is_whole && out) *out = content;
-    if (!is_whole || !out) bd_blob_unmap(&content);
-    if (is_whole) return BD_ERR_OK;
-    set_aside(base, hex);
+    bool is_whole = false;
+    if (fstatat(base->directory, hex, &info, AT_SYMLINK_NOFOLLOW))
+        return errno == ENOENT ? not_there(hex, fault)
+                               : bd_blobs_fault(fault, "a blob cannot be looked at");
+    if (S_ISREG(info.st_mode)) {
+        if (!out && is_verified(base, &info)) return BD_ERR_OK;
+        int file = openat(base->directory, hex, O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+        if (file < 0) return bd_blobs_fault(fault, "a blob cannot be opened");
+        enum bd_err err = read_and_judge(base, file, hex, out, &info, &is_whole, fault);
+        close(file);
+        if (err) return err;
+    }
+    if (is_whole) {
+        set_verified(base, &info);
+        return BD_ERR_OK;
+    }
+    if (out) bd_blob_unmap(out);
+    set_aside(base, hex, &info);
     return bd_fault_set(fault, BD_ERR_NOT_FOUND, "blob",
                         "blob sha256:%.64s was damaged and is not there any more: send it again",
                         hex);

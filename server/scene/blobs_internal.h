@@ -47,7 +47,7 @@ struct bd_blob_upload {
     char name[sizeof BD_BLOBS_UPLOAD_PREFIX + 32]; // "" if it has none
     struct bd_sha256 *sha;
     uint64_t size_bytes, most_bytes;
-    uint64_t held_bytes; // by the owner when it began
+    uint64_t held_bytes; // by the owner when it began, and of uploads that ended since
     struct bd_blob_upload *next;
 };
 

@@ -27,8 +27,20 @@ bool bd_blobs_mark(const struct bd_blobs *blobs, const char *hex)
     mark_path(blobs, hex, path);
     if (mkdirat(directory, blobs->marks, 0700) && errno != EEXIST) return false;
     int file = openat(directory, path, O_WRONLY | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0600);
-    if (file >= 0) close(file);
-    return file >= 0;
+    if (file < 0) return false;
+    // One from long ago may be about to be collected.
+    bool is_marked = futimens(file, NULL) == 0;
+    close(file);
+    return is_marked;
+}
+
+static bool sync_marks(const struct bd_blobs *blobs)
+{
+    if (!blobs->marks[0]) return true;
+    int marks = openat(blobs->base->directory, blobs->marks, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    bool is_synced = marks >= 0 && fsync(marks) == 0;
+    if (marks >= 0) close(marks);
+    return is_synced;
 }
 
 bool bd_blobs_is_marked(const struct bd_blobs *blobs, const char *hex)
@@ -124,8 +136,8 @@ enum bd_err bd_blob_upload_begin(struct bd_blobs *blobs, uint64_t most_bytes,
 static enum bd_err count_bytes(struct bd_blob_upload *upload, size_t more, struct bd_fault *fault)
 {
     struct bd_blobs_base *base = upload->blobs->base;
-    uint64_t bytes = upload->held_bytes;
     pthread_mutex_lock(&base->lock);
+    uint64_t bytes = upload->held_bytes;
     upload->size_bytes += more;
     for (const struct bd_blob_upload *at = base->uploads; at; at = at->next)
         if (strcmp(at->blobs->marks, upload->blobs->marks) == 0) bytes += at->size_bytes;
@@ -191,6 +203,17 @@ static int publish(struct bd_blob_upload *upload, const char *hex)
     return result;
 }
 
+// The owner's other uploads counted what it held before this one was whole.
+static void tell_others(const struct bd_blob_upload *upload)
+{
+    struct bd_blobs_base *base = upload->blobs->base;
+    pthread_mutex_lock(&base->lock);
+    for (struct bd_blob_upload *at = base->uploads; at; at = at->next)
+        if (at != upload && strcmp(at->blobs->marks, upload->blobs->marks) == 0)
+            at->held_bytes += upload->size_bytes;
+    pthread_mutex_unlock(&base->lock);
+}
+
 static enum bd_err check_and_publish(struct bd_blob_upload *upload, const char *hex,
                                      struct bd_fault *fault)
 {
@@ -201,9 +224,11 @@ static enum bd_err check_and_publish(struct bd_blob_upload *upload, const char *
     if (strcmp(actual, hex) != 0)
         return bd_fault_set(fault, BD_ERR_BAD_INPUT, "blob",
                             "the content is sha256:%s, not sha256:%s", actual, hex);
+    const bool is_held = bd_blobs_is_marked(upload->blobs, hex);
     if (fsync(upload->file) < 0 || publish(upload, hex) < 0 || !bd_blobs_mark(upload->blobs, hex) ||
-        fsync(upload->blobs->base->directory) < 0)
+        !sync_marks(upload->blobs) || fsync(upload->blobs->base->directory) < 0)
         return bd_blobs_fault(fault, "a blob cannot be kept");
+    if (!is_held) tell_others(upload);
     return BD_ERR_OK;
 }
 

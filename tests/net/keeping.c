@@ -82,6 +82,33 @@ static void blobs_are_whole_or_not_there(void **state)
     assert_int_equal(access(dir.path, F_OK), -1);
 }
 
+// Each alone would be below the owner's quota, also when the other was whole only just now.
+static void uploads_side_by_side_share_a_quota(void **state)
+{
+    (void)state;
+    struct bd_data_dir dir;
+    struct bd_blobs *blobs;
+    char first_hex[BD_SHA256_HEX];
+    assert_int_equal(bd_data_dir_open_temporary(&dir, NULL), BD_ERR_OK);
+    assert_int_equal(bd_blobs_open(dir.path, &blobs, NULL), BD_ERR_OK);
+    struct bd_blobs *own = bd_blobs_of(blobs, "token:anna", false);
+    struct bd_blobs *others = bd_blobs_of(blobs, "token:bert", false);
+    struct bd_blob_upload *first, *second, *third;
+    assert_int_equal(bd_blob_upload_begin(own, 10, &first, NULL), BD_ERR_OK);
+    assert_int_equal(bd_blob_upload_begin(own, 10, &second, NULL), BD_ERR_OK);
+    assert_int_equal(bd_blob_upload_begin(others, 10, &third, NULL), BD_ERR_OK);
+    assert_int_equal(bd_blob_upload_write(first, "sixsix", 6, NULL), BD_ERR_OK);
+    hex_of("sixsix", first_hex);
+    assert_int_equal(bd_blob_upload_commit(&first, first_hex, NULL), BD_ERR_OK);
+    assert_int_equal(bd_blob_upload_write(second, "six", 3, NULL), BD_ERR_OK);
+    assert_int_equal(bd_blob_upload_write(second, "six", 3, NULL), BD_ERR_LIMIT);
+    assert_int_equal(bd_blob_upload_write(third, "sixsix", 6, NULL), BD_ERR_OK);
+    bd_blob_upload_abort(&second);
+    bd_blob_upload_abort(&third);
+    bd_blobs_close(&blobs);
+    bd_data_dir_close(&dir);
+}
+
 // Names come from outside: none may lead anywhere but to a blob.
 static void blob_names_are_64_hexadecimal_digits(void **state)
 {
@@ -189,6 +216,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(blobs_are_whole_or_not_there),
+        cmocka_unit_test(uploads_side_by_side_share_a_quota),
         cmocka_unit_test(blob_names_are_64_hexadecimal_digits),
         cmocka_unit_test(leftovers_are_swept_at_open),
         cmocka_unit_test(data_directory_is_held_once),
