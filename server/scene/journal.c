@@ -48,6 +48,9 @@ static enum bd_err open_or_mend(struct bd_journal *journal, struct bd_fault *fau
     char where[128] = "as it was met before", suspect[BD_JOURNAL_FILE_BYTES + 32];
     bd_journal_suspect_path(journal, suspect, sizeof suspect);
     enum bd_err err = BD_ERR_OK;
+    // What is not there any more needs no mending: somebody moved it away.
+    struct stat info;
+    if (stat(journal->path, &info) || info.st_size == 0) unlink(suspect);
     bool is_suspect = access(suspect, F_OK) == 0;
     if (!is_suspect) err = bd_journal_try_open(journal, where, sizeof where, fault);
     if (!is_suspect && !journal->is_damaged) return err;

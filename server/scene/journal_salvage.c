@@ -347,6 +347,11 @@ enum bd_err bd_journal_salvage(const char *path, const char *where, struct bd_id
         remove_file(journal->path);
     free(journal);
     if (is_done) return BD_ERR_OK;
+    if (result == SQLITE_FULL)
+        return bd_fault_set(fault, BD_ERR_NO_MEMORY, "data",
+                            "%s is damaged (%s), and the disk has no room for a copy of what is "
+                            "whole in it: make room",
+                            path, where);
     return bd_fault_set(fault, BD_ERR_IO, "data",
                         "%s is damaged (%s) and could not be built anew (%s): mend it, or move it "
                         "away to begin without scenes",

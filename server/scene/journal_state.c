@@ -55,10 +55,11 @@ int bd_journal_write_state(struct bd_journal *journal)
 
 // --- looking --------------------------------------------------------------------------------
 
-// A path as SQLite reads it in a URI.
+// A path as SQLite reads it in a URI. Behind two slashes of its own an absolute one would name a
+// machine.
 static void write_uri(const char *path, char *out, size_t size)
 {
-    size_t at = (size_t)snprintf(out, size, "file:");
+    size_t at = (size_t)snprintf(out, size, *path == '/' ? "file://" : "file:");
     for (; *path && at + 32 < size; path++)
         at += (size_t)snprintf(out + at, size - at, strchr("%?#", *path) ? "%%%02x" : "%c", *path);
     snprintf(out + at, size - at, "?immutable=1");

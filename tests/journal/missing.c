@@ -382,6 +382,38 @@ static void what_is_no_file_is_not_waited_for(void **state)
 }
 
 // What a daemon has open and nobody finds any more is no place to keep an edit.
+// Two slashes at its beginning name no machine.
+static void a_path_with_two_slashes(void **state)
+{
+    (void)state;
+    char twice[80];
+    struct bd_fault fault = {0};
+    put(&ended);
+    snprintf(twice, sizeof twice, "/%s", directory);
+    for (int i = 0; i < 2; i++) {
+        struct bd_journal *journal;
+        if (bd_journal_open(twice, &journal, &fault)) fail_msg("%s", fault.message);
+        bd_journal_close(&journal);
+    }
+}
+
+// That a file was being mended is no reason to mend one that was moved away.
+static void a_suspect_that_is_gone(void **state)
+{
+    (void)state;
+    const struct dump what = {.identity = ended.identity};
+    char path[128];
+    put(&what);
+    file_write(directory, FILE_NAME ".suspect", "", 0);
+    struct bd_journal *journal;
+    struct bd_fault fault = {0};
+    if (bd_journal_open_as_it_is(directory, &journal, &fault)) fail_msg("%s", fault.message);
+    bd_journal_close(&journal);
+    snprintf(path, sizeof path, "%s/" FILE_NAME ".suspect", directory);
+    assert_int_equal(access(path, F_OK), -1);
+    files_remove(directory);
+}
+
 static void files_that_go_under_way(void **state)
 {
     (void)state;
@@ -424,6 +456,8 @@ int main(void)
         TEST(half_an_identity),
         TEST(a_directory_that_was_being_made),
         TEST(what_is_no_file_is_not_waited_for),
+        TEST(a_path_with_two_slashes),
+        TEST(a_suspect_that_is_gone),
         TEST(files_that_go_under_way),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
