@@ -56,9 +56,9 @@ static int allocate_index(const char *folder)
     if (file < 0) return errno;
     int result = fstat(file, &info) ? errno : 0;
     if (!result && !S_ISREG(info.st_mode)) result = EINVAL;
-    // One of another size was made by nobody we know; the driver gives it its own.
-    if (!result && info.st_size != INDEX_BYTES && ftruncate(file, INDEX_BYTES)) result = errno;
-    if (!result) result = posix_fallocate(file, 0, INDEX_BYTES);
+    // Never shorter than it is: other programs may have mapped it.
+    const off_t size = !result && info.st_size > INDEX_BYTES ? info.st_size : INDEX_BYTES;
+    if (!result) result = posix_fallocate(file, 0, size);
     close(file);
     return result;
 }
