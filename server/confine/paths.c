@@ -5,6 +5,7 @@
 #include <libgen.h>
 #include <limits.h>
 #include <link.h>
+#include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -38,9 +39,11 @@ enum right {
     IOCTL_DEV = 1 << 15, // 5
 };
 #define NET_CONNECT_TCP (1 << 1) // 4
+// Unix sockets that have no path, and signals, go to no process outside.
+#define SCOPES (1 << 0 | 1 << 1) // 6
 
 struct ruleset_attr {
-    uint64_t fs, net;
+    uint64_t fs, net, scoped;
 };
 struct path_attr {
     uint64_t rights;
@@ -115,6 +118,15 @@ static void allow_folder_of(struct rules *rules, const char *path, uint64_t righ
     char copy[PATH_MAX];
     if ((size_t)snprintf(copy, sizeof copy, "%s", path) < sizeof copy)
         allow(rules, dirname(copy), rights);
+}
+
+// Editors write another file beside it; and it may be a link to one elsewhere.
+static void allow_file_that_is_replaced(struct rules *rules, const char *path)
+{
+    char *real = realpath(path, NULL);
+    allow_folder_of(rules, path, READ_FILE);
+    if (real) allow_folder_of(rules, real, READ_FILE);
+    free(real);
 }
 
 static void allow_listed(struct rules *rules, const char *list, uint64_t rights)
@@ -194,7 +206,7 @@ static void allow_all(struct rules *rules, const struct bd_confine_paths *paths)
     allow(rules, paths->data, WRITES);
     if (paths->data_is_temporary) allow_folder_of(rules, paths->data, REMOVE_DIR);
     for (const char *const *path = paths->read_again; path && *path; path++)
-        allow_folder_of(rules, *path, READ_FILE);
+        allow_file_that_is_replaced(rules, *path);
     for (const char *const *path = paths->sockets; path && *path; path++)
         allow_folder_of(rules, *path, MAKE_SOCK | REMOVE_FILE);
 }
@@ -203,8 +215,11 @@ static void allow_all(struct rules *rules, const struct bd_confine_paths *paths)
 static int restrict_to(const struct bd_confine_paths *paths, long version)
 {
     const struct ruleset_attr attr = {.fs = handled_rights(version),
-                                      .net = version >= 4 ? NET_CONNECT_TCP : 0};
-    const size_t size = version >= 4 ? sizeof attr : sizeof attr.fs;
+                                      .net = version >= 4 ? NET_CONNECT_TCP : 0,
+                                      .scoped = version >= 6 ? SCOPES : 0};
+    const size_t size = version >= 6   ? sizeof attr
+                        : version >= 4 ? offsetof(struct ruleset_attr, scoped)
+                                       : sizeof attr.fs;
     struct rules rules = {.handled = attr.fs};
     rules.fd = (int)syscall(SYS_landlock_create_ruleset, &attr, size, 0);
     if (rules.fd < 0) return errno;
