@@ -53,7 +53,7 @@ extern "C" {
     X(scenes, 256, 1, 1 << 20)                                                                     \
     X(scene_name_bytes, 127, 1, 127)                                                               \
     /* A frame: width or height, and their product. */                                             \
-    X(image_side_px, 16384, 1, 32768)                                                              \
+    X(image_side_px, 16384, 1, 16384)                                                              \
     X(image_pixels, 64 * BD_MIB, 1, BD_GIB)                                                        \
     /* Complete frames kept as they were sent by HTTP, with their reports; 0 = none. */            \
     X(frame_cache_bytes, 64 * BD_MIB, 0, 64 * BD_GIB)                                              \

@@ -281,7 +281,11 @@ static void keep_entry(struct bd_tokens *old, struct bd_tokens *read, size_t pla
     for (size_t i = 0; i < old->count; i++) {
         struct bd_auth_entry *entry = old->entries[i];
         if (!entry || !is_same(entry, read->entries[place])) continue;
-        entry->grant = read->entries[place]->grant;
+        // Its quotas alone: the rest is the same, and others may be reading it.
+        const struct bd_grant *fresh = &read->entries[place]->grant;
+        entry->grant.scenes_max = fresh->scenes_max;
+        entry->grant.bytes_max = fresh->bytes_max;
+        entry->grant.jobs_max = fresh->jobs_max;
         free(read->entries[place]);
         read->entries[place] = entry;
         old->entries[i] = NULL;

@@ -28,10 +28,10 @@ void bd_cookies_issue(struct bd_cookies *cookies, const struct bd_grant *grant,
 // Takes the same time wherever a wrong one differs.
 const struct bd_grant *bd_cookies_find(const struct bd_cookies *cookies, const char *header);
 
-// Forgets the one that the header shows.
 // Forgets those of grants that are revoked.
 void bd_cookies_revoke(struct bd_cookies *cookies);
 
+// Forgets the one that the header shows.
 void bd_cookies_end(struct bd_cookies *cookies, const char *header);
 
 #endif

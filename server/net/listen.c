@@ -110,13 +110,17 @@ static void warn_of_closed_door(const struct bd_listener *listener)
                listener->address.path);
 }
 
+enum bd_err bd_listen_refuse_proxy(struct bd_fault *fault)
+{
+    return bd_fault_set(fault, BD_ERR_USAGE, "proxy",
+                        "--proxy lets in whomever the proxy lets in: that needs --token-file");
+}
+
 static enum bd_err check_reach(const struct bd_net *net, const struct bd_address *address,
                                const char *text, struct bd_fault *fault)
 {
     if (bd_tokens_needed(net->tokens)) return BD_ERR_OK;
-    if (net->options.proxy_count > 0)
-        return bd_fault_set(fault, BD_ERR_USAGE, "proxy",
-                            "--proxy lets in whomever the proxy lets in: that needs --token-file");
+    if (net->options.proxy_count > 0) return bd_listen_refuse_proxy(fault);
     if (bd_address_is_local(address)) return BD_ERR_OK;
     return bd_fault_set(fault, BD_ERR_USAGE, "listen",
                         "%s can be reached from other machines: that needs --token-file", text);

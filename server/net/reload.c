@@ -5,6 +5,7 @@
 
 #include "base/log.h"
 #include "net/cookie.h"
+#include "net/listen.h"
 #include "net/net_internal.h"
 #include "net/options.h"
 #include "net/session.h"
@@ -132,6 +133,7 @@ static enum bd_err read_tokens(struct bd_net *net, const struct bd_options *fres
     if (!fresh->token_file != !net->options.token_file)
         return bd_fault_set(fault, BD_ERR_USAGE, "token-file",
                             "token-file: with it or without it is a restart's affair");
+    if (fresh->proxy_count > 0 && !fresh->token_file) return bd_listen_refuse_proxy(fault);
     return fresh->token_file ? bd_tokens_reload(net->tokens, fresh->token_file, fault) : BD_ERR_OK;
 }
 

@@ -59,11 +59,11 @@ void bd_session_written(struct bd_conn *conn);
 // has said goodbye: then it waits for another connection for resume_seconds.
 void bd_session_gone(struct bd_conn *conn);
 
-// Frees sessions that have ended. Not from within one of their callbacks.
 // Those whose grant is revoked end, and say why where they have a connection: it closes. Those that
 // wait for one are gone.
 void bd_sessions_revoke(struct bd_net *net);
 
+// Frees sessions that have ended. Not from within one of their callbacks.
 void bd_sessions_sweep(struct bd_net *net);
 
 #endif

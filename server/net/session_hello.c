@@ -37,7 +37,7 @@ static enum bd_err refuse_token(const struct bd_session *session, const Bounced_
     struct bd_clients *clients = session->net->clients;
     enum bd_err err = hello->token
                           ? bd_client_take_failed_login(clients, session->conn->origin, fault)
-                          : bd_client_take_request(clients, session->client, fault);
+                          : bd_client_take_request(clients, session->conn->client, fault);
     if (err) return err;
     return bd_fault_set(fault, BD_ERR_UNAUTHORIZED, "token",
                         hello->token ? "the token is not one of ours" : "a token is needed");

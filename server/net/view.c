@@ -524,6 +524,7 @@ enum bd_err bd_view_update(struct bd_view *view, const Bounced__ViewUpdate *upda
         err = read_rate(update->frames_per_second, &interval_ns, fault);
     if (err) return err;
     view->options = options;
+    if (update->frame) view->cost = (struct bd_view_cost){0};
     view->state.interval_ns = interval_ns;
     if (update->has_refine) view->state.refine = update->refine;
     if (update->has_sequence) view->sequence = update->sequence;

@@ -184,7 +184,7 @@ static void on_frame_start(wslay_event_context_ptr events,
         websocket->is_refused = true;
         close_with(websocket, WSLAY_CODE_UNSUPPORTED_DATA, "messages here are binary");
         bd_conn_finish(websocket->conn);
-    } else if (frame->payload_length > most - websocket->used) {
+    } else if (websocket->used > most || frame->payload_length > most - websocket->used) {
         bd_fault_set(&fault, BD_ERR_LIMIT, name,
                      "a message of more than %llu bytes is above the limit %s",
                      (unsigned long long)most, name);
