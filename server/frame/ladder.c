@@ -149,6 +149,9 @@ bool bd_ladder_cheapest(const struct bd_technique *technique, const struct bd_pa
         if (!value || standing_of(ladder, key, strtod(value, NULL)).lowest <= 0) continue;
         is_cheaper |= set(out, key, pair.pairs[0].value);
     }
+    // A budget over all lights takes the place of what each would have.
+    const char *vpls = value_of(out, "vpls");
+    if (vpls && read.vpl_budget > strtod(vpls, NULL)) is_cheaper |= set(out, "vpl_budget", "0");
     return is_cheaper;
 }
 

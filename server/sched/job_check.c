@@ -152,15 +152,20 @@ static struct bd_checked checked_of(struct bd_job *job, struct bd_image *const *
                                job->check->refinement.pixel_count, against};
 }
 
+static void spend(struct bd_job *job, uint64_t start_ns)
+{
+    const double ms = bd_ms_since(start_ns);
+    job->check->spent_ms.check += ms;
+    job->check->spent_ms.total += ms;
+}
+
 static enum bd_err measure(struct bd_reference_runner *runner, struct bd_check_views *views,
                            const struct bd_checked *checked, struct bd_check_result *out)
 {
     struct bd_job *job = checked->job;
     uint64_t start_ns = bd_clock_ns();
     enum bd_err err = bd_job_check_measure(runner, views, checked, out, &job->result.fault);
-    double ms = bd_ms_since(start_ns);
-    job->check->spent_ms.check += ms;
-    job->check->spent_ms.total += ms;
+    spend(job, start_ns);
     return err;
 }
 
@@ -200,8 +205,7 @@ static const struct bd_technique *find_below(struct bd_reference_runner *runner,
         *limit = bd_job_check_model_limit(runner, &checked, technique, mean_reference);
         if (*limit < LOWER_FLOOR * floor) found = technique;
     }
-    job->check->spent_ms.check += bd_ms_since(start_ns);
-    job->check->spent_ms.total += bd_ms_since(start_ns);
+    spend(job, start_ns);
     return found;
 }
 
@@ -268,8 +272,7 @@ static enum bd_err report_hidden(struct bd_reference_runner *runner,
     double share;
     enum bd_err err =
         bd_job_check_hidden_share(runner, checked, &share, &checked->job->result.fault);
-    checked->job->check->spent_ms.check += bd_ms_since(start_ns);
-    checked->job->check->spent_ms.total += bd_ms_since(start_ns);
+    spend(checked->job, start_ns);
     if (!err && !isnan(share))
         bd_report_reword(report, BD_FLAG_UNOCCLUDED,
                          BD_FLAG_UNOCCLUDED ": %.*f %% of the indirect light is hidden",
@@ -358,7 +361,11 @@ bool bd_job_check_run(struct bd_reference_runner *runner, struct bd_check_views 
 
 void bd_job_check_settle(struct bd_job *job)
 {
-    if (!job->check || job->result.err != BD_ERR_DEADLINE || !job->check->best.stands) return;
+    const enum bd_err err = job->result.err;
+    if (!job->check || !err || err == BD_ERR_CANCELLED || !job->check->best.stands) return;
+    const struct bd_fault fault = job->result.fault;
     bd_report_add_time(&job->check->spent_ms, &job->result.report.time_ms);
-    finish(job, BD_STOPPED_DEADLINE);
+    finish(job, err == BD_ERR_DEADLINE ? BD_STOPPED_DEADLINE : BD_STOPPED_FLOOR);
+    if (err != BD_ERR_DEADLINE)
+        bd_report_flag(&job->result.report, "error_floor: better settings fail: %s", fault.message);
 }

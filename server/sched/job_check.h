@@ -27,8 +27,8 @@ void bd_job_check_destroy(struct bd_job_check **check);
 bool bd_job_check_run(struct bd_reference_runner *runner, struct bd_check_views *views,
                       struct bd_job *job);
 
-// Of a job that failed while it was rendered: where only its time is out and a frame stands from
-// before, that frame is the result. For jobs without checks nothing.
+// Of a job that failed while it was rendered: where a frame stands from before, that one is the
+// result, unless somebody cancelled it. For jobs without checks nothing.
 void bd_job_check_settle(struct bd_job *job);
 
 #endif

@@ -36,6 +36,9 @@ enum bd_refine_next bd_refine_decide(struct bd_refinement *refinement,
                                      const struct bd_check_result *result, bool has_next_rung,
                                      bool *is_better)
 {
+    // An absolute figure and a relative one cannot be compared: it begins anew.
+    if (result->black != refinement->black) refinement->lowest = INFINITY;
+    refinement->black = result->black;
     *is_better = result->high < refinement->lowest || isinf(refinement->lowest);
     if (is_reached(refinement, result)) return BD_REFINE_REACHED;
     if (should_look(refinement, result)) {

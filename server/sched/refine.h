@@ -21,6 +21,7 @@ struct bd_refinement {
     double target;        // relative, > 0
     uint32_t pixel_count; // to trace next
     bool begun;           // there was a frame
+    bool black;           // its figures, and `lowest`, are absolute
     uint32_t not_lowered; // refinements in a row
     double lowest;        // upper end of the best frame so far; INFINITY before the first
 };

@@ -147,7 +147,7 @@ static bool is_at_its_end(struct bd_sched *sched, struct bd_job *job)
     if (!job->check) return true;
     bd_job_check_settle(job);
     if (job->result.err || job->result.report.stopped != BD_STOPPED_COMPLETE) return true;
-    if (bd_job_worker_push(sched->checks, job)) return false;
+    if (bd_job_worker_push(sched->checks, job, job->render_again)) return false;
     job->result.err = bd_fault_set(&job->result.fault, BD_ERR_BUSY, "check",
                                    "%u frames are waiting for their check already",
                                    sched->options.queue_length_max);

@@ -157,7 +157,7 @@ enum bd_err bd_sched_submit(struct bd_sched *sched, const struct bd_job_request 
     if (err) return err;
     struct bd_job *job = bd_job_create(request);
     bool queued = bd_frame_request_is_traced(&request->frame)
-                      ? bd_job_worker_push(sched->references, job)
+                      ? bd_job_worker_push(sched->references, job, false)
                       : push(sched, job);
     if (!queued) {
         bd_job_drop(job);

@@ -65,10 +65,17 @@ static void *run(void *user)
     return NULL;
 }
 
-bool bd_job_worker_push(struct bd_job_worker *worker, struct bd_job *job)
+static bool push(struct bd_job_queue *queue, struct bd_job *job, bool was_let_in)
+{
+    if (!was_let_in) return bd_job_queue_push(queue, job);
+    bd_job_queue_return(queue, job);
+    return true;
+}
+
+bool bd_job_worker_push(struct bd_job_worker *worker, struct bd_job *job, bool was_let_in)
 {
     pthread_mutex_lock(&worker->lock);
-    bool queued = !worker->stopping && bd_job_queue_push(&worker->queue, job);
+    bool queued = !worker->stopping && push(&worker->queue, job, was_let_in);
     if (queued && !worker->started) {
         BD_ASSERT(pthread_create(&worker->thread, NULL, run, worker) == 0);
         worker->started = true;

@@ -22,8 +22,9 @@ struct bd_job_worker *bd_job_worker_create(uint32_t capacity, const struct bd_jo
 // Cancels what runs, fails what waits, joins the thread. Takes NULL.
 void bd_job_worker_destroy(struct bd_job_worker **worker);
 
-// False if the queue is full, or the worker is being destroyed.
-bool bd_job_worker_push(struct bd_job_worker *worker, struct bd_job *job);
+// False if the queue is full, or the worker is being destroyed. `was_let_in`: it was in the queue
+// before, whose bound is for new ones.
+bool bd_job_worker_push(struct bd_job_worker *worker, struct bd_job *job, bool was_let_in);
 void bd_job_worker_count(struct bd_job_worker *worker, uint32_t *waiting, uint32_t *running);
 
 #endif
