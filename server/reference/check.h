@@ -9,8 +9,8 @@
 //     reference (check_ties.h).
 //   - A score says for each pixel how large its squared error may be: a mixture of what these looks
 //     found, luminance, indirect light, contrast to the neighbours (beauty, indirect light, and how
-//     far the indirect light sticks out of its neighbours), edges in depth and normal, the level at
-//     which a multiresolution technique shaded it, and a constant.
+//     far the indirect light sticks out of its neighbours), edges in depth, normal and albedo, the
+//     level at which a multiresolution technique shaded it, and a constant.
 //   - Pixels that score so high that each deserves a sample of its own are all traced. The rest is
 //     cut into strata of equal total score; each gets the same number of samples, chosen without
 //     replacement. A sample stands for (pixels of its stratum) / (samples of its stratum) pixels.
@@ -65,8 +65,8 @@ struct bd_check_tracer {
     enum bd_err (*loop)(void *user, uint32_t count, void (*work)(void *work_user, uint32_t i),
                         void *work_user);
     void *user;
-    // What the camera sees through the middle of a pixel: adds coverage, albedo, normal and depth of
-    // at least one sample. NULL where the frame's pixels are means over more than that.
+    // What the camera sees through the middle of a pixel: adds coverage, albedo, normal and depth
+    // of at least one sample. NULL where the frame's pixels are means over more than that.
     void (*first_surface)(void *user, uint32_t x_px, uint32_t y_px,
                           struct bd_reference_pixel *pixel);
 };
@@ -74,7 +74,7 @@ struct bd_check_tracer {
 struct bd_check_options {
     uint32_t pixel_count; // to trace; a frame with fewer is traced whole
     uint64_t seed;        // of the choice; the tracer has its own
-    bool blind;           // no first look: for means, which are not as uneven as errors
+    bool blind;           // nobody looks first: for means, which are not as uneven as errors
     uint64_t samples_max; // of both halves, all pixels together: where noise asks for more
     // NULL, or told the share that is done, 0 to 1, between pieces of the tracing.
     void (*progress)(void *user, double share);

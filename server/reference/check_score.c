@@ -19,7 +19,7 @@ enum feature {
     FEATURE_INDIRECT_CONTRAST,
     FEATURE_INDIRECT_GRAIN, // median instead of largest
     FEATURE_SPIKE,          // excess of indirect light over the median of its neighbours
-    FEATURE_EDGE,           // 1 where depth or normal jump
+    FEATURE_EDGE,           // 1 where depth, normal or albedo jump
     FEATURE_EDGE_LUMINANCE, // brightest neighbour's square there
     FEATURE_LEVEL,          // luminance where it was shaded coarsely
     FEATURE_SURPRISE,       // what a first look found there
@@ -47,7 +47,7 @@ static const double feature_share[FEATURE_COUNT] = {
 };
 
 // An edge: neighbours' depths differ by more than this share of the nearer one, or their normals by
-// more than this chord (algorithms.md A1).
+// more than this chord (algorithms.md A1), or their albedos by more than this length.
 #define EDGE_DEPTH  0.1f
 #define EDGE_NORMAL 0.5f
 #define EDGE_ALBEDO 0.2f

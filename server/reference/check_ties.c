@@ -46,26 +46,35 @@ static void look_item(void *user, uint32_t item)
     for (uint32_t i = item * ITEM_PIXELS; i < end; i++) look(l, l->pixels[i]);
 }
 
-// All on edges, or, where there are too many, every `step`th of them.
-static void choose(struct looking *l, uint32_t step)
+// --- edges ----------------------------------------------------------------------------------
+
+static void find_edges_of_row(void *user, uint32_t row)
 {
-    const uint32_t width = l->frame->beauty->width_px, height = l->frame->beauty->height_px;
-    uint32_t edges = 0;
-    l->count = 0;
-    for (uint32_t y = 0; y < height; y++)
-        for (uint32_t x = 0; x < width; x++)
-            if (bd_check_is_edge(l->frame, x, y) && edges++ % step == 0 &&
-                l->count < BD_CHECK_TIES_MAX)
-                l->pixels[l->count++] = y * width + x;
+    const struct looking *l = user;
+    const uint32_t width = l->frame->beauty->width_px;
+    for (uint32_t x = 0; x < width; x++)
+        l->differs[(size_t)row * width + x] = bd_check_is_edge(l->frame, x, row);
 }
 
-static uint32_t count_edges(const struct bd_check_frame *frame)
+// All pixels on edges, or, where there are too many, every second, third, ... of them; and none of
+// them is different yet.
+static bool choose(struct looking *l)
 {
-    uint32_t count = 0;
-    for (uint32_t y = 0; y < frame->beauty->height_px; y++)
-        for (uint32_t x = 0; x < frame->beauty->width_px; x++)
-            count += bd_check_is_edge(frame, x, y);
-    return count;
+    const size_t pixel_count = (size_t)l->frame->beauty->width_px * l->frame->beauty->height_px;
+    size_t edges = 0, passed = 0;
+    for (size_t i = 0; i < pixel_count; i++) edges += l->differs[i];
+    const size_t step = edges / BD_CHECK_TIES_MAX + 1;
+    l->pixels = malloc((edges / step + 1) * sizeof *l->pixels);
+    for (size_t i = 0; i < pixel_count && l->pixels; i++) {
+        if (l->differs[i] && passed++ % step == 0) l->pixels[l->count++] = (uint32_t)i;
+        l->differs[i] = 0;
+    }
+    return l->pixels != NULL;
+}
+
+static enum bd_err no_memory(struct bd_fault *fault)
+{
+    return bd_fault_set(fault, BD_ERR_NO_MEMORY, "check", "no memory to look at edges");
 }
 
 enum bd_err bd_check_find_ties(const struct bd_check_frame *frame,
@@ -75,14 +84,12 @@ enum bd_err bd_check_find_ties(const struct bd_check_frame *frame,
     *out = (struct bd_check_ties){0};
     if (!tracer->first_surface || !frame->depth || !frame->normal || !frame->albedo)
         return BD_ERR_OK;
-    const uint32_t edges = count_edges(frame), step = edges / BD_CHECK_TIES_MAX + 1;
+    const uint32_t width = frame->beauty->width_px, height = frame->beauty->height_px;
     struct looking l = {.frame = frame, .tracer = tracer};
-    out->differs = l.differs = calloc((size_t)frame->beauty->width_px, frame->beauty->height_px);
-    l.pixels = malloc(((size_t)edges / step + 1) * sizeof *l.pixels);
-    enum bd_err err = BD_ERR_OK;
-    if (!l.differs || !l.pixels)
-        err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "check", "no memory to look at edges");
-    if (!err) choose(&l, step);
+    out->differs = l.differs = calloc(width, height);
+    if (!out->differs) return no_memory(fault);
+    enum bd_err err = tracer->loop(tracer->user, height, find_edges_of_row, &l);
+    if (!err && !choose(&l)) err = no_memory(fault);
     if (!err && l.count > 0)
         err = tracer->loop(tracer->user, (l.count + ITEM_PIXELS - 1) / ITEM_PIXELS, look_item, &l);
     free(l.pixels);

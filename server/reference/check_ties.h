@@ -1,7 +1,7 @@
 // Where a frame and the reference see different surfaces through the middle of a pixel: ties on the
 // edges of what is drawn, gaps, texels. A frame of 96x96 may owe nine tenths of its error to one
-// such pixel, and nothing in it gives away which: so each pixel on an edge is looked at, by one ray
-// from the camera and no path behind it. Private to reference/.
+// such pixel, and nothing in it gives away which: so each pixel on an edge is looked at, by a ray
+// from the camera without a path behind it. Private to reference/.
 
 #ifndef BD_REFERENCE_CHECK_TIES_H
 #define BD_REFERENCE_CHECK_TIES_H
