@@ -327,7 +327,7 @@ void bd_options_print_help(FILE *out)
           "proxies and the limits of peers and requests count from then on; connections\n"
           "and sessions of tokens that are gone, or have other rights, end. What else has\n"
           "changed is named in the log and needs a restart: listeners, data, device,\n"
-          "memory, the log's form, limits of scenes, pictures and imports. A file with a\n"
+          "memory, the log's form, limits of scenes, pictures and what imports may use. A file with a\n"
           "fault changes nothing: one line says where it is. SIGTERM ends the daemon in\n"
           "good order.\n",
           out);

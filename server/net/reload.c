@@ -12,12 +12,16 @@
 
 // --- limits ---------------------------------------------------------------------------------
 
-// Those that nobody looks at but the loop, and nothing was sized by.
+// Those that the loop looks at each time. Of imports more at once wait for the children that there
+// are.
 static const size_t live[] = {
 #define LIVE(name) offsetof(struct bd_limits, name)
     LIVE(message_bytes),
     LIVE(header_bytes),
     LIVE(blob_bytes),
+    LIVE(blob_seconds),
+    LIVE(disk_reserve_bytes),
+    LIVE(frame_cache_bytes),
     LIVE(scene_name_bytes),
     LIVE(imports_at_once),
     LIVE(jobs_per_client),
@@ -85,8 +89,10 @@ static void say_fixed(const struct bd_net_options *running, const struct bd_opti
 {
     const char *http = strcmp(fresh->http, "none") == 0 ? NULL : fresh->http;
     if (differs(running->http, http)) say_restart("http", "");
-    for (uint32_t i = 0; i < fresh->listen_count; i++)
-        if (differs(running->listens[i], fresh->listens[i])) say_restart("listen", "");
+    for (uint32_t i = 0; i < BD_NET_LISTEN_MAX; i++) {
+        const char *listen = i < fresh->listen_count ? fresh->listens[i] : NULL;
+        if (differs(running->listens[i], listen)) say_restart("listen", "");
+    }
     if (running->socket_mode != fresh->socket_mode) say_restart("socket-mode", "");
     if (running->has_socket_group != fresh->has_socket_group ||
         running->socket_group != fresh->socket_group)

@@ -218,6 +218,19 @@ def frame(size=(16, 16), **fields):
     return request
 
 
+def reload(daemon, needle="read again"):
+    """What the daemon logs when it is told to read its files again."""
+    before = len(daemon.log_path.read_text())
+    daemon.process.send_signal(signal.SIGHUP)
+    until = time.time() + ANSWER_S
+    while time.time() < until:
+        log = daemon.log_path.read_text()[before:]
+        if needle in log and log.endswith("\n"):
+            return log
+        time.sleep(0.01)
+    raise AssertionError(daemon.log_path.read_text())
+
+
 @pytest.fixture
 def start(tmp_path):
     """Starts daemons; each must still be alive at the end, and end well."""

@@ -12,7 +12,7 @@ import time
 
 import bounced_pb2
 import pytest
-from conftest import ANSWER_S, Daemon, read_all
+from conftest import ANSWER_S, Daemon, read_all, reload
 from ws_client import WebSocket
 
 ONE, OTHER = "one-one-one-one-one", "other-other-other-o"
@@ -255,18 +255,6 @@ def test_proxies_that_make_no_sense(tmp_path, words, needle):
 # --- SIGHUP -------------------------------------------------------------------------------------
 
 
-def reload(daemon, needle="read again"):
-    before = len(daemon.log_path.read_text())
-    daemon.process.send_signal(signal.SIGHUP)
-    until = time.time() + ANSWER_S
-    while time.time() < until:
-        log = daemon.log_path.read_text()[before:]
-        if needle in log and log.endswith("\n"):
-            return log
-        time.sleep(0.01)
-    raise AssertionError(daemon.log_path.read_text())
-
-
 def test_a_token_that_is_gone_ends_what_is_its(begin):
     daemon, file = begin()
     clients = {token: daemon.framed(tcp=True, hello=False) for token in (ONE, OTHER)}
@@ -361,6 +349,17 @@ def test_a_config_file_is_read_again(begin, tmp_path):
     config.write_text("limit idle_seconds=5\n\nlimit requests_per_second=0\n")
     log = reload(daemon, "nothing is changed")
     assert f"{config}, line 3: limit requests_per_second" in log and log.count("\n") == 1
+
+
+def test_a_reload_lets_no_proxy_in_where_there_are_no_tokens(start, tmp_path):
+    config = tmp_path / "conf"
+    config.write_text("")
+    daemon = start("--config", str(config))
+    config.write_text("proxy 127.0.0.1\n")
+    assert "--token-file" in reload(daemon, "nothing is changed")
+    config.write_text("listen tcp:127.0.0.1:0\nlimit blob_seconds=999\n")
+    log = reload(daemon)
+    assert "listen is another" in log and "blob_seconds" not in log
 
 
 def test_sighups_in_a_row(begin):

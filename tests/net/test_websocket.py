@@ -8,7 +8,7 @@ import time
 
 import bounced_pb2
 import pytest
-from conftest import SCENES, blob_name, frame, read_all
+from conftest import SCENES, blob_name, frame, read_all, reload
 from websockets.exceptions import ConnectionClosed
 from ws_client import WebSocket as Socket, parse, unit
 
@@ -296,6 +296,21 @@ def test_a_message_in_pieces_is_bounded_too(start):
     raw.frame()
     piece = mask(2, struct.pack("<I", 100) + b"x" * 2000, fin=False)
     raw.sock.sendall(piece + mask(0, b"x" * 2000, fin=False))
+    raw.sock.sendall(mask(0, b"x" * 2000, fin=False))
+    assert raw.close_code() == (1009, "limit")
+
+
+def test_a_limit_lowered_under_a_message(start, tmp_path):
+    config = tmp_path / "conf"
+    config.write_text("limit message_bytes=65536\n")
+    daemon = start("--config", str(config))
+    raw = Raw(daemon, mask(2, unit(HELLO)))
+    raw.frame()
+    raw.sock.sendall(mask(2, struct.pack("<I", 100) + b"x" * 8000, fin=False))
+    raw.sock.sendall(mask(9, b""))
+    assert raw.frame()[0] == 10  # what was sent before has been read
+    config.write_text("limit message_bytes=4096\n")
+    reload(daemon)
     raw.sock.sendall(mask(0, b"x" * 2000, fin=False))
     assert raw.close_code() == (1009, "limit")
 
