@@ -21,7 +21,10 @@ static uint64_t collect_every_ns(uint64_t blob_seconds)
 static void look(uv_work_t *work)
 {
     struct bd_net *net = work->data;
+    atomic_store(&net->disk.began_ns, bd_clock_ns());
     net->disk.found = bd_journal_is_in_place(net->options.journal);
+    atomic_store(&net->disk.began_ns, 0);
+    atomic_store(&net->disk.is_answered, true);
     if (bd_clock_ns() < net->disk.collect_ns) return;
     const uint64_t seconds = net->disk.blob_seconds;
     uint32_t count = bd_blobs_collect(net->options.blobs, seconds);
@@ -52,6 +55,7 @@ static void on_timer(uv_timer_t *timer)
     disk->blob_seconds = net->options.limits.blob_seconds;
     bd_blobs_set_reserve(net->options.blobs, net->options.limits.disk_reserve_bytes);
     disk->asked_ns = bd_clock_ns();
+    atomic_store(&disk->is_answered, false);
     int result = uv_queue_work(&net->loop, &disk->work, look, look_back);
     BD_ASSERT_CMP(result, ==, 0);
 }
@@ -62,6 +66,8 @@ void bd_disk_watch_begin(struct bd_net *net)
     uv_timer_init(&net->loop, &disk->timer);
     disk->timer.data = disk->work.data = net;
     disk->is_in_place = true;
+    atomic_init(&disk->began_ns, 0);
+    atomic_init(&disk->is_answered, true);
     bd_blobs_set_reserve(net->options.blobs, net->options.limits.disk_reserve_bytes);
     uv_timer_start(&disk->timer, on_timer, BD_DISK_WATCH_MS, BD_DISK_WATCH_MS);
 }
@@ -75,7 +81,10 @@ const char *bd_disk_watch_trouble(const struct bd_net *net)
 {
     const struct bd_disk_watch *disk = &net->disk;
     if (!disk->is_in_place) return MOVED;
-    if (disk->is_looking && bd_clock_ns() - disk->asked_ns > BD_DISK_SILENT_MS * 1000000ull)
-        return "the disk of the data directory does not answer";
-    return NULL;
+    const uint64_t now_ns = bd_clock_ns(), began_ns = atomic_load(&disk->began_ns);
+    const bool is_silent = began_ns && now_ns - began_ns > BD_DISK_SILENT_MS * 1000000ull;
+    // All threads that could look wait for something: for the same disk, if it takes that long.
+    const bool is_crowded = disk->is_looking && !atomic_load(&disk->is_answered) &&
+                            now_ns - disk->asked_ns > BD_DISK_CROWDED_MS * 1000000ull;
+    return is_silent || is_crowded ? "the disk of the data directory does not answer" : NULL;
 }
