@@ -207,15 +207,21 @@ static enum bd_err read_revert(struct bd_edit_work *work, struct bd_journal *jou
     return err;
 }
 
-// The newest revision after the one that is to be taken back that changed the same.
+// So many revisions are looked through for who it was: each is read with its content.
+#define CULPRITS_MAX 64
+
+// The newest revision after the one that is to be taken back that changed the same; 0 if it is not
+// among the newest, or nobody waits for the answer any more.
 static enum bd_err find_culprit(struct bd_edit_work *work, struct bd_journal *journal,
                                 const struct bd_clash *clash, uint64_t *revision,
                                 char author[BD_EDIT_AUTHOR_BYTES])
 {
     enum bd_err err = BD_ERR_OK;
     bool is_it = false;
-    for (*revision = work->head_revision; !err && *revision > work->of; --*revision) {
+    const uint64_t head = work->head_revision;
+    for (*revision = head; !err && *revision > work->of; --*revision) {
         struct bd_store_step step;
+        if (head - *revision == CULPRITS_MAX || atomic_load(&work->command->cancelled)) break;
         err = bd_store_read_step(journal, work->place.scene_id, *revision, work->base, &step,
                                  &work->command->fault);
         if (err) break;
@@ -224,6 +230,7 @@ static enum bd_err find_culprit(struct bd_edit_work *work, struct bd_journal *jo
         bd_store_step_finish(&step);
         if (is_it) break;
     }
+    if (!is_it) *revision = 0;
     return err;
 }
 
@@ -237,6 +244,11 @@ static enum bd_err refuse_clash(struct bd_edit_work *work, struct bd_journal *jo
     enum bd_err err = find_culprit(work, journal, clash, &revision, author);
     if (err) return err;
     if (clash->property[0]) snprintf(what, sizeof what, "%s of ", clash->property);
+    if (revision == 0)
+        return bd_fault_set(&work->command->fault, BD_ERR_CONFLICT, word,
+                            "%s%s %" PRIu32 " was changed since, long ago: nothing was taken back; "
+                            "the scope \"all\" takes back whatever was last",
+                            what, kind, clash->id);
     return bd_fault_set(&work->command->fault, BD_ERR_CONFLICT, word,
                         "%s%s %" PRIu32 " was changed since by %.80s (revision %" PRIu64
                         "): nothing was taken back; the scope \"all\" takes back whatever was last",
