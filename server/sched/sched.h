@@ -78,7 +78,8 @@ void bd_job_release(struct bd_job **job);
 // Valid once the job has ended; borrowed until its release. `layers[l]` is NULL unless asked for;
 // all are NULL after a failure or for a plan. After a passed deadline the result is
 // BD_ERR_DEADLINE and the report tells how far it came; but a frame that stands when its check or
-// refinement ran out of time is a result, and so is one that stands in (accepts_cheaper), with report.stopped = BD_STOPPED_DEADLINE.
+// refinement ran out of time is a result, and so is one that stands in (accepts_cheaper): with
+// report.stopped = BD_STOPPED_DEADLINE.
 struct bd_job_result {
     enum bd_err err;
     struct bd_fault fault;
