@@ -74,10 +74,12 @@ void world_clear(struct world *world)
 
 // --- building -------------------------------------------------------------------------------
 
-// Grows an array of the scene by one zeroed element and returns it.
+// Grows an array of the scene, which nobody else does before it is finished, by one zeroed element
+// and returns it. There is room for a power of two of them.
 static void *append(void **array, uint32_t *count, size_t element_bytes)
 {
-    *array = realloc(*array, (*count + 1) * element_bytes);
+    if ((*count & (*count - 1)) == 0)
+        *array = realloc(*array, (*count ? 2 * (size_t)*count : 1) * element_bytes);
     void *element = (char *)*array + *count * element_bytes;
     memset(element, 0, element_bytes);
     ++*count;
