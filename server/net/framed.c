@@ -87,8 +87,7 @@ static struct bd_framed *create(const struct bd_net *net)
     return framed;
 }
 
-// What the user at the other end may do; NULL: nothing, unless a token says so.
-static const struct bd_grant *grant_of_user(const struct bd_conn *conn)
+const struct bd_grant *bd_framed_grant_of_user(const struct bd_conn *conn)
 {
     struct bd_peer peer;
     if (!bd_conn_peer(conn, &peer)) return NULL;
@@ -103,7 +102,7 @@ void bd_framed_accept(struct bd_net *net, uv_stream_t *listener, bool is_pipe, b
     if (!bd_conn_accept(net, &framed->conn, listener, is_pipe, is_proxied)) return;
     // A proxy on a Unix socket is no user: it asks for others.
     struct bd_session_start start = {.face = &face, .is_user = is_pipe && !is_proxied};
-    if (start.is_user) start.grant = grant_of_user(&framed->conn);
+    if (start.is_user) start.grant = bd_framed_grant_of_user(&framed->conn);
     bd_session_begin(&framed->conn, &start);
 }
 

@@ -8,7 +8,12 @@
 #include <stdbool.h>
 #include <uv.h>
 
+struct bd_conn;
+struct bd_grant;
 struct bd_net;
+
+// What the user at the other end of a Unix socket may do; NULL: nothing, unless a token says so.
+const struct bd_grant *bd_framed_grant_of_user(const struct bd_conn *conn);
 
 void bd_framed_accept(struct bd_net *net, uv_stream_t *listener, bool is_pipe, bool is_proxied);
 

@@ -5,6 +5,7 @@
 #include "base/assert.h"
 #include "base/clock.h"
 #include "base/log.h"
+#include "net/framed.h"
 #include "net/session_internal.h"
 #include "protocol/wire.h"
 
@@ -379,6 +380,15 @@ static bool is_over(const struct bd_session *session)
     return session->net->draining || bd_clock_ns() > session->parked_until_ns;
 }
 
+// A user's line may be as it was while another, which comes before it, is new.
+static bool is_out(const struct bd_session *session)
+{
+    const struct bd_grant *grant = session->grant;
+    if (!grant || grant->is_revoked) return grant != NULL;
+    const bool is_by_user = session->is_user && !grant->is_token && session->conn;
+    return is_by_user && bd_framed_grant_of_user(session->conn) != grant;
+}
+
 void bd_sessions_revoke(struct bd_net *net)
 {
     struct bd_fault fault;
@@ -386,7 +396,7 @@ void bd_sessions_revoke(struct bd_net *net)
                  "the token is not one of ours any more, or has other rights: begin again");
     // Giving up sends and closes, and takes nobody out of the list.
     for (struct bd_session *session = net->sessions; session; session = session->next) {
-        if (session->has_ended || !session->grant || !session->grant->is_revoked) continue;
+        if (session->has_ended || !is_out(session)) continue;
         session->is_resumable = false;
         if (session->conn)
             bd_session_give_up(session, &fault);

@@ -33,7 +33,7 @@ struct bd_session_start {
     bool says_goodbye; // the face has a close of its own: what breaks without one may be resumed
     bool is_private;   // the private daemon's one connection: never silent for too long
     const struct bd_grant *grant; // NULL: by the token that hello shows
-    bool is_user; // of this machine, without a grant: refused where no token could give one
+    bool is_user; // of this machine: refused without a grant where no token could give one
 };
 
 // A new session on an open connection, as conn->session.

@@ -10,7 +10,7 @@ import stat
 
 import bounced_pb2 as pb
 import pytest
-from conftest import SCENES, Framed, blob_name
+from conftest import SCENES, Framed, blob_name, reload
 from test_limits import run
 
 TOKEN = "correct-horse-battery"
@@ -174,6 +174,22 @@ def test_the_daemons_own_user_and_root_get_in(start, tmp_path):
     # And a line of one's own counts before that.
     strict = start(*tokens(tmp_path, "uid:0 role=read\n"))
     assert ask(strict.framed(), stats=pb.Stats()).error.code == "forbidden"
+
+
+@needs_root
+def test_a_line_that_comes_first_counts_after_a_reload(start, tmp_path):
+    wide = f"gid:{GROUP} role=edit\n"
+    daemon = start("--socket-mode", "0666", *tokens(tmp_path, wide))
+    client, other = connect_as(daemon), connect_as(daemon, STRANGER + 9, GROUP, ())
+    for one in (client, other):
+        assert one.hello().HasField("hello_reply")
+    tokens(tmp_path, wide + f"uid:{STRANGER} role=read\n")
+    reload(daemon)
+    assert client.receive()[0].error.code == "unauthorized"
+    assert ask(other, scene_list=pb.SceneList()).HasField("scene_list_reply")
+    client = connect_as(daemon)
+    client.hello()
+    assert ask(client, scene_add=pb.SceneAdd(blob=blob_name(GLB))).error.code == "forbidden"
 
 
 def test_a_file_of_users_alone_closes_http_and_tcp(start, tmp_path):
