@@ -359,6 +359,8 @@ class StandIn:
 
     def wait_to_trace(self, frame):
         samples = int({one.key: one.value for one in frame.parameters}.get("spp", 0))
+        if samples % 2:
+            raise Refused("usage", f"spp={samples}: must be an even number", "spp")
         while frame.technique == "reference" and samples > self.samples_most:
             time.sleep(0.02)
 

@@ -122,6 +122,15 @@ def test_another_layer_and_another_view_are_other_pixels(page):
     assert page.run(TOAST) == ""
 
 
+def test_the_layer_error_is_drawn(page):
+    page.set("#technique select", "direct")
+    drop(page, "cornell.glb")
+    page.click("#layers label:last-of-type")
+    page.until("!document.getElementById('error-map').hidden", 120)
+    assert "of the reference" in page.run("document.getElementById('error-legend').innerText")
+    assert page.run(TOAST) == ""
+
+
 def test_an_export_is_what_the_daemon_has(page, tmp_path):
     page.set("#technique select", "direct")
     drop(page, "cornell.glb")

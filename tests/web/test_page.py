@@ -292,12 +292,12 @@ def test_the_layer_error_shows_where_the_picture_is_wrong(page, stand_in):
 
 
 def test_the_layer_error_shows_what_it_has_while_it_traces(page, stand_in):
-    stand_in.samples_most = 1
+    stand_in.samples_most = 2
     page.click("#layers label:last-of-type")
     page.until("!document.getElementById('error-map').hidden")
     words = page.until("/tracing/.test(document.getElementById('error-legend').innerText) && "
                        "document.getElementById('error-legend').innerText")
-    assert "with 1 sample a pixel" in words and "tracing 4 samples" in words
+    assert "with 2 samples a pixel" in words and "tracing 4 samples" in words
     stand_in.samples_most = 16
     page.until("document.getElementById('error-legend').innerText.includes('16 samples a pixel')")
     stand_in.samples_most = 64

@@ -9,8 +9,8 @@ import { byId } from "./dom";
 import { type Subject } from "./measure";
 
 const SIDE_MOST_PX = 192;
-// One is soon there, and shows where the picture is far off.
-const SAMPLES = [1, 4, 16, 64];
+// An even number, of two halves. Two are soon there, and show where the picture is far off.
+const SAMPLES = [2, 4, 16, 64];
 
 export class ErrorMap {
   private readonly canvas = byId<HTMLCanvasElement>("error-map");
