@@ -15,7 +15,7 @@ test_packages=(
   python3-matplotlib python3-numpy python3-pil python3-protobuf python3-pytest python3-websockets protobuf-compiler
 )
 # What deploy/gpu_day brings along of them.
-day_python_packages=(python3-numpy python3-protobuf python3-pytest)
+day_python_packages=(python3-numpy python3-pil python3-protobuf python3-pytest)
 # A tar and an unxz for machines that have neither.
 day_packages=(busybox-static xz-utils)
 # git knows when the tree was made.
