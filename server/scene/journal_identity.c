@@ -105,6 +105,16 @@ static void close_file(sqlite3_file **file)
     *file = NULL;
 }
 
+// The second slot is written when the first one is on the disk: where both are there, one of them was
+// good, wherever the power went.
+static int look_for_damage(struct bd_identity *identity)
+{
+    sqlite3_int64 size = 0;
+    int result = identity->file->pMethods->xFileSize(identity->file, &size);
+    identity->is_damaged = identity->is_blank && size >= (sqlite3_int64)SLOT_COUNT * SLOT_BYTES;
+    return result;
+}
+
 // The one of the two that was written last.
 static int read_file(struct bd_identity *identity)
 {
@@ -120,7 +130,7 @@ static int read_file(struct bd_identity *identity)
         identity->is_blank = false;
     }
     identity->turn++;
-    return SQLITE_OK;
+    return look_for_damage(identity);
 }
 
 int bd_identity_open(struct bd_identity *identity, const char *path)
@@ -158,6 +168,7 @@ int bd_identity_set(struct bd_identity *identity, const struct bd_journal_state 
     identity->needs_log = false;
     for (int i = 0; i < SLOT_COUNT && !result; i++) result = write_next(identity, true);
     identity->is_blank = result != SQLITE_OK;
+    identity->is_damaged = false;
     return result;
 }
 

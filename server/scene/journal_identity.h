@@ -32,6 +32,7 @@ struct bd_identity {
     sqlite3_file *file; // NULL: there is none
     char path[4160];    // SQLite borrows it
     bool is_blank;      // nothing in it can be read: it was never there, or it is damaged
+    bool is_damaged;    // it was written whole once, and nothing in it can be read
     bool is_failing;    // which was said
     struct bd_journal_state state;
     uint64_t base;  // what the database had without its log, when that began last

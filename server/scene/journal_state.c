@@ -141,6 +141,14 @@ static enum bd_err refuse_missing(const struct bd_journal *journal, struct bd_fa
                         (unsigned long long)journal->identity.state.sequence);
 }
 
+static enum bd_err refuse_nameless(const struct bd_journal *journal, struct bd_fault *fault)
+{
+    return bd_fault_set(fault, BD_ERR_IO, "data",
+                        "%s is missing or empty, and %s, which is damaged, cannot say whether it "
+                        "had scenes" WAY_OUT "begin without scenes",
+                        journal->name, journal->identity.path);
+}
+
 static enum bd_err refuse_lone_log(const struct bd_journal *journal, struct bd_fault *fault)
 {
     return bd_fault_set(fault, BD_ERR_IO, "data",
@@ -198,6 +206,7 @@ static enum bd_err judge(const struct bd_journal *journal, const struct look *lo
 {
     const struct bd_identity *identity = &journal->identity;
     if (!look->has_file && look->has_log) return refuse_lone_log(journal, fault);
+    if (!look->has_file && identity->is_damaged) return refuse_nameless(journal, fault);
     if (identity->is_blank || identity->state.sequence == 0) return BD_ERR_OK;
     if (!look->has_file) return refuse_missing(journal, fault);
     if (look->knows && bd_state_is_named(&look->state) &&

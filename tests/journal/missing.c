@@ -315,6 +315,16 @@ static void an_identity_that_is_gone(void **state)
     drop(&what);
 }
 
+// Nobody can say what there was: not nothing, for the file was written whole once.
+static void a_damaged_identity_without_a_file(void **state)
+{
+    (void)state;
+    struct dump what = {.identity = {malloc(ended.identity.size), ended.identity.size}};
+    memset(what.identity.data, 'x', what.identity.size);
+    expect_refused(&what, "is missing or empty", 0);
+    free(what.identity.data);
+}
+
 // One of the two slots was being written when the power went.
 static void half_an_identity(void **state)
 {
@@ -453,6 +463,7 @@ int main(void)
         TEST(an_older_directory),
         TEST(another_directorys),
         TEST(an_identity_that_is_gone),
+        TEST(a_damaged_identity_without_a_file),
         TEST(half_an_identity),
         TEST(a_directory_that_was_being_made),
         TEST(what_is_no_file_is_not_waited_for),
