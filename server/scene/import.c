@@ -78,6 +78,14 @@ static enum bd_err fault_from_signal(const struct asking *asking, int number)
                         asking->file, number, number == SIGKILL ? " (out of memory?)" : "");
 }
 
+// It ended before it had looked at a file.
+static bool never_began(int status)
+{
+    const int code = WIFEXITED(status) ? WEXITSTATUS(status) : 0;
+    return code == BD_IMPORT_EXIT_QUESTION || code == BD_IMPORT_EXIT_CONFINE ||
+           code == BD_IMPORT_EXIT_UNSTARTED;
+}
+
 // Without an answer to its end, or without an end that fits it.
 static enum bd_err fault_from_death(const struct asking *asking)
 {
@@ -93,6 +101,11 @@ static enum bd_err fault_from_death(const struct asking *asking)
                             (unsigned long long)asking->limits->scene_bytes);
     if (verdict != BD_IMPORT_DAMAGED && WIFSIGNALED(status))
         return fault_from_signal(asking, WTERMSIG(status));
+    if (never_began(status))
+        return bd_fault_set(asking->fault, BD_ERR_INTERNAL, asking->field,
+                            "%.200s: the import could not begin (status %d); nothing says that "
+                            "the file is at fault",
+                            asking->file, WEXITSTATUS(status));
     if (asking->answer->has_body || verdict == BD_IMPORT_DAMAGED)
         return bd_fault_set(asking->fault, BD_ERR_BAD_INPUT, asking->field,
                             "%.200s: import gave no answer (a damaged answer, status %d)",

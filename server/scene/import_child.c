@@ -191,15 +191,15 @@ int bd_import_child_main(int argc, char **argv)
     struct question question;
     bd_priority_lower();
     if (!wait_for_go()) return 0;
-    if (!map_question(&question)) return 2;
+    if (!map_question(&question)) return BD_IMPORT_EXIT_QUESTION;
     const struct bd_import_question *head = take(&question, sizeof *head);
-    if (!head || head->magic != BD_IMPORT_QUESTION_MAGIC) return 2;
+    if (!head || head->magic != BD_IMPORT_QUESTION_MAGIC) return BD_IMPORT_EXIT_QUESTION;
     struct bd_import_file *files = take_files(&question, head->file_count);
-    if (!files) return 2;
+    if (!files) return BD_IMPORT_EXIT_QUESTION;
     bd_import_set_limits(&head->limits);
     struct task task = {.files = files, .file_count = head->file_count, .limits = &head->limits};
     task.pictures = bd_picture_queue_create(helper_count(head, question.size));
-    if (!task.pictures || !bd_import_confine()) return 3;
+    if (!task.pictures || !bd_import_confine()) return BD_IMPORT_EXIT_CONFINE;
 
     enum bd_err err = answer((enum bd_import_kind)head->kind, &task);
     bool sent = false;
@@ -208,5 +208,5 @@ int bd_import_child_main(int argc, char **argv)
     else if (task.fault.err)
         sent = put_piece(BD_IMPORT_FAULT, &task.fault, sizeof task.fault);
     // Nothing is freed and no exit handler runs: the process is the arena.
-    _exit(sent ? 0 : 4);
+    _exit(sent ? 0 : BD_IMPORT_EXIT_UNSENT);
 }

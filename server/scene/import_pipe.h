@@ -18,6 +18,14 @@
 
 #define BD_IMPORT_GO_FD 3
 
+// How a child ends that gives no answer.
+enum bd_import_exit {
+    BD_IMPORT_EXIT_QUESTION = 2, // what it was asked could not be read
+    BD_IMPORT_EXIT_CONFINE = 3,  // it could not be confined, and so read nothing
+    BD_IMPORT_EXIT_UNSENT = 4,   // the answer was not taken
+    BD_IMPORT_EXIT_UNSTARTED = 127,
+};
+
 enum bd_import_kind {
     BD_IMPORT_SCENE,   // the body is the flat form of a scene
     BD_IMPORT_PICTURE, // one file; the content of a picture

@@ -114,8 +114,8 @@ static void a_dead_child_is_bad_input(void **state)
     unsigned before = open_descriptors();
     assert_fails("kill -SEGV $$", limits, BD_ERR_BAD_INPUT,
                  "cornell.glb: import died of signal 11");
-    assert_fails("exit 3", limits, BD_ERR_BAD_INPUT,
-                 "cornell.glb: import gave no answer (status 3)");
+    assert_fails("exit 9", limits, BD_ERR_BAD_INPUT,
+                 "cornell.glb: import gave no answer (status 9)");
     assert_fails("echo hello world", limits, BD_ERR_BAD_INPUT,
                  "cornell.glb: import gave no answer");
     assert_fails(PIECE("\\0", "\\22", "\\0") "; printf BDFLAT03xxxxxxxxxx", limits,
@@ -124,6 +124,15 @@ static void a_dead_child_is_bad_input(void **state)
                  "damaged answer");
     assert_fails(PIECE("\\1", "\\0", "\\0"), limits, BD_ERR_BAD_INPUT, "flat scene is damaged");
     assert_int_equal(open_descriptors(), before);
+}
+
+static void a_child_that_cannot_begin_is_not_the_files_fault(void **state)
+{
+    (void)state;
+    static const char *const scripts[] = {"exit 2", "exit 3", "exec /nowhere/at/all 2>/dev/null"};
+    for (size_t i = 0; i < sizeof scripts / sizeof *scripts; i++)
+        assert_fails(scripts[i], &bd_import_default_limits, BD_ERR_INTERNAL,
+                     "cornell.glb: the import could not begin");
 }
 
 static void a_slow_child_is_killed(void **state)
@@ -299,6 +308,7 @@ int main(int argc, char **argv)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_scene_comes_through),
         cmocka_unit_test(a_dead_child_is_bad_input),
+        cmocka_unit_test(a_child_that_cannot_begin_is_not_the_files_fault),
         cmocka_unit_test(a_slow_child_is_killed),
         cmocka_unit_test(a_talkative_child_is_cut_off),
         cmocka_unit_test(a_child_gets_nothing_else),
