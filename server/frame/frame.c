@@ -24,44 +24,29 @@ void bd_renderer_finish(struct bd_renderer *renderer)
     bd_memo_destroy(&renderer->memo);
 }
 
-// --- lights ---------------------------------------------------------------------------------
-
-static void set_up_lights(struct bd_frame *frame)
-{
-    const struct bd_scene *scene = frame->snapshot;
-    frame->lights = calloc(scene->placed_light_count + 1, sizeof *frame->lights);
-    BD_ASSERT(frame->lights);
-    for (uint32_t i = 0; i < scene->placed_light_count; i++) {
-        if (!bd_plan_light_shines(scene, i)) continue;
-        struct bd_frame_light *light = &frame->lights[frame->light_count++];
-        light->setup = bd_light_setup_of(scene, i);
-        light->grid_side = bd_plan_grid_side(frame->plan, &light->setup);
-        light->rsm_size = bd_plan_rsm_size(frame->plan, light->grid_side);
-    }
-}
+// --- the light side ---------------------------------------------------------------------------
 
 // How many there are shows when they have been made.
 static void count_clusters(struct bd_frame *frame)
 {
     frame->report->counts.vpls = 0;
-    for (uint32_t i = 0; i < frame->light_count; i++)
-        frame->report->counts.vpls += frame->lights[i].vpls->count;
+    for (uint32_t i = 0; i < frame->subject.light_count; i++)
+        frame->report->counts.vpls += frame->subject.lights[i].vpls->count;
 }
 
 static enum bd_err run_light_side(struct bd_frame *frame)
 {
     frame->anew = frame->request->fresh == BD_FRESH_ALL;
-    for (uint32_t i = 0; i < frame->light_count; i++) {
-        struct bd_frame_light *light = &frame->lights[i];
-        enum bd_err err = bd_stage_shadow_map(frame, light);
-        if (!err && (frame->plan->vpl_grid || frame->plan->vpl_clusters))
-            err = bd_stage_rsm(frame, light);
-        if (!err && frame->plan->vpl_grid) err = bd_stage_vpl_grid(frame, light);
-        if (!err && frame->plan->vpl_clusters) err = bd_stage_vpl_clusters(frame, light);
-        if (!err && frame->plan->vpl_tree) err = bd_stage_vpl_tree(frame, light);
+    for (uint32_t i = 0; i < frame->subject.light_count; i++) {
+        struct bd_frame_light *light = &frame->subject.lights[i];
+        enum bd_err err = bd_stage_run(frame, BD_STAGE_SHADOW_MAP, light);
+        if (!err) err = bd_stage_run(frame, BD_STAGE_RSM, light);
+        if (!err) err = bd_stage_run(frame, BD_STAGE_VPL_GRID, light);
+        if (!err) err = bd_stage_run(frame, BD_STAGE_VPL_CLUSTERS, light);
+        if (!err) err = bd_stage_run(frame, BD_STAGE_VPL_TREE, light);
         if (err) return err;
     }
-    if (frame->plan->vpl_clusters) count_clusters(frame);
+    if (bd_plan_has(frame->plan, BD_STAGE_VPL_CLUSTERS)) count_clusters(frame);
     return BD_ERR_OK;
 }
 
@@ -94,7 +79,7 @@ static enum bd_err composite(struct bd_frame *frame, bool first, bool only,
 {
     const struct bd_composite_inputs inputs = {
         .scene = frame->scene,
-        .viewpoint = &frame->viewpoint,
+        .viewpoint = &frame->subject.viewpoint,
         .gbuffer = frame->gbuffer,
         .direct = frame->direct,
         .indirect = frame->indirect,
@@ -137,17 +122,15 @@ static void report_counts(struct bd_report *report, const struct bd_indirect_cou
 
 static enum bd_err see_sub_frame(struct bd_frame *frame, uint32_t index)
 {
-    const struct bd_plan *plan = frame->plan;
-    const bool is_shared = plan->shared && index > 0;
-    const bool blocks = plan->fragments && !is_shared;
-    bd_viewpoint_set_sub_frame(&frame->viewpoint, index, frame->request->aa);
-    enum bd_err err = bd_stage_gbuffer(frame);
-    if (!err) err = bd_stage_direct(frame);
-    if (!err && blocks) err = bd_stage_discontinuity(frame);
-    if (!err && blocks) err = bd_stage_fragments(frame);
-    if (!err && blocks) err = bd_stage_surfaces(frame);
-    if (!err && is_shared) return bd_stage_shared_indirect(frame);
-    if (!err && plan->indirect) err = bd_stage_indirect(frame);
+    const bool is_shared = frame->plan->shared && index > 0;
+    bd_viewpoint_set_sub_frame(&frame->subject.viewpoint, index, frame->request->aa);
+    enum bd_err err = bd_stage_run(frame, BD_STAGE_GBUFFER, NULL);
+    if (!err) err = bd_stage_run(frame, BD_STAGE_DIRECT, NULL);
+    if (!err && is_shared) return bd_stage_run(frame, BD_STAGE_SHARE, NULL);
+    if (!err) err = bd_stage_run(frame, BD_STAGE_DISCONTINUITY, NULL);
+    if (!err) err = bd_stage_run(frame, BD_STAGE_FRAGMENTS, NULL);
+    if (!err) err = bd_stage_run(frame, BD_STAGE_SURFACES, NULL);
+    if (!err) err = bd_stage_run(frame, BD_STAGE_INDIRECT, NULL);
     return err;
 }
 
@@ -164,7 +147,7 @@ static enum bd_err add_sub_frame(struct bd_frame *frame, struct bd_frame_sums *s
 static enum bd_err add_sub_frames(struct bd_frame *frame, struct bd_frame_sums *sums)
 {
     enum bd_err err = sums->count == 0 ? add_sub_frame(frame, sums) : BD_ERR_OK;
-    frame->first = (struct bd_sub_frame){frame->viewpoint, frame->gbuffer, frame->indirect};
+    frame->first = (struct bd_sub_frame){frame->subject.viewpoint, frame->gbuffer, frame->indirect};
     for (uint32_t s = sums->count; !err && s < frame->request->aa; s++) {
         bd_stage_leave_camera_side(frame);
         err = see_sub_frame(frame, s);
@@ -180,8 +163,8 @@ static enum bd_err finish_sums(struct bd_frame *frame, const struct bd_frame_sum
     enum bd_err err = BD_ERR_OK;
     bd_gpu_pass_begin(frame->context.gpu, "composite");
     for (uint32_t l = 0; !err && l < BD_LAYER_RENDERED_COUNT; l++) {
-        const struct bd_composite_sums inputs = {frame->scene, &frame->viewpoint, sums->layers[l],
-                                                 sums->count};
+        const struct bd_composite_sums inputs = {frame->scene, &frame->subject.viewpoint,
+                                                 sums->layers[l], sums->count};
         if (layers[l])
             err = bd_composite_finish(&frame->context, &inputs, l, layers[l], frame->fault);
     }
@@ -216,12 +199,6 @@ static enum bd_err run_sub_frames(struct bd_frame *frame, struct bd_tex *layers[
 static enum bd_err run_camera_side(struct bd_frame *frame, struct bd_tex *layers[BD_LAYER_COUNT])
 {
     frame->anew = frame->request->fresh != BD_FRESH_NONE;
-    const struct bd_frame_request *request = frame->request;
-    frame->viewpoint = request->pose.is_set
-                           ? bd_viewpoint_of_pose(frame->snapshot, &request->pose,
-                                                  request->width_px, request->height_px)
-                           : bd_viewpoint_of_camera(frame->snapshot, (uint32_t)frame->plan->camera,
-                                                    request->width_px, request->height_px);
     frame->is_camera_side = true;
     enum bd_err err = run_sub_frames(frame, layers);
     frame->is_camera_side = false;
@@ -400,16 +377,14 @@ static enum bd_err run_frame(struct bd_frame *frame, struct bd_image *layers[BD_
 {
     struct bd_tex *textures[BD_LAYER_COUNT] = {0};
     enum bd_err err = bd_stage_upload(frame);
-    set_up_lights(frame);
+    frame->subject = bd_subject_of(frame->snapshot, frame->plan, frame->request);
     if (!err) err = run_light_side(frame);
     if (!err) err = create_layers(frame, textures);
     if (!err) err = run_camera_side(frame, textures);
     if (!err) err = read_layers(frame, textures, layers);
     if (!err) err = inspect(frame, layers[BD_LAYER_BEAUTY]);
     for (uint32_t l = 0; l < BD_LAYER_COUNT; l++) bd_tex_destroy(frame->context.gpu, &textures[l]);
-    free(frame->lights);
-    frame->lights = NULL;
-    frame->light_count = 0;
+    bd_subject_finish(&frame->subject);
     return err;
 }
 

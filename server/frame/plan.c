@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/hash.h"
+#include "frame/stage_rows.h"
 #include "pass/discontinuity.h"
 #include "pass/gather_tree.h"
 #include "pass/upsample.h"
@@ -57,9 +58,8 @@ static double total_flux_lm(const struct bd_scene *scene)
 
 // --- the report's share ---------------------------------------------------------------------
 
-static void add_pass(struct bd_report *report, bool needed, const char *name)
+static void add_pass(struct bd_report *report, const char *name)
 {
-    if (!needed) return;
     snprintf(report->passes[report->pass_count].name, sizeof report->passes[0].name, "%s", name);
     report->passes[report->pass_count++].state = BD_PASS_PLANNED;
 }
@@ -72,63 +72,44 @@ static void omit(struct bd_report *report, bool omitted, const char *pass, const
     snprintf(report->omitted[at].reason, sizeof report->omitted[at].reason, "%s", reason);
 }
 
-// The passes of the technique's own; of one without indirect light those that it might have.
-static const char *const *own_passes(const struct bd_plan *plan)
-{
-    static const char *const usual[] = {"gather", NULL};
-    return plan->technique->passes ? plan->technique->passes : usual;
-}
-
-static bool is_for_glossy_alone(const struct bd_plan *plan, const char *pass)
-{
-    const char *const *glossy = plan->technique->glossy_passes;
-    while (glossy && *glossy && strcmp(*glossy, pass) != 0) glossy++;
-    return glossy && *glossy;
-}
-
 static void list_passes(const struct bd_plan *plan, struct bd_report *report)
 {
-    if (plan->technique->is_reference) {
-        add_pass(report, true, "bvh");
-        add_pass(report, true, "trace");
-        return;
+    for (enum bd_stage stage = 0; stage < BD_STAGE_COUNT; stage++) {
+        const char *names[BD_STAGE_PASSES_MAX];
+        if (!bd_plan_has(plan, stage)) continue;
+        const uint32_t count = bd_stage_passes(plan, stage, names);
+        for (uint32_t i = 0; i < count; i++) add_pass(report, names[i]);
     }
-    add_pass(report, true, "gbuffer");
-    add_pass(report, plan->lights, "shadow_map");
-    add_pass(report, plan->lights, "direct");
-    add_pass(report, plan->vpl_grid || plan->vpl_clusters, "rsm");
-    add_pass(report, plan->vpl_grid, "vpl_grid");
-    add_pass(report, plan->vpl_clusters, "vpl_clusters");
-    add_pass(report, plan->vpl_tree, "vpl_tree");
-    add_pass(report, plan->fragments, "discontinuity");
-    add_pass(report, plan->fragments, "fragments");
-    add_pass(report, plan->fragments, "surfaces");
-    for (const char *const *pass = own_passes(plan); *pass; pass++)
-        add_pass(report, plan->indirect && (plan->glossy || !is_for_glossy_alone(plan, *pass)),
-                 *pass);
-    add_pass(report, plan->shared, "share");
-    add_pass(report, true, "composite");
-    add_pass(report, true, "readback");
 }
 
-// Why light is reflected by the diffuse lobe alone.
-static const char *no_glossy_lobe(const struct bd_plan *plan)
+// Passes that are left out whole. Of a technique without indirect light that is the usual one.
+static void list_omitted_passes(const struct bd_plan *plan, struct bd_report *report)
 {
-    if (plan->params.lambert) return "glossy lobe: brdf=lambert";
-    return plan->technique->model.glossy_receivers
-               ? "glossy lobe: every surface is rough and no metal"
-               : "glossy lobe: the technique has none for indirect light";
+    static const char *const usual[] = {"gather", NULL};
+    const char *const *own = plan->technique->passes ? plan->technique->passes : usual;
+    for (enum bd_stage stage = 0; stage < BD_STAGE_COUNT; stage++) {
+        const struct bd_stage_row *row = &bd_stage_rows[stage];
+        const char *why = row->why_not ? row->why_not(plan) : NULL;
+        if (!why || bd_plan_has(plan, stage)) continue;
+        omit(report, row->pass != NULL, row->pass, why);
+        for (const char *const *pass = own; !row->pass && *pass; pass++)
+            omit(report, true, *pass, why);
+    }
 }
 
-static void list_omitted_of_fragments(const struct bd_plan *plan, const char *no_indirect,
-                                      struct bd_report *report)
+static void list_omitted_of_surfaces(const struct bd_plan *plan, const struct bd_features *f,
+                                     struct bd_report *report)
+{
+    bool maps = f->has_base_color_map || f->has_metallic_roughness_map || f->has_normal_map ||
+                f->has_emissive_map;
+    omit(report, !maps, "gbuffer", "texture code: no material has a map");
+    omit(report, !f->has_mask && !f->has_blend, "gbuffer", "alpha code: every material is opaque");
+    omit(report, !plan->emission, "gbuffer", "emission: no surface emits");
+}
+
+static void list_omitted_of_fragments(const struct bd_plan *plan, struct bd_report *report)
 {
     const struct bd_params *p = &plan->params;
-    if (!(plan->technique->inputs & BD_INPUT_FRAGMENTS)) return;
-    omit(report, !plan->fragments, "discontinuity", no_indirect);
-    omit(report, !plan->fragments, "fragments", no_indirect);
-    omit(report, !plan->fragments, "surfaces", no_indirect);
-    if (!plan->fragments) return;
     omit(report, p->depth_test == BD_DEPTH_TEST_OFF, "discontinuity",
          "depth pyramid: depth_test=off");
     omit(report, p->depth_test != BD_DEPTH_TEST_OFF && isinf(p->depth_threshold), "discontinuity",
@@ -143,32 +124,25 @@ static void list_omitted_of_fragments(const struct bd_plan *plan, const char *no
          "blocks split by light: surface_detail has no irradiance vector");
 }
 
+// Why light is reflected by the diffuse lobe alone.
+static const char *no_glossy_lobe(const struct bd_plan *plan)
+{
+    if (plan->params.lambert) return "glossy lobe: brdf=lambert";
+    return plan->technique->model.glossy_receivers
+               ? "glossy lobe: every surface is rough and no metal"
+               : "glossy lobe: the technique has none for indirect light";
+}
+
 static void list_omitted(const struct bd_plan *plan, const struct bd_scene *scene,
                          struct bd_report *report)
 {
-    const struct bd_features *f = &scene->features;
     if (plan->technique->is_reference) return;
-    bool maps = f->has_base_color_map || f->has_metallic_roughness_map || f->has_normal_map ||
-                f->has_emissive_map;
-    omit(report, !maps, "gbuffer", "texture code: no material has a map");
-    omit(report, !f->has_mask && !f->has_blend, "gbuffer", "alpha code: every material is opaque");
-    omit(report, !plan->emission, "gbuffer", "emission: no surface emits");
-    omit(report, !plan->lights, "shadow_map", "no punctual light shines");
-    omit(report, !plan->lights, "direct", "no punctual light shines");
-    const char *no_indirect =
-        plan->technique->indirect ? "no light to reflect" : "the technique has no indirect light";
-    const uint32_t inputs = plan->technique->inputs;
-    omit(report, !plan->vpl_grid && !plan->vpl_clusters, "rsm", no_indirect);
-    if (!(inputs & BD_INPUT_VPL_CLUSTERS)) omit(report, !plan->vpl_grid, "vpl_grid", no_indirect);
-    if (inputs & BD_INPUT_VPL_CLUSTERS)
-        omit(report, !plan->vpl_clusters, "vpl_clusters", no_indirect);
-    if (inputs & BD_INPUT_VPL_TREE) omit(report, !plan->vpl_tree, "vpl_tree", no_indirect);
-    list_omitted_of_fragments(plan, no_indirect, report);
-    for (const char *const *pass = own_passes(plan); *pass; pass++)
-        omit(report, !plan->indirect, *pass, no_indirect);
+    list_omitted_of_surfaces(plan, &scene->features, report);
+    list_omitted_passes(plan, report);
+    if (bd_plan_has(plan, BD_STAGE_FRAGMENTS)) list_omitted_of_fragments(plan, report);
     const char *const *glossy = plan->technique->glossy_passes;
-    omit(report, plan->indirect && !plan->glossy, glossy ? *glossy : *own_passes(plan),
-         no_glossy_lobe(plan));
+    if (plan->indirect && !plan->glossy)
+        omit(report, true, glossy ? *glossy : *plan->technique->passes, no_glossy_lobe(plan));
 }
 
 // What this frame carries of light transport: the technique's model, or what was asked of the
@@ -200,7 +174,7 @@ static void flag_what_is_not_honoured(const struct bd_plan *plan, const struct b
         bd_report_flag(report, "transmission_as_opaque");
     if (plan->indirect && f->has_glossy && !plan->params.lambert && !model.glossy_receivers)
         bd_report_flag(report, "glossy_as_diffuse: of indirect light");
-    if ((plan->vpl_grid || plan->vpl_clusters) && some_map_is_reduced(plan, scene))
+    if (bd_plan_has(plan, BD_STAGE_RSM) && some_map_is_reduced(plan, scene))
         bd_report_flag(report, "rsm_size_reduced: %d texels a side of each VPL",
                        BD_PLAN_BLOCK_TEXELS_MAX);
     if (f->has_emissive && !(model.lights & BD_LIGHTS_EMISSIVE)) {
@@ -297,10 +271,6 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
     const struct bd_features *f = &scene->features;
     out->lights = any_light_shines(scene);
     out->indirect = out->lights && out->technique->indirect;
-    out->vpl_grid = out->indirect && (out->technique->inputs & BD_INPUT_VPL_GRID);
-    out->vpl_clusters = out->indirect && (out->technique->inputs & BD_INPUT_VPL_CLUSTERS);
-    out->vpl_tree = out->indirect && (out->technique->inputs & BD_INPUT_VPL_TREE);
-    out->fragments = out->indirect && (out->technique->inputs & BD_INPUT_FRAGMENTS);
     out->glossy = out->indirect && out->technique->model.glossy_receivers && !out->params.lambert &&
                   f->has_glossy;
     out->shared = request->aa > 1 && out->indirect &&
@@ -310,9 +280,11 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
     out->flux_lm = total_flux_lm(scene);
     out->unoccluded = has_indirect(out) && !model_of(out).indirect_visibility;
     out->layers = layers_of(out, request);
+    for (enum bd_stage stage = 0; stage < BD_STAGE_COUNT; stage++)
+        if (bd_stage_rows[stage].is_needed(out)) out->stages |= 1u << stage;
     report->unoccluded = out->unoccluded;
     describe_request(out, scene, request, report);
-    if (out->vpl_grid || out->vpl_clusters) report->counts.vpls = count_vpls(out, scene);
+    if (bd_plan_has(out, BD_STAGE_RSM)) report->counts.vpls = count_vpls(out, scene);
     list_passes(out, report);
     list_omitted(out, scene, report);
     flag_what_is_not_honoured(out, scene, report);

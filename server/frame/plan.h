@@ -17,20 +17,17 @@
 struct bd_plan {
     const struct bd_technique *technique;
     struct bd_params params;
-    int32_t camera;    // placed camera
-    bool lights;       // some punctual light shines: shadow maps and direct run
-    bool indirect;     // the technique's indirect light runs
-    bool vpl_grid;     // reflective shadow maps and VPLs for it
-    bool vpl_clusters; // the same, with VPLs from blocks of several sizes
-    bool vpl_tree;     // a tree over the VPLs
-    bool fragments;    // it is found at blocks of pixels
-    bool shared;       // of several sub-frames all but the first take its indirect light over
-    bool normal_maps;  // some surface has one
-    bool glossy;       // receivers with a specular lobe worth its price
-    bool emission;     // some surface emits or is unlit
-    bool unoccluded;   // there is indirect light, and nothing in the scene hides any of it
-    uint32_t layers;   // that are made: the request's, beauty, and what auto exposure reads
-    double flux_lm;    // of all lights
+    int32_t camera;   // placed camera
+    uint32_t stages;  // bits of enum bd_stage (frame/stage_rows.h)
+    bool lights;      // some punctual light shines: shadow maps and direct run
+    bool indirect;    // the technique's indirect light runs
+    bool shared;      // of several sub-frames all but the first take its indirect light over
+    bool normal_maps; // some surface has one
+    bool glossy;      // receivers with a specular lobe worth its price
+    bool emission;    // some surface emits or is unlit
+    bool unoccluded;  // there is indirect light, and nothing in the scene hides any of it
+    uint32_t layers;  // that are made: the request's, beauty, and what auto exposure reads
+    double flux_lm;   // of all lights
 };
 
 // Also fills the parts of `report` that are known now: request, parameters, planned passes, what

@@ -2,8 +2,6 @@
 
 #include <string.h>
 
-#include "frame/stage_parts.h"
-
 void bd_stage_mark(struct bd_frame *frame, const char *pass, enum bd_pass_state state)
 {
     struct bd_report *report = frame->report;
@@ -15,67 +13,54 @@ void bd_stage_mark(struct bd_frame *frame, const char *pass, enum bd_pass_state 
     }
 }
 
-// --- keys -----------------------------------------------------------------------------------
-
-uint64_t bd_stage_key_dvec3(uint64_t key, bd_dvec3 v)
+static void mark_passes(struct bd_frame *frame, enum bd_stage stage, enum bd_pass_state state)
 {
-    const double numbers[3] = {v.x, v.y, v.z};
-    return bd_key_bytes(key, numbers, sizeof numbers);
-}
-
-uint64_t bd_stage_key_geometry(uint64_t key, const struct bd_scene *scene)
-{
-    const struct bd_aspects *a = &scene->aspects;
-    const uint64_t numbers[] = {a->geometry, a->transforms, a->materials};
-    return bd_key_bytes(key, numbers, sizeof numbers);
-}
-
-uint64_t bd_stage_key_light_power(uint64_t key, const struct bd_light_setup *setup,
-                                  const struct bd_render_space *space)
-{
-    const float numbers[] = {setup->light->color[0], setup->light->color[1], setup->light->color[2],
-                             setup->light->intensity, setup->light->range_m};
-    key = bd_key_bytes(key, numbers, sizeof numbers);
-    return bd_key_bytes(key, &space->unit_cd_m2, sizeof space->unit_cd_m2);
-}
-
-uint64_t bd_stage_key_settings(uint64_t key, const struct bd_discontinuity_settings *settings)
-{
-    const double thresholds[] = {settings->depth_threshold, settings->normal_threshold};
-    key = bd_key_bytes(key, thresholds, sizeof thresholds);
-    key = bd_key_number(key, (uint64_t)settings->finest_level << 32 | settings->coarsest_side);
-    return bd_key_number(
-        key, (uint64_t)settings->depth_test << 16 | (uint64_t)settings->normal_test << 8 |
-                 (uint64_t)settings->geometric_normals << 24 |
-                 (uint64_t)settings->lone_pixels << 25 | (uint64_t)settings->neighbourhood);
+    const char *names[BD_STAGE_PASSES_MAX];
+    const uint32_t count = bd_stage_passes(frame->plan, stage, names);
+    for (uint32_t i = 0; i < count; i++) bd_stage_mark(frame, names[i], state);
 }
 
 // --- running a stage ------------------------------------------------------------------------
 
-void bd_stage_begin(struct bd_frame *frame, const char *name)
+static void *slot(struct bd_frame *frame, struct bd_frame_light *light, size_t output)
 {
-    bd_stage_mark(frame, name, BD_PASS_RAN);
-    bd_gpu_pass_begin(frame->context.gpu, name);
+    return (char *)(light ? (void *)light : (void *)frame) + output;
 }
 
-enum bd_err bd_stage_end(struct bd_frame *frame, enum bd_err err)
+static void *take_over(struct bd_frame *frame, uint64_t key)
 {
+    if (frame->anew) bd_memo_forget_older(frame->renderer->memo, key);
+    return bd_memo_find(frame->renderer->memo, key);
+}
+
+static enum bd_err run(struct bd_frame *frame, const struct bd_stage_row *row,
+                       struct bd_frame_light *light)
+{
+    if (row->brackets_itself) return row->run(frame, light);
+    bd_gpu_pass_begin(frame->context.gpu, row->pass);
+    enum bd_err err = row->run(frame, light);
     bd_gpu_pass_end(frame->context.gpu);
     return err;
 }
 
-bool bd_stage_take_over(struct bd_frame *frame, uint64_t key, void **output)
+enum bd_err bd_stage_run(struct bd_frame *frame, enum bd_stage stage, struct bd_frame_light *light)
 {
-    if (frame->anew) bd_memo_forget_older(frame->renderer->memo, key);
-    *output = bd_memo_find(frame->renderer->memo, key);
-    return *output != NULL;
-}
-
-bool bd_stage_reuse(struct bd_frame *frame, const char *name, uint64_t key, void **output)
-{
-    bool found = bd_stage_take_over(frame, key, output);
-    if (found) bd_stage_mark(frame, name, BD_PASS_REUSED);
-    return found;
+    const struct bd_stage_row *row = &bd_stage_rows[stage];
+    if (!bd_plan_has(frame->plan, stage)) return BD_ERR_OK;
+    const uint64_t key = bd_stage_key(&frame->subject, stage, light);
+    (light ? light->keys : frame->keys)[stage] = key;
+    void *output = take_over(frame, key);
+    if (output) {
+        memcpy(slot(frame, light, row->output), &output, sizeof output);
+        mark_passes(frame, stage, BD_PASS_REUSED);
+        return BD_ERR_OK;
+    }
+    mark_passes(frame, stage, BD_PASS_RAN);
+    enum bd_err err = run(frame, row, light);
+    if (err) return err;
+    memcpy(&output, slot(frame, light, row->output), sizeof output);
+    bd_memo_store(frame->renderer->memo, key, output, row->bytes(output), row->destroy);
+    return BD_ERR_OK;
 }
 
 // --- the scene ------------------------------------------------------------------------------
@@ -86,10 +71,18 @@ static void destroy_scene(void *owner, void *output)
     bd_gpu_scene_destroy(&((struct bd_renderer *)owner)->uploader, &scene);
 }
 
+static uint64_t key_scene(const struct bd_scene *scene)
+{
+    uint64_t key = bd_key_begin("scene");
+    for (uint32_t i = 0; i < BD_ASPECT_COUNT; i++)
+        if (BD_ASPECTS_SURFACES >> i & 1) key = bd_key_number(key, scene->aspects.counter[i]);
+    return key;
+}
+
 enum bd_err bd_stage_upload(struct bd_frame *frame)
 {
     struct bd_renderer *renderer = frame->renderer;
-    uint64_t key = bd_stage_key_geometry(bd_key_begin("scene"), frame->snapshot);
+    const uint64_t key = key_scene(frame->snapshot);
     frame->scene = bd_memo_find(renderer->memo, key);
     if (!frame->scene) {
         bd_slicer_work(&renderer->slicer, "upload");

@@ -1,5 +1,5 @@
-// The stages of a frame: each is one pass with its key. A stage looks its output up in the memo;
-// if it is there the pass is reported as reused, otherwise it runs and its output is kept.
+// Running the stages of a frame (frame/stage_rows.h). A stage looks its output up in the memo; if
+// it is there its passes are reported as reused, otherwise it runs and its output is kept.
 //
 // Private to frame/.
 
@@ -7,6 +7,7 @@
 #define BD_FRAME_STAGES_H
 
 #include "frame/frame.h"
+#include "frame/stage_rows.h"
 #include "pass/composite.h"
 #include "pass/direct.h"
 #include "pass/fragments.h"
@@ -17,17 +18,6 @@
 #include "pass/vpl_clusters.h"
 #include "pass/vpl_grid.h"
 #include "pass/vpl_tree.h"
-
-// A light of the frame and what was made for it. Keys name the outputs.
-struct bd_frame_light {
-    struct bd_light_setup setup;
-    uint32_t grid_side, rsm_size;
-    uint64_t shadow_key, rsm_key, vpl_key;
-    struct bd_shadow_map *shadow_map;
-    struct bd_rsm *rsm;
-    struct bd_vpl_list *vpls;
-    struct bd_vpl_tree *tree;
-};
 
 // What a sub-frame was made of. Outputs are the memo's.
 struct bd_sub_frame {
@@ -61,11 +51,10 @@ struct bd_frame {
     bool is_camera_side; // of a light's otherwise
     bool anew;           // what earlier frames made is not taken over; set side by side
     struct bd_gpu_scene *scene;
-    uint32_t light_count;
-    struct bd_frame_light *lights;
+    struct bd_subject subject; // its viewpoint: of the current sub-frame
 
-    struct bd_viewpoint viewpoint; // of the current sub-frame
-    uint64_t gbuffer_key, direct_key, discontinuity_key, fragments_key, surfaces_key, indirect_key;
+    // Of the current sub-frame, whose keys those of stages that were run are.
+    uint64_t keys[BD_STAGE_COUNT];
     struct bd_gbuffer *gbuffer;
     struct bd_tex *direct;
     struct bd_discontinuity *discontinuity;
@@ -81,20 +70,24 @@ struct bd_frame {
 };
 
 enum bd_err bd_stage_upload(struct bd_frame *frame);
-enum bd_err bd_stage_shadow_map(struct bd_frame *frame, struct bd_frame_light *light);
-enum bd_err bd_stage_rsm(struct bd_frame *frame, struct bd_frame_light *light);
-enum bd_err bd_stage_vpl_grid(struct bd_frame *frame, struct bd_frame_light *light);
-enum bd_err bd_stage_vpl_clusters(struct bd_frame *frame, struct bd_frame_light *light);
-enum bd_err bd_stage_vpl_tree(struct bd_frame *frame, struct bd_frame_light *light);
-enum bd_err bd_stage_gbuffer(struct bd_frame *frame);
-enum bd_err bd_stage_direct(struct bd_frame *frame);
-enum bd_err bd_stage_discontinuity(struct bd_frame *frame);
-enum bd_err bd_stage_fragments(struct bd_frame *frame);
-enum bd_err bd_stage_surfaces(struct bd_frame *frame);
-enum bd_err bd_stage_indirect(struct bd_frame *frame);
 
-// From the first sub-frame's, instead of all from discontinuity to indirect.
-enum bd_err bd_stage_shared_indirect(struct bd_frame *frame);
+// Runs a stage, or takes its output over; nothing where the plan does not have it. `light` is NULL
+// but for stages of lights. Stages that it is made from come first.
+enum bd_err bd_stage_run(struct bd_frame *frame, enum bd_stage stage, struct bd_frame_light *light);
+
+// How each is run: the rows' column.
+enum bd_err bd_run_gbuffer(struct bd_frame *frame, struct bd_frame_light *light);
+enum bd_err bd_run_shadow_map(struct bd_frame *frame, struct bd_frame_light *light);
+enum bd_err bd_run_direct(struct bd_frame *frame, struct bd_frame_light *light);
+enum bd_err bd_run_rsm(struct bd_frame *frame, struct bd_frame_light *light);
+enum bd_err bd_run_vpl_grid(struct bd_frame *frame, struct bd_frame_light *light);
+enum bd_err bd_run_vpl_clusters(struct bd_frame *frame, struct bd_frame_light *light);
+enum bd_err bd_run_vpl_tree(struct bd_frame *frame, struct bd_frame_light *light);
+enum bd_err bd_run_discontinuity(struct bd_frame *frame, struct bd_frame_light *light);
+enum bd_err bd_run_fragments(struct bd_frame *frame, struct bd_frame_light *light);
+enum bd_err bd_run_surfaces(struct bd_frame *frame, struct bd_frame_light *light);
+enum bd_err bd_run_indirect(struct bd_frame *frame, struct bd_frame_light *light);
+enum bd_err bd_run_share(struct bd_frame *frame, struct bd_frame_light *light);
 
 // The sums of as many sub-frames as earlier frames of the same view, layers and parameters added
 // up, but no more than this one asks for; or of none. The first sub-frame's stages were run. They

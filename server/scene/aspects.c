@@ -2,11 +2,11 @@
 // what an edit named. A lamp's node that moves leaves the transforms alone, a material that nothing
 // shows changes nothing.
 
+#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "scene/derive.h"
-#include "scene/flat_io.h"
 
 static bool same_streams(const struct bd_mesh *a, const struct bd_mesh *b)
 {
@@ -35,49 +35,107 @@ static bool same_map(const struct bd_scene *a, const struct bd_scene *b,
            left->nearest == right->nearest && same_pictures(a, b, left->picture, right->picture);
 }
 
-struct flat_material {
-    size_t size;
-    uint8_t bytes[512];
+// --- materials ------------------------------------------------------------------------------
+
+// Of what a material shows, each number and map, and in which of its groups. Alpha has a rule.
+#define FIELD(name) offsetof(struct bd_material, name), sizeof((struct bd_material *)0)->name
+static const struct {
+    size_t offset, size_bytes;
+    uint32_t aspects;
+} numbers[] = {
+    {offsetof(struct bd_material, base_color), 3 * sizeof(float), BD_ASPECT_BIT(COLOUR)},
+    {FIELD(metallic), BD_ASPECT_BIT(METALNESS)},
+    {FIELD(roughness), BD_ASPECT_BIT(ROUGHNESS)},
+    {FIELD(ior), BD_ASPECT_BIT(ROUGHNESS) | BD_ASPECT_BIT(MEDIUM)},
+    {FIELD(emissive), BD_ASPECT_BIT(EMISSION)},
+    {FIELD(normal_scale), BD_ASPECT_BIT(NORMALS)},
+    {FIELD(double_sided), BD_ASPECT_BIT(SIDES)},
+    {FIELD(unlit), BD_ASPECT_BIT(SIDES) | BD_ASPECT_BIT(EMISSION)},
+    {FIELD(transmission), BD_ASPECT_BIT(MEDIUM)},
+    {FIELD(thickness_m), BD_ASPECT_BIT(MEDIUM)},
+    {FIELD(attenuation_distance_m), BD_ASPECT_BIT(MEDIUM)},
+    {FIELD(attenuation_color), BD_ASPECT_BIT(MEDIUM)},
+};
+#undef FIELD
+
+static const struct {
+    size_t offset;
+    uint32_t aspects;
+} maps[] = {
+    {offsetof(struct bd_material, base_color_map), BD_ASPECT_BIT(COLOUR)},
+    {offsetof(struct bd_material, metallic_roughness_map),
+     BD_ASPECT_BIT(METALNESS) | BD_ASPECT_BIT(ROUGHNESS)},
+    {offsetof(struct bd_material, normal_map), BD_ASPECT_BIT(NORMALS)},
+    {offsetof(struct bd_material, emissive_map), BD_ASPECT_BIT(EMISSION)},
+    {offsetof(struct bd_material, transmission_map), BD_ASPECT_BIT(MEDIUM)},
 };
 
-static bool keep_bytes(void *user, const void *bytes, size_t size)
+static const void *at(const struct bd_material *material, size_t offset)
 {
-    struct flat_material *to = user;
-    if (size > sizeof to->bytes - to->size) return false;
-    memcpy(to->bytes + to->size, bytes, size);
-    to->size += size;
-    return true;
+    return (const char *)material + offset;
 }
 
-// The flat form knows every number of a material, and no padding. Names and maps do not count.
-static bool flatten(const struct bd_material *material, struct flat_material *out)
+static bool same_alpha(const struct bd_scene *a, const struct bd_scene *b,
+                       const struct bd_material *left, const struct bd_material *right)
 {
-    struct bd_material copy = *material;
-    const struct bd_scene_counts none = {0};
-    struct bd_flat_io io;
-    memset(copy.name, 0, sizeof copy.name);
-    copy.base_color_map = copy.metallic_roughness_map = copy.normal_map = copy.emissive_map =
-        copy.transmission_map = (struct bd_texture_ref){.texture = BD_NONE};
-    out->size = 0;
-    bd_flat_io_write_to(&io, keep_bytes, out);
-    bd_flat_material(&io, &copy, &none);
-    return bd_flat_io_flush(&io);
+    if (left->alpha_mode != right->alpha_mode) return false;
+    return left->alpha_mode == BD_ALPHA_OPAQUE ||
+           (left->alpha_cutoff == right->alpha_cutoff &&
+            left->base_color[3] == right->base_color[3] &&
+            same_map(a, b, &left->base_color_map, &right->base_color_map));
 }
 
-static bool same_material(const struct bd_scene *a, const struct bd_scene *b, int32_t of_a,
-                          int32_t of_b)
+static uint32_t material_changes(const struct bd_scene *a, const struct bd_scene *b, int32_t of_a,
+                                 int32_t of_b)
 {
     const struct bd_material *left = &a->materials[of_a], *right = &b->materials[of_b];
-    struct flat_material flat[2];
-    if (!flatten(left, &flat[0]) || !flatten(right, &flat[1])) return false;
-    return flat[0].size == flat[1].size &&
-           memcmp(flat[0].bytes, flat[1].bytes, flat[0].size) == 0 &&
-           same_map(a, b, &left->base_color_map, &right->base_color_map) &&
-           same_map(a, b, &left->metallic_roughness_map, &right->metallic_roughness_map) &&
-           same_map(a, b, &left->normal_map, &right->normal_map) &&
-           same_map(a, b, &left->emissive_map, &right->emissive_map) &&
-           same_map(a, b, &left->transmission_map, &right->transmission_map);
+    uint32_t changes = same_alpha(a, b, left, right) ? 0 : BD_ASPECT_BIT(ALPHA);
+    for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++)
+        if (memcmp(at(left, numbers[i].offset), at(right, numbers[i].offset),
+                   numbers[i].size_bytes) != 0)
+            changes |= numbers[i].aspects;
+    for (size_t i = 0; i < sizeof maps / sizeof *maps; i++)
+        if (!same_map(a, b, at(left, maps[i].offset), at(right, maps[i].offset)))
+            changes |= maps[i].aspects;
+    return changes;
 }
+
+// Of two meshes of the same streams. `known[m]` remembers that material m was compared with itself.
+static uint32_t mesh_material_changes(const struct bd_scene *a, const struct bd_scene *b,
+                                      const struct bd_mesh *of_a, const struct bd_mesh *of_b,
+                                      bool *known)
+{
+    uint32_t changes = 0;
+    for (uint32_t p = 0; p < of_a->primitive_count; p++) {
+        int32_t left = of_a->primitives[p].material, right = of_b->primitives[p].material;
+        if (of_a->primitives[p].index_count == 0 || (left == right && known[left])) continue;
+        changes |= material_changes(a, b, left, right);
+        if (left == right) known[left] = true;
+    }
+    return changes;
+}
+
+// By what is drawn where the geometry is the same; where it is not, all is drawn anew anyway, and
+// materials are compared as lists.
+static uint32_t materials_changes(const struct bd_scene *a, const struct bd_scene *b, bool geometry)
+{
+    uint32_t changes = 0;
+    if (!geometry && a->material_count != b->material_count) return BD_ASPECTS_MATERIALS;
+    if (!geometry) {
+        for (uint32_t m = 0; m < a->material_count; m++)
+            changes |= material_changes(a, b, (int32_t)m, (int32_t)m);
+        return changes;
+    }
+    bool *known = calloc(a->material_count + (size_t)1, sizeof *known);
+    if (!known) return BD_ASPECTS_MATERIALS;
+    for (uint32_t i = 0; i < a->instance_count; i++)
+        changes |= mesh_material_changes(a, b, a->meshes[a->instances[i].mesh],
+                                         b->meshes[b->instances[i].mesh], known);
+    free(known);
+    return changes;
+}
+
+// --- the rest -------------------------------------------------------------------------------
 
 static bool same_geometry(const struct bd_scene *a, const struct bd_scene *b)
 {
@@ -96,37 +154,6 @@ static bool same_transforms(const struct bd_scene *a, const struct bd_scene *b)
                    sizeof(bd_dmat4)) != 0)
             return false;
     return true;
-}
-
-// Of two meshes of the same streams. `known[m]` remembers that material m is the same in both.
-static bool same_mesh_materials(const struct bd_scene *a, const struct bd_scene *b,
-                                const struct bd_mesh *of_a, const struct bd_mesh *of_b, bool *known)
-{
-    for (uint32_t p = 0; p < of_a->primitive_count; p++) {
-        int32_t left = of_a->primitives[p].material, right = of_b->primitives[p].material;
-        if (of_a->primitives[p].index_count == 0 || (left == right && known[left])) continue;
-        if (!same_material(a, b, left, right)) return false;
-        if (left == right) known[left] = true;
-    }
-    return true;
-}
-
-// Only where the geometry is the same; where it is not, all is drawn anew anyway, and materials are
-// compared as lists.
-static bool same_materials(const struct bd_scene *a, const struct bd_scene *b, bool geometry)
-{
-    bool *known = calloc(a->material_count + (size_t)1, sizeof *known);
-    bool same = known != NULL;
-    if (geometry)
-        for (uint32_t i = 0; same && i < a->instance_count; i++)
-            same = same_mesh_materials(a, b, a->meshes[a->instances[i].mesh],
-                                       b->meshes[b->instances[i].mesh], known);
-    else
-        same = same && a->material_count == b->material_count;
-    for (uint32_t m = 0; same && !geometry && m < a->material_count; m++)
-        same = same_material(a, b, (int32_t)m, (int32_t)m);
-    free(known);
-    return same;
 }
 
 static bool same_placement(const struct bd_placement *a, const struct bd_placement *b)
@@ -180,31 +207,22 @@ static bool same_environment(const struct bd_environment *a, const struct bd_env
     return a->map && b->map && memcmp(a->map->sha256, b->map->sha256, sizeof a->map->sha256) == 0;
 }
 
-struct bd_same bd_same_surfaces(const struct bd_scene *base, const struct bd_scene *scene)
+uint32_t bd_same_surfaces(const struct bd_scene *base, const struct bd_scene *scene)
 {
-    struct bd_same same = {0};
-    same.geometry = same_geometry(base, scene);
-    same.transforms = same_transforms(base, scene);
-    same.materials = same_materials(base, scene, same.geometry);
-    same.environment = same_environment(&base->environment, &scene->environment);
+    const bool geometry = same_geometry(base, scene);
+    uint32_t same = BD_ASPECTS_MATERIALS & ~materials_changes(base, scene, geometry);
+    if (geometry) same |= BD_ASPECT_BIT(GEOMETRY);
+    if (same_transforms(base, scene)) same |= BD_ASPECT_BIT(TRANSFORMS);
+    if (same_environment(&base->environment, &scene->environment))
+        same |= BD_ASPECT_BIT(ENVIRONMENT);
     return same;
 }
 
-static uint64_t carried(bool same, uint64_t counter)
+void bd_derive_aspects(struct bd_scene *scene, const struct bd_scene *base, uint32_t same)
 {
-    return same ? counter : bd_derive_next_aspect();
-}
-
-void bd_derive_aspects(struct bd_scene *scene, const struct bd_scene *base,
-                       const struct bd_same *same)
-{
-    const struct bd_aspects none = {0}, *from = base ? &base->aspects : &none;
-    scene->aspects = (struct bd_aspects){
-        .geometry = carried(same->geometry, from->geometry),
-        .transforms = carried(same->transforms, from->transforms),
-        .materials = carried(same->materials, from->materials),
-        .lights = carried(base && same_lights(base, scene), from->lights),
-        .environment = carried(same->environment, from->environment),
-        .cameras = carried(base && same_cameras(base, scene), from->cameras),
-    };
+    if (base && same_lights(base, scene)) same |= BD_ASPECT_BIT(LIGHTS);
+    if (base && same_cameras(base, scene)) same |= BD_ASPECT_BIT(CAMERAS);
+    for (uint32_t i = 0; i < BD_ASPECT_COUNT; i++)
+        scene->aspects.counter[i] =
+            same >> i & 1 ? base->aspects.counter[i] : bd_derive_next_aspect();
 }

@@ -47,14 +47,11 @@ bool bd_derive_default_camera(struct bd_scene *scene, const struct bd_scene *ali
 BD_MUST_CHECK
 bool bd_derive_default_lights(struct bd_scene *scene);
 
-// What is in `scene` as it is in `base`: of two scenes with instances.
-struct bd_same {
-    bool geometry, transforms, materials, environment;
-};
-struct bd_same bd_same_surfaces(const struct bd_scene *base, const struct bd_scene *scene);
+// What is in `scene` as it is in `base`, of two scenes with instances: bits of aspects, of surfaces
+// and the environment.
+uint32_t bd_same_surfaces(const struct bd_scene *base, const struct bd_scene *scene);
 // Takes over the counters of what is the same in `base` (NULL: nothing is), and numbers the rest.
-void bd_derive_aspects(struct bd_scene *scene, const struct bd_scene *base,
-                       const struct bd_same *same);
+void bd_derive_aspects(struct bd_scene *scene, const struct bd_scene *base, uint32_t same);
 
 // bd_scene_finish for a scene that came of a finished one: what is the same is taken over.
 BD_MUST_CHECK

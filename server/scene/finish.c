@@ -117,12 +117,17 @@ bool bd_derive_placements(struct bd_scene *scene)
     return bd_derive_light_order(scene);
 }
 
+static bool is_alike(uint32_t same)
+{
+    return (same & BD_ASPECTS_SURFACES) == BD_ASPECTS_SURFACES;
+}
+
 // Bounds, surfaces and the sky, which nothing derived is needed for but the instances.
 static void derive_surfaces(struct bd_scene *scene, const struct bd_scene *base,
-                            const struct bd_same *same)
+                            uint32_t same)
 {
     struct bd_features *features = &scene->features;
-    if (same->geometry && same->transforms && same->materials) {
+    if (is_alike(same)) {
         *features = base->features;
         features->punctual_flux_lm = 0;
         memset(features->light_count, 0, sizeof features->light_count);
@@ -130,7 +135,7 @@ static void derive_surfaces(struct bd_scene *scene, const struct bd_scene *base,
         bd_derive_bounds(scene);
         bd_derive_surface_features(scene);
     }
-    features->has_environment = same->environment ? base->features.has_environment
+    features->has_environment = same & BD_ASPECT_BIT(ENVIRONMENT) ? base->features.has_environment
                                                   : bd_environment_shines(&scene->environment);
 }
 
@@ -140,16 +145,16 @@ enum bd_err bd_derive_from(struct bd_scene *scene, const struct bd_scene *base,
     scene->authored_light_count = scene->light_count;
     scene->authored_camera_count = scene->camera_count;
     scene->authored_flag_count = scene->flags.count;
-    struct bd_same same = {0};
+    uint32_t same = 0;
     if (!bd_derive_world_matrices(scene) || !bd_derive_instances(scene) ||
         !bd_derive_placements(scene))
         goto no_memory;
     if (base) same = bd_same_surfaces(base, scene);
-    derive_surfaces(scene, base, &same);
-    const struct bd_scene *alike = same.geometry && same.transforms && same.materials ? base : NULL;
+    derive_surfaces(scene, base, same);
+    const struct bd_scene *alike = is_alike(same) ? base : NULL;
     if (!bd_derive_default_camera(scene, alike) || !bd_derive_default_lights(scene)) goto no_memory;
     bd_derive_light_features(scene);
-    bd_derive_aspects(scene, base, &same);
+    bd_derive_aspects(scene, base, same);
     return BD_ERR_OK;
 
 no_memory:

@@ -211,10 +211,38 @@ struct bd_features {
     double diagonal_m;               // of the bounds; > 0 always (1 for an empty scene)
 };
 
+// What a pass may read of a scene. Materials are those of what is drawn, in the groups that passes
+// tell apart; a group has its maps, and what those show.
+enum bd_aspect {
+    BD_ASPECT_GEOMETRY, // which triangles there are
+    BD_ASPECT_TRANSFORMS,
+    BD_ASPECT_ALPHA,   // which parts of surfaces are there: of a material that is not opaque
+    BD_ASPECT_SIDES,   // which side is drawn, and what is lit at all: double_sided, unlit
+    BD_ASPECT_NORMALS, // normal maps
+    BD_ASPECT_COLOUR,  // base colour without alpha
+    BD_ASPECT_METALNESS,
+    BD_ASPECT_ROUGHNESS, // and the index of refraction: the lobe of a dielectric
+    BD_ASPECT_MEDIUM,    // transmission, and what lies behind the surface
+    BD_ASPECT_EMISSION,
+    BD_ASPECT_LIGHTS, // punctual
+    BD_ASPECT_ENVIRONMENT,
+    BD_ASPECT_CAMERAS,
+    BD_ASPECT_COUNT,
+};
+
+// Sets of them.
+#define BD_ASPECT_BIT(name) (1u << BD_ASPECT_##name)
+#define BD_ASPECTS_MATERIALS                                                                       \
+    (BD_ASPECT_BIT(ALPHA) | BD_ASPECT_BIT(SIDES) | BD_ASPECT_BIT(NORMALS) |                        \
+     BD_ASPECT_BIT(COLOUR) | BD_ASPECT_BIT(METALNESS) | BD_ASPECT_BIT(ROUGHNESS) |                 \
+     BD_ASPECT_BIT(MEDIUM) | BD_ASPECT_BIT(EMISSION))
+#define BD_ASPECTS_SURFACES                                                                        \
+    (BD_ASPECT_BIT(GEOMETRY) | BD_ASPECT_BIT(TRANSFORMS) | BD_ASPECTS_MATERIALS)
+
 // One counter for each aspect: a pass that reads an aspect is valid while its counter stands.
 // Counters are unique within the process: two scenes never share a value.
 struct bd_aspects {
-    uint64_t geometry, transforms, materials, lights, environment, cameras;
+    uint64_t counter[BD_ASPECT_COUNT];
 };
 
 // What the importer repaired or could not honour: rendered anyway, said in the report.

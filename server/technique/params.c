@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/assert.h"
+#include "base/hash.h"
 #include "base/nearest.h"
 #include "technique/technique.h"
 
@@ -408,6 +409,15 @@ void bd_param_describe(const struct bd_technique *technique, enum bd_param param
     while (out->choice_count < 4 && row->choices[out->choice_count]) out->choice_count++;
     if (row->type == PARAM_TECHNIQUE) out->choices = bd_technique_names(&out->choice_count);
     write_value(row, &defaults, out->standard, sizeof out->standard);
+}
+
+uint64_t bd_params_hash(const struct bd_params *params, uint64_t which, uint64_t seed)
+{
+    for (int i = 0; i < BD_PARAM_COUNT; i++)
+        if (which >> i & 1)
+            seed = bd_hash64((const char *)params + table[i].offset,
+                             table[i].type == PARAM_REAL ? sizeof(double) : sizeof(uint32_t), seed);
+    return seed;
 }
 
 void bd_params_write(const struct bd_params *params, const struct bd_technique *technique,

@@ -316,9 +316,8 @@ static void frames_under_other_lights_in_between_change_no_byte(void **state)
     make_room(w);
     for (uint32_t l = 0; l < w->scene->light_count; l++) w->scene->lights[l].intensity *= 1000;
     // As an edit of the lights alone leaves them.
-    w->scene->aspects.geometry = darker->aspects.geometry;
-    w->scene->aspects.transforms = darker->aspects.transforms;
-    w->scene->aspects.materials = darker->aspects.materials;
+    for (uint32_t i = 0; i < BD_ASPECT_COUNT; i++)
+        if (i != BD_ASPECT_LIGHTS) w->scene->aspects.counter[i] = darker->aspects.counter[i];
     interrupt_all(w, darker, 7, 2);
     bd_scene_release(&darker);
 }

@@ -7,7 +7,7 @@
 #include "scene/scene.h"
 
 struct derived {
-    uint64_t geometry, transforms, materials, lights, environment, cameras;
+    uint64_t aspects[BD_ASPECT_COUNT];
     uint64_t features;
 };
 

@@ -97,7 +97,7 @@ static void a_scene_comes_through(void **state)
     assert_int_equal(import_with(pool, &bd_import_default_limits, &second, &fault), 0);
     assert_int_equal(first->features.triangle_count, 30);
     assert_memory_equal(first->content_sha256, second->content_sha256, 32);
-    assert_true(second->aspects.geometry > first->aspects.cameras);
+    assert_true(second->aspects.counter[0] > first->aspects.counter[BD_ASPECT_COUNT - 1]);
     assert_int_equal(open_descriptors(), before);
     assert_int_equal(waitpid(-1, NULL, WNOHANG), -1); // no child is left, not even a dead one
     bd_scene_release(&first);

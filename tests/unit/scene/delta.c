@@ -332,14 +332,12 @@ static void counts_are_not_believed(void **state)
 
 // --- aspects --------------------------------------------------------------------------------
 
-enum { GEOMETRY = 1, TRANSFORMS = 2, MATERIALS = 4, LIGHTS = 8, ENVIRONMENT = 16, CAMERAS = 32 };
-
 static unsigned changed_aspects(const struct bd_scene *a, const struct bd_scene *b)
 {
-    const struct bd_aspects *x = &a->aspects, *y = &b->aspects;
-    return (x->geometry != y->geometry) * GEOMETRY + (x->transforms != y->transforms) * TRANSFORMS +
-           (x->materials != y->materials) * MATERIALS + (x->lights != y->lights) * LIGHTS +
-           (x->environment != y->environment) * ENVIRONMENT + (x->cameras != y->cameras) * CAMERAS;
+    unsigned changed = 0;
+    for (int i = 0; i < BD_ASPECT_COUNT; i++)
+        changed |= (unsigned)(a->aspects.counter[i] != b->aspects.counter[i]) << i;
+    return changed;
 }
 
 static int32_t node_of(const struct bd_scene *scene, enum bd_object_kind kind)
@@ -377,33 +375,126 @@ static void aspects_follow_what_is_derived(void **state)
     struct bd_scene *scene = two_lights();
     struct bd_delta delta = {0};
     assert_changes(scene, &delta, 0);
-    moved(scene, BD_OBJECT_LIGHT, 0.01, LIGHTS);
-    moved(scene, BD_OBJECT_CAMERA, 0.01, CAMERAS);
-    moved(scene, BD_OBJECT_MESH, 0.01, TRANSFORMS);
+    moved(scene, BD_OBJECT_LIGHT, 0.01, BD_ASPECT_BIT(LIGHTS));
+    moved(scene, BD_OBJECT_CAMERA, 0.01, BD_ASPECT_BIT(CAMERAS));
+    moved(scene, BD_OBJECT_MESH, 0.01, BD_ASPECT_BIT(TRANSFORMS));
 
     delta = of(scene, BD_OBJECT_LIGHT, 0);
     delta.changes[0].light.intensity *= 2;
-    assert_changes(scene, &delta, LIGHTS);
+    assert_changes(scene, &delta, BD_ASPECT_BIT(LIGHTS));
     delta = of(scene, BD_OBJECT_LIGHT, 0);
     strcpy(delta.changes[0].light.name, "other");
     assert_changes(scene, &delta, 0);
     delta = of(scene, BD_OBJECT_CAMERA, 0);
     delta.changes[0].camera.yfov *= 0.5f;
-    assert_changes(scene, &delta, CAMERAS);
+    assert_changes(scene, &delta, BD_ASPECT_BIT(CAMERAS));
     delta = of(scene, BD_OBJECT_ENVIRONMENT, 0);
     delta.changes[0].environment.radiance[1] = 2;
-    assert_changes(scene, &delta, ENVIRONMENT);
+    assert_changes(scene, &delta, BD_ASPECT_BIT(ENVIRONMENT));
 
     uint32_t used = (uint32_t)scene->meshes[scene->instances[0].mesh]->primitives[0].material;
     delta = of(scene, BD_OBJECT_MATERIAL, used);
     delta.changes[0].material.roughness = 0.125f;
-    assert_changes(scene, &delta, MATERIALS);
+    assert_changes(scene, &delta, BD_ASPECT_BIT(ROUGHNESS));
     delta = of(scene, BD_OBJECT_MATERIAL, used);
     strcpy(delta.changes[0].material.name, "other");
     assert_changes(scene, &delta, 0);
     delta = of(scene, BD_OBJECT_MATERIAL, scene->material_count); // that nothing shows
     delta.changes[0].material = scene->materials[used];
     assert_changes(scene, &delta, 0);
+    bd_scene_release(&scene);
+}
+
+static unsigned changed_by_material(const struct bd_scene *scene, uint32_t id,
+                                    const struct bd_material *material)
+{
+    struct bd_delta delta = of(scene, BD_OBJECT_MATERIAL, id);
+    delta.changes[0].material = *material;
+    struct bd_scene *out = applied(scene, &delta);
+    const unsigned changed = changed_aspects(scene, out);
+    bd_delta_finish(&delta);
+    bd_scene_release(&out);
+    return changed;
+}
+
+static void each_group_of_a_material_by_itself(void **state)
+{
+    (void)state;
+    struct bd_scene *scene = two_lights();
+    const uint32_t id = (uint32_t)scene->meshes[scene->instances[0].mesh]->primitives[0].material;
+    const struct bd_material was = scene->materials[id];
+    assert_int_equal(was.alpha_mode, BD_ALPHA_OPAQUE);
+    struct bd_material now = was;
+    now.base_color[1] /= 2;
+    assert_int_equal(changed_by_material(scene, id, &now), BD_ASPECT_BIT(COLOUR));
+    now = was, now.metallic = 0.375f;
+    assert_int_equal(changed_by_material(scene, id, &now), BD_ASPECT_BIT(METALNESS));
+    now = was, now.emissive[2] += 1;
+    assert_int_equal(changed_by_material(scene, id, &now), BD_ASPECT_BIT(EMISSION));
+    now = was, now.ior = 1.75f;
+    assert_int_equal(changed_by_material(scene, id, &now),
+                     BD_ASPECT_BIT(ROUGHNESS) | BD_ASPECT_BIT(MEDIUM));
+    now = was, now.double_sided = !was.double_sided;
+    assert_int_equal(changed_by_material(scene, id, &now), BD_ASPECT_BIT(SIDES));
+    // Of an opaque material alpha is no matter.
+    now = was, now.base_color[3] = 0.25f, now.alpha_cutoff = 0.75f;
+    assert_int_equal(changed_by_material(scene, id, &now), 0);
+    now.alpha_mode = BD_ALPHA_MASK;
+    assert_int_equal(changed_by_material(scene, id, &now), BD_ASPECT_BIT(ALPHA));
+    bd_scene_release(&scene);
+}
+
+// A field that is new and in no group would be shown as it was.
+static void every_field_of_a_material_is_in_a_group(void **state)
+{
+    (void)state;
+    struct bd_scene *scene = two_lights();
+    const uint32_t id = (uint32_t)scene->meshes[scene->instances[0].mesh]->primitives[0].material;
+    struct bd_delta mask = of(scene, BD_OBJECT_MATERIAL, id);
+    mask.changes[0].material.alpha_mode = BD_ALPHA_MASK;
+    struct bd_scene *masked = applied(scene, &mask);
+    size_t seen = 0;
+    for (size_t i = sizeof masked->materials->name;
+         i < offsetof(struct bd_material, base_color_map); i++) {
+        struct bd_delta before = of(masked, BD_OBJECT_MATERIAL, id);
+        struct bd_delta after = of(masked, BD_OBJECT_MATERIAL, id);
+        struct bd_material *now = &after.changes[0].material;
+        ((unsigned char *)now)[i] ^= 1;
+        if (now->is_removed == masked->materials[id].is_removed &&
+            !is_written_alike(&before, &after)) {
+            seen++;
+            if (changed_by_material(masked, id, now) == 0)
+                fail_msg("byte %zu of a material is in no group", i);
+        }
+        bd_delta_finish(&before), bd_delta_finish(&after);
+    }
+    assert_true(seen > 50);
+    bd_delta_finish(&mask);
+    bd_scene_release(&masked);
+    bd_scene_release(&scene);
+}
+
+static void every_map_of_a_material_is_in_a_group(void **state)
+{
+    (void)state;
+    struct bd_scene *scene = load(own_scenes, "checker.glb");
+    const uint32_t id = (uint32_t)scene->meshes[scene->instances[0].mesh]->primitives[0].material;
+    const struct bd_material was = scene->materials[id];
+    const struct bd_texture_ref map = was.base_color_map;
+    assert_int_not_equal(map.texture, BD_NONE);
+    struct bd_material now = was;
+    now.base_color_map.texture = BD_NONE;
+    assert_int_equal(changed_by_material(scene, id, &now),
+                     BD_ASPECT_BIT(COLOUR) | BD_ASPECT_BIT(ALPHA)); // it is masked
+    now = was, now.metallic_roughness_map = map;
+    assert_int_equal(changed_by_material(scene, id, &now),
+                     BD_ASPECT_BIT(METALNESS) | BD_ASPECT_BIT(ROUGHNESS));
+    now = was, now.emissive_map = map;
+    assert_int_equal(changed_by_material(scene, id, &now), BD_ASPECT_BIT(EMISSION));
+    now = was, now.transmission_map = map;
+    assert_int_equal(changed_by_material(scene, id, &now), BD_ASPECT_BIT(MEDIUM));
+    now = was, now.normal_map = map;
+    assert_true(changed_by_material(scene, id, &now) & BD_ASPECT_BIT(NORMALS));
     bd_scene_release(&scene);
 }
 
@@ -422,7 +513,8 @@ static void a_default_rig_follows(void **state)
     bd_delta_finish(&delta);
     assert_int_equal(bare->placed_light_count, 2);
     assert_int_equal(bare->light_count, bare->authored_light_count + 2);
-    moved(bare, BD_OBJECT_MESH, 50, TRANSFORMS | LIGHTS | CAMERAS);
+    moved(bare, BD_OBJECT_MESH, 50,
+          BD_ASPECT_BIT(TRANSFORMS) | BD_ASPECT_BIT(LIGHTS) | BD_ASPECT_BIT(CAMERAS));
     delta = of(bare, BD_OBJECT_LIGHT, 0);
     delta.changes[0].light.intensity *= 2; // hidden: the rig stays, to the last bit
     assert_changes(bare, &delta, 0);
@@ -458,6 +550,9 @@ int main(int argc, char **argv)
         cmocka_unit_test(damaged_bytes_are_refused),
         cmocka_unit_test(counts_are_not_believed),
         cmocka_unit_test(aspects_follow_what_is_derived),
+        cmocka_unit_test(each_group_of_a_material_by_itself),
+        cmocka_unit_test(every_field_of_a_material_is_in_a_group),
+        cmocka_unit_test(every_map_of_a_material_is_in_a_group),
         cmocka_unit_test(a_default_rig_follows),
         cmocka_unit_test(a_log_entry_names_the_objects),
         cmocka_unit_test(every_field_is_a_property),

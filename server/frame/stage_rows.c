@@ -1,0 +1,427 @@
+#include "frame/stage_rows.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/assert.h"
+#include "frame/memo.h"
+#include "frame/stages.h"
+
+// --- who needs it, and why not ---------------------------------------------------------------
+
+static bool is_reference(const struct bd_plan *plan)
+{
+    return plan->technique->is_reference;
+}
+
+static bool is_rendered(const struct bd_plan *plan)
+{
+    return !plan->technique->is_reference;
+}
+
+static bool is_lit(const struct bd_plan *plan)
+{
+    return plan->lights;
+}
+
+static bool is_indirect(const struct bd_plan *plan)
+{
+    return plan->indirect;
+}
+
+static bool is_shared(const struct bd_plan *plan)
+{
+    return plan->shared;
+}
+
+static bool takes(const struct bd_plan *plan, uint32_t inputs)
+{
+    return (plan->technique->inputs & inputs) != 0;
+}
+
+static bool has_map(const struct bd_plan *plan)
+{
+    return plan->indirect && takes(plan, BD_INPUT_VPL_GRID | BD_INPUT_VPL_CLUSTERS);
+}
+
+static bool has_grid(const struct bd_plan *plan)
+{
+    return plan->indirect && takes(plan, BD_INPUT_VPL_GRID);
+}
+
+static bool has_clusters(const struct bd_plan *plan)
+{
+    return plan->indirect && takes(plan, BD_INPUT_VPL_CLUSTERS);
+}
+
+static bool has_tree(const struct bd_plan *plan)
+{
+    return plan->indirect && takes(plan, BD_INPUT_VPL_TREE);
+}
+
+static bool has_fragments(const struct bd_plan *plan)
+{
+    return plan->indirect && takes(plan, BD_INPUT_FRAGMENTS);
+}
+
+static const char *no_light(const struct bd_plan *plan)
+{
+    return is_rendered(plan) ? "no punctual light shines" : NULL;
+}
+
+static const char *no_indirect(const struct bd_plan *plan)
+{
+    if (!is_rendered(plan)) return NULL;
+    return plan->technique->indirect ? "no light to reflect"
+                                     : "the technique has no indirect light";
+}
+
+static const char *no_grid(const struct bd_plan *plan)
+{
+    return takes(plan, BD_INPUT_VPL_CLUSTERS) ? NULL : no_indirect(plan);
+}
+
+static const char *no_clusters(const struct bd_plan *plan)
+{
+    return takes(plan, BD_INPUT_VPL_CLUSTERS) ? no_indirect(plan) : NULL;
+}
+
+static const char *no_tree(const struct bd_plan *plan)
+{
+    return takes(plan, BD_INPUT_VPL_TREE) ? no_indirect(plan) : NULL;
+}
+
+static const char *no_fragments(const struct bd_plan *plan)
+{
+    return takes(plan, BD_INPUT_FRAGMENTS) ? no_indirect(plan) : NULL;
+}
+
+// --- what becomes of outputs ------------------------------------------------------------------
+
+#define OUTPUT(what, type)                                                                         \
+    static uint64_t what##_bytes(const void *output)                                               \
+    {                                                                                              \
+        return bd_##type##_bytes(output);                                                          \
+    }                                                                                              \
+    static void destroy_##what(void *renderer, void *output)                                       \
+    {                                                                                              \
+        struct bd_##type *own = output;                                                            \
+        bd_##type##_destroy(((struct bd_renderer *)renderer)->gpu, &own);                          \
+    }
+
+OUTPUT(shadow_map, shadow_map)
+OUTPUT(rsm, rsm)
+OUTPUT(vpls, vpl_list)
+OUTPUT(tree, vpl_tree)
+OUTPUT(gbuffer, gbuffer)
+OUTPUT(direct, tex)
+OUTPUT(discontinuity, discontinuity)
+OUTPUT(fragments, fragments)
+OUTPUT(surfaces, surfaces)
+OUTPUT(indirect, indirect)
+
+#define KEEPS(what, in, run_it)                                                                    \
+    .run = run_it, .bytes = what##_bytes, .destroy = destroy_##what,                               \
+    .output = offsetof(struct bd_##in, what)
+
+// --- the rows ---------------------------------------------------------------------------------
+
+#define ASPECT(name) BD_ASPECT_BIT(name)
+#define STAGE(name)  BD_STAGE_BIT(name)
+#define PARAM(name)  BD_READS(BD_PARAM_##name)
+
+#define READS_PLACES    (ASPECT(GEOMETRY) | ASPECT(TRANSFORMS) | ASPECT(ALPHA))
+#define READS_FACING    (ASPECT(SIDES) | ASPECT(NORMALS))
+#define READS_BRDF      (ASPECT(COLOUR) | ASPECT(METALNESS) | ASPECT(ROUGHNESS))
+#define PARAMS_OF_VPL   (PARAM(VPL_KERNEL) | PARAM(NEAR_FIELD))
+#define PARAMS_OF_TESTS (PARAM(DEPTH_TEST) | PARAM(NORMAL_TEST) | PARAM(NEIGHBOURHOOD))
+#define STAGES_OF_VPLS  (STAGE(VPL_GRID) | STAGE(VPL_CLUSTERS) | STAGE(VPL_TREE))
+
+const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
+    [BD_STAGE_BVH] =
+        {
+            .pass = "bvh",
+            .is_needed = is_reference,
+            .reads = BD_ASPECTS_SURFACES | ASPECT(LIGHTS) | ASPECT(ENVIRONMENT),
+        },
+    [BD_STAGE_TRACE] = {.pass = "trace", .is_needed = is_reference, .is_keyless = true},
+    [BD_STAGE_SEEN] = {.is_needed = is_rendered,
+                       .reads = READS_PLACES | READS_FACING | BD_READ_VIEW},
+    [BD_STAGE_GBUFFER] =
+        {
+            .pass = "gbuffer",
+            .is_needed = is_rendered,
+            .from = STAGE(SEEN),
+            .reads = READS_BRDF | ASPECT(EMISSION) | BD_READ_EMISSION_UNIT,
+            .params = PARAM(BRDF),
+            KEEPS(gbuffer, frame, bd_run_gbuffer),
+        },
+    [BD_STAGE_SHADOW_MAP] =
+        {
+            .pass = "shadow_map",
+            .is_of_light = true,
+            .is_needed = is_lit,
+            .why_not = no_light,
+            .reads = READS_PLACES | BD_READ_LIGHT_SHAPE,
+            .params = PARAM(SHADOW_SIZE),
+            KEEPS(shadow_map, frame_light, bd_run_shadow_map),
+        },
+    [BD_STAGE_DIRECT] =
+        {
+            .pass = "direct",
+            .is_needed = is_lit,
+            .why_not = no_light,
+            .from = STAGE(SEEN) | STAGE(SHADOW_MAP),
+            .reads = READS_BRDF | BD_READ_LIGHT_POWER,
+            .params = PARAM(BRDF),
+            KEEPS(direct, frame, bd_run_direct),
+        },
+    [BD_STAGE_RSM] =
+        {
+            .pass = "rsm",
+            .is_of_light = true,
+            .is_needed = has_map,
+            .why_not = no_indirect,
+            .reads = READS_PLACES | READS_FACING | ASPECT(COLOUR) | ASPECT(METALNESS) |
+                     BD_READ_LIGHT_SHAPE | BD_READ_LIGHT_SIDES,
+            .params = PARAM(BRDF) | PARAM(PAPER_MODE),
+            KEEPS(rsm, frame_light, bd_run_rsm),
+        },
+    [BD_STAGE_VPL_GRID] =
+        {
+            .pass = "vpl_grid",
+            .is_of_light = true,
+            .is_needed = has_grid,
+            .why_not = no_grid,
+            .from = STAGE(RSM),
+            .reads = BD_READ_LIGHT_POWER | BD_READ_LIGHT_SIDES,
+            .params = PARAMS_OF_VPL,
+            KEEPS(vpls, frame_light, bd_run_vpl_grid),
+        },
+    [BD_STAGE_VPL_CLUSTERS] =
+        {
+            .pass = "vpl_clusters",
+            .is_of_light = true,
+            .is_needed = has_clusters,
+            .why_not = no_clusters,
+            .from = STAGE(RSM),
+            .reads = BD_READ_LIGHT_POWER | BD_READ_LIGHT_SIDES,
+            .params = PARAMS_OF_VPL | PARAMS_OF_TESTS | PARAM(CLUSTER_LEVELS) |
+                      PARAM(CLUSTER_DEPTH_THRESHOLD) | PARAM(CLUSTER_NORMAL_THRESHOLD),
+            KEEPS(vpls, frame_light, bd_run_vpl_clusters),
+        },
+    [BD_STAGE_VPL_TREE] =
+        {
+            .pass = "vpl_tree",
+            .is_of_light = true,
+            .is_needed = has_tree,
+            .why_not = no_tree,
+            .from = STAGE(VPL_GRID),
+            .params = PARAM(TREE_ROOTS),
+            KEEPS(tree, frame_light, bd_run_vpl_tree),
+        },
+    [BD_STAGE_DISCONTINUITY] =
+        {
+            .pass = "discontinuity",
+            .is_needed = has_fragments,
+            .why_not = no_fragments,
+            .from = STAGE(SEEN),
+            .params = PARAMS_OF_TESTS | PARAM(DEPTH_THRESHOLD) | PARAM(NORMAL_THRESHOLD) |
+                      PARAM(SURFACE_DETAIL) | PARAM(COARSEST) | PARAM(FINEST),
+            KEEPS(discontinuity, frame, bd_run_discontinuity),
+        },
+    [BD_STAGE_FRAGMENTS] =
+        {
+            .pass = "fragments",
+            .is_needed = has_fragments,
+            .why_not = no_fragments,
+            .from = STAGE(DISCONTINUITY),
+            KEEPS(fragments, frame, bd_run_fragments),
+        },
+    [BD_STAGE_SURFACES] =
+        {
+            .pass = "surfaces",
+            .is_needed = has_fragments,
+            .why_not = no_fragments,
+            .from = STAGE(DISCONTINUITY),
+            KEEPS(surfaces, frame, bd_run_surfaces),
+        },
+    [BD_STAGE_INDIRECT] =
+        {
+            .is_needed = is_indirect,
+            .why_not = no_indirect,
+            .from = STAGE(SEEN) | STAGES_OF_VPLS | STAGE(FRAGMENTS) | STAGE(SURFACES),
+            .glossy = READS_BRDF,
+            .reads_all_params = true,
+            .brackets_itself = true,
+            KEEPS(indirect, frame, bd_run_indirect),
+        },
+    [BD_STAGE_SHARE] =
+        {
+            .pass = "share",
+            .is_needed = is_shared,
+            .from = STAGE(GBUFFER) | STAGE(DIRECT) | STAGE(INDIRECT),
+            .brackets_itself = true,
+            KEEPS(indirect, frame, bd_run_share),
+        },
+    [BD_STAGE_COMPOSITE] = {.pass = "composite", .is_needed = is_rendered, .is_keyless = true},
+    [BD_STAGE_READBACK] = {.pass = "readback", .is_needed = is_rendered, .is_keyless = true},
+};
+
+// --- names ------------------------------------------------------------------------------------
+
+static bool is_for_glossy_alone(const struct bd_technique *technique, const char *pass)
+{
+    const char *const *glossy = technique->glossy_passes;
+    while (glossy && *glossy && strcmp(*glossy, pass) != 0) glossy++;
+    return glossy && *glossy;
+}
+
+uint32_t bd_stage_passes(const struct bd_plan *plan, enum bd_stage stage,
+                         const char *names[BD_STAGE_PASSES_MAX])
+{
+    const struct bd_stage_row *row = &bd_stage_rows[stage];
+    uint32_t count = 0;
+    if (row->pass) names[count++] = row->pass;
+    if (stage != BD_STAGE_INDIRECT) return count;
+    const char *const *pass = plan->technique->passes;
+    for (; pass && *pass; pass++) {
+        if (!plan->glossy && is_for_glossy_alone(plan->technique, *pass)) continue;
+        BD_ASSERT_CMP(count, <, BD_STAGE_PASSES_MAX);
+        names[count++] = *pass;
+    }
+    return count;
+}
+
+// --- what keys are about ----------------------------------------------------------------------
+
+static void set_up_lights(struct bd_subject *subject)
+{
+    const struct bd_scene *scene = subject->scene;
+    subject->lights = calloc(scene->placed_light_count + 1, sizeof *subject->lights);
+    BD_ASSERT(subject->lights);
+    for (uint32_t i = 0; i < scene->placed_light_count; i++) {
+        if (!bd_plan_light_shines(scene, i)) continue;
+        struct bd_frame_light *light = &subject->lights[subject->light_count++];
+        light->setup = bd_light_setup_of(scene, i);
+        light->grid_side = bd_plan_grid_side(subject->plan, &light->setup);
+        light->rsm_size = bd_plan_rsm_size(subject->plan, light->grid_side);
+    }
+}
+
+struct bd_subject bd_subject_of(const struct bd_scene *scene, const struct bd_plan *plan,
+                                const struct bd_frame_request *request)
+{
+    struct bd_subject subject = {
+        .scene = scene, .plan = plan, .unit_cd_m2 = bd_render_space_of(scene).unit_cd_m2};
+    set_up_lights(&subject);
+    subject.viewpoint =
+        request->pose.is_set
+            ? bd_viewpoint_of_pose(scene, &request->pose, request->width_px, request->height_px)
+            : bd_viewpoint_of_camera(scene, (uint32_t)plan->camera, request->width_px,
+                                     request->height_px);
+    bd_viewpoint_set_sub_frame(&subject.viewpoint, 0, request->aa);
+    return subject;
+}
+
+void bd_subject_finish(struct bd_subject *subject)
+{
+    free(subject->lights);
+    subject->lights = NULL;
+    subject->light_count = 0;
+}
+
+// --- keys -------------------------------------------------------------------------------------
+//
+// Fields one by one: structs have padding, and padding has no value.
+
+static uint64_t key_dvec3(uint64_t key, bd_dvec3 v)
+{
+    const double numbers[3] = {v.x, v.y, v.z};
+    return bd_key_bytes(key, numbers, sizeof numbers);
+}
+
+static uint64_t key_shape(uint64_t key, const struct bd_light_setup *setup)
+{
+    const double numbers[] = {setup->half_width, setup->half_height, setup->depth_m,
+                              setup->light->cone_inner, setup->light->cone_outer};
+    key = key_dvec3(key, setup->placement.position);
+    key = key_dvec3(key, setup->placement.axis_x);
+    key = key_dvec3(key, setup->placement.axis_y);
+    key = key_dvec3(key, setup->placement.axis_z);
+    key = bd_key_bytes(key, numbers, sizeof numbers);
+    return bd_key_number(key, (uint64_t)setup->light->kind << 8 | setup->face_count);
+}
+
+static uint64_t key_power(uint64_t key, const struct bd_light_setup *setup, double unit_cd_m2)
+{
+    const float numbers[] = {setup->light->color[0], setup->light->color[1], setup->light->color[2],
+                             setup->light->intensity, setup->light->range_m};
+    key = bd_key_bytes(key, numbers, sizeof numbers);
+    return bd_key_bytes(key, &unit_cd_m2, sizeof unit_cd_m2);
+}
+
+static uint64_t key_light(uint64_t key, const struct bd_subject *subject, uint32_t reads,
+                          const struct bd_frame_light *light)
+{
+    if (reads & BD_READ_LIGHT_SHAPE) key = key_shape(key, &light->setup);
+    if (reads & BD_READ_LIGHT_POWER) key = key_power(key, &light->setup, subject->unit_cd_m2);
+    if (reads & BD_READ_LIGHT_SIDES)
+        key = bd_key_number(key, (uint64_t)light->rsm_size << 32 | light->grid_side);
+    return key;
+}
+
+static uint64_t key_view(uint64_t key, const struct bd_viewpoint *v)
+{
+    const double numbers[] = {v->half_width, v->half_height, v->near_m,
+                              v->far_m,      v->sample_x_px, v->sample_y_px};
+    key = key_dvec3(key, v->position_m);
+    key = key_dvec3(key, v->axis_x);
+    key = key_dvec3(key, v->axis_y);
+    key = key_dvec3(key, v->axis_z);
+    key = bd_key_bytes(key, numbers, sizeof numbers);
+    key = bd_key_number(key, v->orthographic);
+    return bd_key_number(key, (uint64_t)v->width_px << 32 | v->height_px);
+}
+
+// What a row reads of the scene and its view.
+static uint64_t key_reads(uint64_t key, const struct bd_subject *subject, uint32_t reads,
+                          const struct bd_frame_light *light)
+{
+    for (uint32_t i = 0; i < BD_ASPECT_COUNT; i++)
+        if (reads >> i & 1) key = bd_key_number(key, subject->scene->aspects.counter[i]);
+    for (uint32_t i = 0; i < (light ? 1 : subject->light_count); i++)
+        key = key_light(key, subject, reads, light ? light : &subject->lights[i]);
+    if (reads & BD_READ_VIEW) key = key_view(key, &subject->viewpoint);
+    const double emission_unit = subject->plan->emission ? subject->unit_cd_m2 : 0;
+    if (reads & BD_READ_EMISSION_UNIT)
+        key = bd_key_bytes(key, &emission_unit, sizeof emission_unit);
+    return key;
+}
+
+static uint64_t key_from(uint64_t key, const struct bd_subject *subject, enum bd_stage from,
+                         const struct bd_frame_light *light)
+{
+    if (light || !bd_stage_rows[from].is_of_light)
+        return bd_key_number(key, bd_stage_key(subject, from, light));
+    for (uint32_t i = 0; i < subject->light_count; i++)
+        key = bd_key_number(key, bd_stage_key(subject, from, &subject->lights[i]));
+    return key;
+}
+
+uint64_t bd_stage_key(const struct bd_subject *subject, enum bd_stage stage,
+                      const struct bd_frame_light *light)
+{
+    const struct bd_plan *plan = subject->plan;
+    const struct bd_stage_row *row = &bd_stage_rows[stage];
+    const uint32_t glossy = plan->glossy ? row->glossy : 0;
+    uint64_t key = bd_key_begin(row->reads_all_params ? plan->technique->name : "");
+    key = bd_key_number(key, (uint64_t)stage << 32 | glossy);
+    key = key_reads(key, subject, row->reads | glossy, light);
+    key = bd_params_hash(&plan->params,
+                         row->reads_all_params ? plan->technique->params_read : row->params, key);
+    for (enum bd_stage from = 0; from < BD_STAGE_COUNT; from++)
+        if (row->from >> from & 1 && bd_plan_has(plan, from))
+            key = key_from(key, subject, from, light);
+    return key;
+}

@@ -1,0 +1,116 @@
+// The stages of a frame, a row each: which passes they are in the report, who needs them, what
+// they read. The plan, what it leaves out, the memo's keys, the report and a dry run follow from
+// the rows; frame.c says in which order they run.
+//
+// A stage makes one output, of a light or of a sub-frame, whose key is the hash of everything that
+// it is made from: what the row says that it reads, and the keys of the stages that it is made
+// from. BD_STAGE_SEEN has no pass and no output: it is the part of the G-buffer that says where
+// surfaces are and which way they face, so that who reads no more than that is not made anew for a
+// colour.
+//
+// Private to frame/. Keys and plans: any thread.
+
+#ifndef BD_FRAME_STAGE_ROWS_H
+#define BD_FRAME_STAGE_ROWS_H
+
+#include "frame/plan.h"
+
+// In the order of the report.
+enum bd_stage {
+    BD_STAGE_BVH, // of the reference, with the next: sched/ runs them
+    BD_STAGE_TRACE,
+    BD_STAGE_SEEN,
+    BD_STAGE_GBUFFER,
+    BD_STAGE_SHADOW_MAP,
+    BD_STAGE_DIRECT,
+    BD_STAGE_RSM,
+    BD_STAGE_VPL_GRID,
+    BD_STAGE_VPL_CLUSTERS,
+    BD_STAGE_VPL_TREE,
+    BD_STAGE_DISCONTINUITY,
+    BD_STAGE_FRAGMENTS,
+    BD_STAGE_SURFACES,
+    BD_STAGE_INDIRECT, // the technique's own passes
+    BD_STAGE_SHARE,    // the same for later sub-frames, from the first one's
+    BD_STAGE_COMPOSITE,
+    BD_STAGE_READBACK,
+    BD_STAGE_COUNT,
+};
+
+#define BD_STAGE_BIT(name) (1u << BD_STAGE_##name)
+
+// What is read that no stage made, beside aspects of the scene, whose bits come first.
+enum bd_stage_read {
+    BD_READ_LIGHT_SHAPE = 1u << BD_ASPECT_COUNT, // where it is and where to, not how bright
+    BD_READ_LIGHT_POWER = 2u << BD_ASPECT_COUNT,
+    BD_READ_LIGHT_SIDES = 4u << BD_ASPECT_COUNT, // how fine its maps and grids are
+    BD_READ_VIEW = 8u << BD_ASPECT_COUNT,
+    BD_READ_EMISSION_UNIT = 16u << BD_ASPECT_COUNT, // the frame's, where something emits
+};
+
+struct bd_frame;
+struct bd_vpl_list;
+
+// A light of the frame and what was made for it. Outputs are the memo's.
+struct bd_frame_light {
+    struct bd_light_setup setup;
+    uint32_t grid_side, rsm_size;
+    uint64_t keys[BD_STAGE_COUNT];
+    struct bd_shadow_map *shadow_map;
+    struct bd_rsm *rsm;
+    struct bd_vpl_list *vpls;
+    struct bd_vpl_tree *tree;
+};
+
+// What keys are about: a plan, a snapshot, the lights that shine in it and a sub-frame's viewpoint.
+struct bd_subject {
+    const struct bd_scene *scene;
+    const struct bd_plan *plan;
+    double unit_cd_m2;
+    uint32_t light_count;
+    struct bd_frame_light *lights;
+    struct bd_viewpoint viewpoint;
+};
+
+struct bd_stage_row {
+    const char *pass; // in the report; NULL: none, or the technique's own
+    bool is_of_light; // of each light; otherwise of a sub-frame
+    bool (*is_needed)(const struct bd_plan *plan);
+    // In plain words, where it is not; NULL: not worth a word.
+    const char *(*why_not)(const struct bd_plan *plan);
+    uint32_t from;         // stages whose output is read; those of lights of its light, or of all
+    uint32_t reads;        // bits of aspects and enum bd_stage_read
+    uint32_t glossy;       // the same, where receivers are glossy
+    uint64_t params;       // bits of enum bd_param
+    bool reads_all_params; // that the technique reads
+    bool is_keyless;       // it runs in every frame
+    bool brackets_itself;  // its passes, for the clock: it alone knows when each runs
+    // Makes the output, and keeps it in the frame or its light at `output`, an offset.
+    enum bd_err (*run)(struct bd_frame *frame, struct bd_frame_light *light);
+    uint64_t (*bytes)(const void *output);
+    void (*destroy)(void *renderer, void *output);
+    size_t output;
+};
+
+extern const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT];
+
+static inline bool bd_plan_has(const struct bd_plan *plan, enum bd_stage stage)
+{
+    return plan->stages >> stage & 1;
+}
+
+// Names of a stage's passes in the report, at most BD_STAGE_PASSES_MAX; returns how many.
+#define BD_STAGE_PASSES_MAX 8
+uint32_t bd_stage_passes(const struct bd_plan *plan, enum bd_stage stage,
+                         const char *names[BD_STAGE_PASSES_MAX]);
+
+// With the viewpoint of the first of the request's sub-frames. `scene` and `plan` are borrowed.
+struct bd_subject bd_subject_of(const struct bd_scene *scene, const struct bd_plan *plan,
+                                const struct bd_frame_request *request);
+void bd_subject_finish(struct bd_subject *subject);
+
+// `light` is NULL but for stages of lights.
+uint64_t bd_stage_key(const struct bd_subject *subject, enum bd_stage stage,
+                      const struct bd_frame_light *light);
+
+#endif
