@@ -608,6 +608,12 @@ def choose_path(rng, paths):
     return rng.choice(paths)
 
 
+def hold_deadline(envelope):
+    """A frame that may take longer than anybody waits here, and does, is no find."""
+    if envelope.WhichOneof("body") == "render" and envelope.render.frame.deadline_ms > 500 * PATIENCE_S:
+        envelope.render.frame.deadline_ms = DEADLINE_MS
+
+
 def choose_steps(world, paths):
     """What a round says: one line, or a view and what happens to it."""
     rng = world.rng
@@ -620,6 +626,7 @@ def choose_steps(world, paths):
         others = [other for other in paths if other[0] is path[0] and (path[0].name != "edit_batch" or
                   other[1:3] == path[1:3])]
         spoil(rng, envelope, rng.choice(others))
+    hold_deadline(envelope)
     if path[0].name == "hello":
         return [{"hello": line_of(envelope)}]
     http = by_http(envelope)
