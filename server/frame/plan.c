@@ -136,9 +136,9 @@ static const char *no_glossy_lobe(const struct bd_plan *plan)
 static void list_omitted(const struct bd_plan *plan, const struct bd_scene *scene,
                          struct bd_report *report)
 {
+    list_omitted_passes(plan, report);
     if (plan->technique->is_reference) return;
     list_omitted_of_surfaces(plan, &scene->features, report);
-    list_omitted_passes(plan, report);
     if (bd_plan_has(plan, BD_STAGE_FRAGMENTS)) list_omitted_of_fragments(plan, report);
     const char *const *glossy = plan->technique->glossy_passes;
     if (plan->indirect && !plan->glossy)

@@ -14,6 +14,11 @@ static bool is_reference(const struct bd_plan *plan)
     return plan->technique->is_reference;
 }
 
+static bool is_filtered(const struct bd_plan *plan)
+{
+    return plan->technique->is_reference && plan->params.noise_filter;
+}
+
 static bool is_rendered(const struct bd_plan *plan)
 {
     return !plan->technique->is_reference;
@@ -21,7 +26,7 @@ static bool is_rendered(const struct bd_plan *plan)
 
 static bool is_lit(const struct bd_plan *plan)
 {
-    return plan->lights;
+    return plan->lights && is_rendered(plan);
 }
 
 static bool is_indirect(const struct bd_plan *plan)
@@ -67,6 +72,11 @@ static bool has_fragments(const struct bd_plan *plan)
 static const char *no_light(const struct bd_plan *plan)
 {
     return is_rendered(plan) ? "no punctual light shines" : NULL;
+}
+
+static const char *no_filter(const struct bd_plan *plan)
+{
+    return is_reference(plan) ? "noise_filter=off" : NULL;
 }
 
 static const char *no_indirect(const struct bd_plan *plan)
@@ -145,6 +155,8 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
             .reads = BD_ASPECTS_SURFACES | ASPECT(LIGHTS) | ASPECT(ENVIRONMENT),
         },
     [BD_STAGE_TRACE] = {.pass = "trace", .is_needed = is_reference, .is_keyless = true},
+    [BD_STAGE_FILTER] =
+        {.pass = "filter", .is_needed = is_filtered, .why_not = no_filter, .is_keyless = true},
     [BD_STAGE_SEEN] = {.is_needed = is_rendered,
                        .reads = READS_PLACES | READS_FACING | BD_READ_VIEW},
     [BD_STAGE_GBUFFER] =

@@ -19,6 +19,7 @@
 enum bd_stage {
     BD_STAGE_BVH, // of the reference, with the next: sched/ runs them
     BD_STAGE_TRACE,
+    BD_STAGE_FILTER,
     BD_STAGE_SEEN,
     BD_STAGE_GBUFFER,
     BD_STAGE_SHADOW_MAP,

@@ -8,6 +8,7 @@
 #include "base/assert.h"
 #include "base/clock.h"
 #include "frame/plan.h"
+#include "sched/reference_filter.h"
 #include "sched/reference_picture.h"
 
 _Static_assert((int)BD_LIGHTS_PUNCTUAL == (int)BD_REFERENCE_PUNCTUAL, "one set of bits");
@@ -174,6 +175,35 @@ static void choose_region(struct tracing *tracing)
     tracing->region[3] = frame->height_px;
 }
 
+// With layers that nobody asked for, which go again.
+static enum bd_err filter(struct bd_reference_runner *runner, struct tracing *tracing)
+{
+    struct bd_job_result *result = &tracing->job->result;
+    if (!tracing->plan.params.noise_filter) return BD_ERR_OK;
+    const uint64_t start_ns = bd_clock_ns();
+    enum bd_err err = bd_reference_filter(runner, result->layers, bd_job_should_stop, tracing->job,
+                                          &result->fault);
+    set_pass(&result->report, "filter", bd_ms_since(start_ns), BD_PASS_RAN);
+    for (uint32_t l = 0; l < BD_LAYER_COUNT; l++)
+        if (!(tracing->plan.layers >> l & 1)) bd_image_destroy(&result->layers[l]);
+    return err;
+}
+
+static enum bd_err make_picture(struct bd_reference_runner *runner, struct tracing *tracing)
+{
+    struct bd_job *job = tracing->job;
+    struct bd_job_result *result = &job->result;
+    const uint32_t for_filter =
+        tracing->plan.params.noise_filter ? bd_reference_filter_layers() : 0;
+    enum bd_err err =
+        bd_reference_picture_create(&job->request.frame, tracing->plan.layers | for_filter,
+                                    bd_job_should_stop, job, result->layers, &result->fault);
+    const uint64_t start_ns = bd_clock_ns();
+    if (!err) err = trace_bands(runner, tracing);
+    set_pass(&result->report, "trace", bd_ms_since(start_ns), BD_PASS_RAN);
+    return err ? err : filter(runner, tracing);
+}
+
 static enum bd_err trace(struct bd_reference_runner *runner, struct tracing *tracing)
 {
     struct bd_job *job = tracing->job;
@@ -187,11 +217,7 @@ static enum bd_err trace(struct bd_reference_runner *runner, struct tracing *tra
     double bvh_ms = bd_ms_since(start_ns);
     set_pass(&result->report, "bvh", reused ? 0 : bvh_ms, reused ? BD_PASS_REUSED : BD_PASS_RAN);
     result->report.time_ms.load = reused ? 0 : bvh_ms;
-    err = bd_reference_picture_create(&job->request.frame, tracing->plan.layers, bd_job_should_stop,
-                                      job, result->layers, &result->fault);
-    start_ns = bd_clock_ns();
-    if (!err) err = trace_bands(runner, tracing);
-    set_pass(&result->report, "trace", bd_ms_since(start_ns), BD_PASS_RAN);
+    err = make_picture(runner, tracing);
     bd_reference_runner_give_back(runner, &tracing->reference);
     return err;
 }

@@ -82,6 +82,7 @@ enum bd_param {
     BD_PARAM_SENDERS,             // full | lambert
     BD_PARAM_TRANSMISSION,        // on | off
     BD_PARAM_LIGHT_VERTICES,      // on | off
+    BD_PARAM_NOISE_FILTER,        // off | on (image/light_filter.h)
     BD_PARAM_COUNT,
 };
 
@@ -126,6 +127,7 @@ struct bd_params {
     uint32_t senders_lambert;
     uint32_t transmission;
     uint32_t light_vertices;
+    uint32_t noise_filter;
 };
 
 // What clients are told about a parameter.

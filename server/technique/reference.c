@@ -24,7 +24,7 @@ const struct bd_technique bd_technique_reference = {
                    BD_READS(BD_PARAM_INDIRECT_VISIBILITY) | BD_READS(BD_PARAM_LIGHTS) |
                    BD_READS(BD_PARAM_FILTER) | BD_READS(BD_PARAM_ALPHA) | BD_READS(BD_PARAM_CLAMP) |
                    BD_READS(BD_PARAM_SENDERS) | BD_READS(BD_PARAM_TRANSMISSION) |
-                   BD_READS(BD_PARAM_LIGHT_VERTICES),
+                   BD_READS(BD_PARAM_LIGHT_VERTICES) | BD_READS(BD_PARAM_NOISE_FILTER),
     .tolerance = {.direct = 1e-3, .indirect = 1e-2},
     .hazard_codes = "",
     .ladder = ladder,

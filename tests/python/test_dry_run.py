@@ -83,4 +83,5 @@ def test_every_pass_of_every_technique_is_known(daemon):
         told = edit.result.invalidates + edit.result.keeps
         planned = scene.render(**look, plan_only=True).report["passes"]
         assert told and sorted(told) == sorted(p["name"] for p in planned), (name, told)
+        assert (set(told) == {"bvh", "trace"}) == (name == "reference"), (name, told)
     scene.remove()

@@ -182,6 +182,53 @@ static void threads_change_no_byte(void **state)
     bd_scene_release(&scene);
 }
 
+static double off_by(const struct bd_job *job, const struct bd_job *truth, uint32_t layer)
+{
+    double sum = 0, mean = 0;
+    for (uint32_t p = 0; p < SIDE * SIDE; p++) {
+        const double value = (double)at(truth, layer, p)[0];
+        sum += pow((double)at(job, layer, p)[0] - value, 2);
+        mean += value;
+    }
+    return sqrt(sum / (SIDE * SIDE)) / (mean / (SIDE * SIDE));
+}
+
+// Light is smoother and what it is made of is as it was traced, by any number of threads, whatever
+// layers were asked for.
+static void filtered_light_adds_up_and_halves_stay(void **state)
+{
+    struct bd_scene *scene = create_scene();
+    struct bd_sched *one = create_sched(1);
+    const struct bd_job_request noisy = request_of(scene, SIDE, "spp=8");
+    const struct bd_job_request better = request_of(scene, SIDE, "spp=512");
+    struct bd_job_request filtered = request_of(scene, SIDE, "spp=8 noise_filter=on");
+    struct bd_job *raw = finished(*state, &noisy), *truth = finished(*state, &better);
+    struct bd_job *job = finished(*state, &filtered), *same = finished(one, &filtered);
+    assert_same_bytes(job, same);
+    assert_true(off_by(job, truth, BD_LAYER_INDIRECT) <
+                0.6 * off_by(raw, truth, BD_LAYER_INDIRECT));
+    assert_true(off_by(job, truth, BD_LAYER_BEAUTY) < off_by(raw, truth, BD_LAYER_BEAUTY));
+    for (uint32_t p = 0; p < SIDE * SIDE; p++)
+        for (int c = 0; c < 3; c++) {
+            double sum = 0;
+            for (uint32_t l = BD_LAYER_DIRECT; l <= BD_LAYER_EMISSION; l++)
+                sum += (double)at(job, l, p)[c];
+            assert_near(sum, (double)at(job, BD_LAYER_BEAUTY, p)[c], 1e-6);
+            for (uint32_t l = BD_LAYER_ALBEDO; l < BD_LAYER_COUNT; l++)
+                assert_true(c >= (int)bd_layer_channel_count((enum bd_layer)l) ||
+                            at(job, l, p)[c] == at(raw, l, p)[c]);
+        }
+    filtered.frame.layers = 1u << BD_LAYER_BEAUTY;
+    struct bd_job *alone = finished(*state, &filtered);
+    for (uint32_t l = 1; l < BD_LAYER_COUNT; l++) assert_null(bd_job_result(alone)->layers[l]);
+    assert_memory_equal(bd_job_result(alone)->layers[0]->pixels,
+                        bd_job_result(job)->layers[0]->pixels, SIDE * SIDE * 16);
+    bd_job_release(&raw), bd_job_release(&truth), bd_job_release(&job);
+    bd_job_release(&same), bd_job_release(&alone);
+    bd_sched_destroy(&one);
+    bd_scene_release(&scene);
+}
+
 // Samples 0 to 9 and 10 to 29 are samples 0 to 29, whoever traces them.
 static void ranges_of_samples_add_up(void **state)
 {
@@ -456,6 +503,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         WITH_SCHED(the_layers_are_there_and_add_up),
         WITH_SCHED(threads_change_no_byte),
+        WITH_SCHED(filtered_light_adds_up_and_halves_stay),
         WITH_SCHED(ranges_of_samples_add_up),
         WITH_SCHED(a_region_is_the_same_pixels_and_black_around),
         WITH_SCHED(what_cannot_be_is_refused_by_name),
