@@ -49,6 +49,7 @@ struct command {
     double write_s;       // what the last write took
     uint64_t written_ns, line_ns;
     uint32_t written_spp; // what is on the disk
+    bool wrote_filtered;
     bool has_spoken_json; // standard output has its one object
 };
 
@@ -181,6 +182,7 @@ static enum bd_err write_file(struct command *command, struct bd_fault *fault)
 {
     struct bd_bytes bytes = {0};
     uint64_t start_ns = bd_clock_ns();
+    bd_cli_reference_file_set_filters(command->file, command->options.filter_noise);
     enum bd_err err = bd_cli_reference_file_encode(command->file, &bytes, fault);
     if (!err)
         err = bd_cli_output_write(command->options.output, bytes.data, bytes.size_bytes, fault);
@@ -188,6 +190,7 @@ static enum bd_err write_file(struct command *command, struct bd_fault *fault)
     command->write_s = since_s(start_ns);
     command->written_ns = bd_clock_ns();
     if (!err) command->written_spp = bd_cli_reference_file_spp(command->file);
+    if (!err) command->wrote_filtered = bd_cli_reference_file_filters(command->file);
     return err;
 }
 
@@ -223,6 +226,7 @@ static enum bd_err resume(struct command *command, const Bounced__Report *plan,
         err = bd_cli_reference_report_match(plan, command->options.region, command->file, path,
                                             fault);
     command->written_spp = bd_cli_reference_file_spp(command->file);
+    command->wrote_filtered = bd_cli_reference_file_filters(command->file);
     return err;
 }
 
@@ -346,8 +350,7 @@ static enum bd_err write_report(struct command *command, const char *stopped,
 {
     const struct bd_cli_reference *options = &command->options;
     if (!options->report && !options->common.json) return BD_ERR_OK;
-    char *text = bd_cli_reference_report_json(&command->report,
-                                              bd_cli_reference_file_spp(command->file), stopped);
+    char *text = bd_cli_reference_report_json(&command->report, command->file, stopped);
     if (!text) return bd_fault_set(fault, BD_ERR_NO_MEMORY, "report", "no memory for the report");
     enum bd_err err = BD_ERR_OK;
     if (options->report) err = bd_cli_output_write(options->report, text, strlen(text), fault);
@@ -382,7 +385,8 @@ static enum bd_err run(struct command *command, struct bd_fault *fault)
     bd_cli_progress_clear(&command->progress);
     // Whatever ended it: what there is is kept.
     struct bd_fault write_fault = {0};
-    if (bd_cli_reference_file_spp(command->file) > command->written_spp)
+    const bool is_new = bd_cli_reference_file_spp(command->file) > command->written_spp;
+    if (is_new || (command->written_spp && command->wrote_filtered != command->options.filter_noise))
         err = write_file(command, &write_fault);
     if (err && !traced) *fault = write_fault;
     if (traced == BD_ERR_CANCELLED) stopped = "cancelled";

@@ -176,6 +176,21 @@ static bool is_attribute(const struct bd_exr *exr, const char *key, const char *
     return text && value && strcmp(text, value) == 0;
 }
 
+// Halves of a filtered file are its light as it was traced: as a reference that is what is wanted;
+// as a picture it is not what is shown.
+static bool is_filtered(const struct bd_exr *exr)
+{
+    const char *parameters = bd_exr_attribute(exr, "parameters");
+    return parameters && strstr(parameters, "noise_filter=on") != NULL;
+}
+
+static void check_noise_filter(struct bd_cli_compare_files *files)
+{
+    if (is_filtered(files->reference) && !bd_exr_channel(files->reference, "half_a.R"))
+        note(files, "REFERENCE is filtered and has no halves: what the filter took away counts as "
+                    "error");
+}
+
 // A path-traced picture without halves may be made of the very samples that the reference is made
 // of: its noise is then the reference's, and looks like agreement. With halves, (I1 - A)(I2 - B)
 // does not mind: only 1 and 2 must be independent.
@@ -282,6 +297,7 @@ enum bd_err bd_cli_compare_open(const struct bd_cli_compare *compare,
     if (!err) err = find_region(compare, out, fault);
     if (!err) err = check_filter(compare, out, fault);
     if (!err) check_scene(out);
+    if (!err) check_noise_filter(out);
     if (!err) check_seed(out);
     return err;
 }
@@ -372,7 +388,10 @@ enum bd_err bd_cli_compare_layer_open(const struct bd_cli_compare *compare,
     enum bd_err err =
         open_side(compare->reference, files->reference, files->image, layer, reference, fault);
     if (!err) err = open_second_half(compare, files, layer, reference, fault);
-    if (!err) err = open_side(compare->image, files->image, files->reference, layer, image, fault);
+    if (!err && is_filtered(files->image))
+        err = open_plain(compare->image, files->image, files->reference, layer, &image[0], fault);
+    else if (!err)
+        err = open_side(compare->image, files->image, files->reference, layer, image, fault);
     if (!err) err = check_channels(layer, out->owned, fault);
     for (int i = 0; !err && i < 4; i++) err = crop(&out->owned[i], &files->region, fault);
     if (err) return err;

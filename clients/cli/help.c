@@ -121,6 +121,8 @@ int bd_help_reference(void)
         "  --lights KINDS       punctual, emissive, environment, joined by +; all (default)\n"
         "  --filter point|box   through the pixel's centre (default), or over the pixel\n"
         "  --alpha mask|coverage   BLEND as the rasterizer draws it, or as coverage (default)\n"
+        "  --filter-noise       smooth direct, indirect and beauty as far as their noise goes;\n"
+        "                       halves and variances stay as they were traced\n"
         "  --clamp B            bound on cos cos / r^2 between surfaces, 1/m^2 (default inf)\n"
         "  --model-of TECHNIQUE presets bounces, visibility, lights, alpha and more to what that\n"
         "                       technique's model says: its own limit\n"

@@ -68,7 +68,7 @@ struct bd_cli_reference {
     uint64_t seed;
     uint32_t region[4];
     double time_limit_s; // 0 = none
-    bool force, help;
+    bool filter_noise, force, help;
 };
 
 // Decodes the words behind `bounce reference`.

@@ -27,6 +27,7 @@ enum {
     OPT_REGION,
     OPT_TIME_LIMIT,
     OPT_ENVIRONMENT,
+    OPT_FILTER_NOISE,
     OPT_FORCE,
     OPT_REPORT,
 };
@@ -49,6 +50,7 @@ static const struct bd_cli_option table[] = {
     {"region", 0, true, OPT_REGION},
     {"time-limit", 0, true, OPT_TIME_LIMIT},
     {"environment", 0, true, OPT_ENVIRONMENT},
+    {"filter-noise", 0, false, OPT_FILTER_NOISE},
     {"force", 0, false, OPT_FORCE},
     {"report", 0, true, OPT_REPORT},
     {0},
@@ -77,6 +79,9 @@ static enum bd_err parse_set(const char *text, struct bd_cli_reference *out, str
     if (strncmp(text, "spp=", 4) == 0 || strncmp(text, "first_sample=", 13) == 0)
         return bd_fault_set(fault, BD_ERR_USAGE, "set",
                             "--set %.60s: --spp says how many samples the file is to have", text);
+    if (strncmp(text, "noise_filter=", 13) == 0)
+        return bd_fault_set(fault, BD_ERR_USAGE, "set",
+                            "--set %.60s: --filter-noise says whether the file is filtered", text);
     return bd_cli_parse_set(text, out->sets, &out->set_count, fault);
 }
 
@@ -102,6 +107,7 @@ static enum bd_err parse_option(int id, const char *value, struct bd_cli_referen
         return bd_cli_number("time-limit", value, 0.001, TIME_LIMIT_MAX_S, &out->time_limit_s,
                              fault);
     case OPT_ENVIRONMENT: out->environment = value; return BD_ERR_OK;
+    case OPT_FILTER_NOISE: out->filter_noise = true; return BD_ERR_OK;
     case OPT_FORCE: out->force = true; return BD_ERR_OK;
     case OPT_REPORT: out->report = value; return BD_ERR_OK;
     default: break;

@@ -7,6 +7,7 @@
 
 #include "base/assert.h"
 #include "image/layers.h"
+#include "image/light_filter.h"
 
 #define ENTRY_MAX      24
 #define FILE_BYTES_MAX (UINT64_C(64) << 30) // our own files: what the daemon can answer, and more
@@ -24,16 +25,17 @@ static const char *const variance_names[VARIED_COUNT] = {"variance", "direct_var
 // Of one pixel, over all its samples.
 struct sums {
     double light[BD_HALF_COUNT][LIGHT_COUNT][3];
-    double deviation[VARIED_COUNT][3];           // sum of squared differences from the mean
+    double deviation[VARIED_COUNT][3]; // sum of squared differences from the mean
     double albedo[3], normal[3], depth_m, coverage;
 };
 
 struct bd_cli_reference_file {
     uint32_t width_px, height_px, spp;
+    bool filters;
     struct sums *pixels;
     size_t entry_count;
     struct bd_manifest_entry entries[ENTRY_MAX]; // owned text
-    char *parameters;                            // without those that count samples
+    char *parameters;                            // without those that the file decides on
 };
 
 struct bd_cli_reference_file *bd_cli_reference_file_create(void)
@@ -75,6 +77,16 @@ void bd_cli_reference_file_size(const struct bd_cli_reference_file *file, uint32
     *height_px = file->height_px;
 }
 
+bool bd_cli_reference_file_filters(const struct bd_cli_reference_file *file)
+{
+    return file->filters;
+}
+
+void bd_cli_reference_file_set_filters(struct bd_cli_reference_file *file, bool filters)
+{
+    file->filters = filters;
+}
+
 // --- the manifest ---------------------------------------------------------------------------
 
 // The number behind `key=` in "KEY=VALUE KEY=VALUE"; false if there is none.
@@ -90,18 +102,22 @@ static bool find_count(const char *parameters, const char *key, uint32_t *out)
     return false;
 }
 
-static bool counts_samples(const char *word)
+bool bd_cli_reference_file_decides(const char *parameter)
 {
-    return strncmp(word, "spp=", 4) == 0 || strncmp(word, "first_sample=", 13) == 0;
+    static const char *const own[] = {"spp", "first_sample", "noise_filter"};
+    const size_t length = strcspn(parameter, "=");
+    for (size_t i = 0; i < sizeof own / sizeof *own; i++)
+        if (strlen(own[i]) == length && strncmp(own[i], parameter, length) == 0) return true;
+    return false;
 }
 
-static char *without_counts(const char *parameters)
+static char *without_own(const char *parameters)
 {
     char *copy = strdup(parameters), *out = calloc(1, strlen(parameters) + 1);
     BD_ASSERT(copy && out);
     char *rest = NULL;
     for (char *word = strtok_r(copy, " ", &rest); word; word = strtok_r(NULL, " ", &rest)) {
-        if (counts_samples(word)) continue;
+        if (bd_cli_reference_file_decides(word)) continue;
         if (out[0]) strcat(out, " ");
         strcat(out, word);
     }
@@ -124,7 +140,9 @@ static void take_entries(struct bd_cli_reference_file *file, const struct bd_exr
         BD_ASSERT(key && value);
         file->entries[file->entry_count++] = (struct bd_manifest_entry){key, value};
     }
-    file->parameters = without_counts(bd_exr_attribute(exr, "parameters"));
+    const char *parameters = bd_exr_attribute(exr, "parameters");
+    file->filters = strstr(parameters, "noise_filter=on") != NULL;
+    file->parameters = without_own(parameters);
 }
 
 const char *bd_cli_reference_file_says(const struct bd_cli_reference_file *file, const char *key)
@@ -385,7 +403,8 @@ static enum bd_err write(const struct picture *picture, struct bd_bytes *out,
                                  .planes = planes,
                                  .manifest = {entries, file->entry_count}};
     char *parameters = NULL;
-    if (asprintf(&parameters, "spp=%u first_sample=0 %s", file->spp, file->parameters) < 0)
+    if (asprintf(&parameters, "spp=%u first_sample=0 noise_filter=%s %s", file->spp,
+                 file->filters ? "on" : "off", file->parameters) < 0)
         return bd_fault_set(fault, BD_ERR_NO_MEMORY, "manifest", "no memory for the manifest");
     for (size_t i = 0; i < file->entry_count; i++) {
         entries[i] = file->entries[i];
@@ -398,6 +417,46 @@ static enum bd_err write(const struct picture *picture, struct bd_bytes *out,
     return err;
 }
 
+static struct bd_image *layer_named(const struct picture *picture, const char *name)
+{
+    for (size_t i = 0; i < picture->count; i++)
+        if (strcmp(picture->names[i], name) == 0) return picture->images[i];
+    BD_ASSERT(!"a layer that is not made");
+    return NULL;
+}
+
+static enum bd_err filter_layer(const struct picture *picture, enum light light,
+                                struct bd_fault *fault)
+{
+    struct bd_light_filter_inputs inputs = {
+        .albedo = layer_named(picture, "albedo"),
+        .normal = layer_named(picture, "normal"),
+        .depth = layer_named(picture, "depth"),
+    };
+    for (int h = 0; h < BD_HALF_COUNT; h++) {
+        char name[BD_EXR_CHANNEL_NAME_MAX];
+        bd_layer_half_name((enum bd_half)h, light_names[light], name);
+        inputs.half[h] = layer_named(picture, name);
+    }
+    return bd_light_filter_run(&inputs, layer_named(picture, light_names[light]), fault);
+}
+
+static enum bd_err filter_light(const struct picture *picture, struct bd_fault *fault)
+{
+    enum bd_err err = filter_layer(picture, DIRECT, fault);
+    if (!err) err = filter_layer(picture, INDIRECT, fault);
+    if (err) return err;
+    const struct bd_image *parts[LIGHT_COUNT];
+    for (int l = 0; l < LIGHT_COUNT; l++) parts[l] = layer_named(picture, light_names[l]);
+    const size_t pixels = (size_t)picture->file->width_px * picture->file->height_px;
+    for (size_t i = 0; i < pixels; i++)
+        for (size_t c = 0; c < 3; c++)
+            parts[BEAUTY]->pixels[4 * i + c] = parts[DIRECT]->pixels[3 * i + c] +
+                                               parts[INDIRECT]->pixels[3 * i + c] +
+                                               parts[EMISSION]->pixels[3 * i + c];
+    return BD_ERR_OK;
+}
+
 enum bd_err bd_cli_reference_file_encode(const struct bd_cli_reference_file *file,
                                          struct bd_bytes *out, struct bd_fault *fault)
 {
@@ -405,10 +464,12 @@ enum bd_err bd_cli_reference_file_encode(const struct bd_cli_reference_file *fil
     struct picture picture = {.file = file};
     bool made = add_light_layers(&picture) && add_half_layers(&picture) &&
                 add_variance_layers(&picture) && add_guide_layers(&picture);
-    enum bd_err err = made ? write(&picture, out, fault)
+    enum bd_err err = made ? BD_ERR_OK
                            : bd_fault_set(fault, BD_ERR_NO_MEMORY, "size",
                                           "no memory for the layers of %ux%u pixels",
                                           file->width_px, file->height_px);
+    if (!err && file->filters) err = filter_light(&picture, fault);
+    if (!err) err = write(&picture, out, fault);
     for (size_t i = 0; i < picture.count; i++) bd_image_destroy(&picture.images[i]);
     return err;
 }

@@ -11,6 +11,7 @@
 #ifndef BD_CLI_REFERENCE_FILE_H
 #define BD_CLI_REFERENCE_FILE_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "base/err.h"
@@ -28,6 +29,16 @@ void bd_cli_reference_file_destroy(struct bd_cli_reference_file **file);
 // Samples a pixel, both halves together, that are in it; 0 for a new one.
 uint32_t bd_cli_reference_file_spp(const struct bd_cli_reference_file *file);
 
+// Whether its layers of light are filtered (image/light_filter.h) where it is written; halves,
+// variances and sums never are, so that samples can be added all the same. A file that is read
+// begins as it was.
+bool bd_cli_reference_file_filters(const struct bd_cli_reference_file *file);
+void bd_cli_reference_file_set_filters(struct bd_cli_reference_file *file, bool filters);
+
+// Whether the file itself decides on that parameter of the technique, a key or "KEY=VALUE": how
+// many samples it has, and whether it is filtered.
+bool bd_cli_reference_file_decides(const char *parameter);
+
 // Adds a piece: the bytes of an EXR. Its samples must follow those that are there. BD_ERR_BAD_INPUT
 // for what is none, with the channel or entry that is missing.
 BD_MUST_CHECK
@@ -35,7 +46,7 @@ enum bd_err bd_cli_reference_file_add(struct bd_cli_reference_file *file, const 
                                       size_t size_bytes, struct bd_fault *fault);
 
 // What the manifest says: "scene", "seed", ...; "" where it says nothing. Of "parameters" without
-// the two that count samples. Valid until the next add.
+// those that the file decides on. Valid until the next add.
 const char *bd_cli_reference_file_says(const struct bd_cli_reference_file *file, const char *key);
 void bd_cli_reference_file_size(const struct bd_cli_reference_file *file, uint32_t *width_px,
                                 uint32_t *height_px);

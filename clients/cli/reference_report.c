@@ -115,17 +115,20 @@ static void replace(char **text, const char *value)
     BD_ASSERT(*text);
 }
 
-char *bd_cli_reference_report_json(struct bd_cli_reference_report *report, uint32_t spp,
-                                   const char *stopped)
+char *bd_cli_reference_report_json(struct bd_cli_reference_report *report,
+                                   const struct bd_cli_reference_file *file, const char *stopped)
 {
     Bounced__Report *sum = report->sum;
     char text[16];
-    snprintf(text, sizeof text, "%" PRIu32, spp);
+    snprintf(text, sizeof text, "%" PRIu32, bd_cli_reference_file_spp(file));
     for (size_t i = 0; i < sum->n_parameters; i++) {
         if (strcmp(or_none(sum->parameters[i]->key), "spp") == 0)
             replace(&sum->parameters[i]->value, text);
         if (strcmp(or_none(sum->parameters[i]->key), "first_sample") == 0)
             replace(&sum->parameters[i]->value, "0");
+        if (strcmp(or_none(sum->parameters[i]->key), "noise_filter") == 0)
+            replace(&sum->parameters[i]->value,
+                    bd_cli_reference_file_filters(file) ? "on" : "off");
     }
     sum->has_exposure_stops = 0; // a picture's, not the file's
     replace(&sum->stopped, stopped);
@@ -134,18 +137,13 @@ char *bd_cli_reference_report_json(struct bd_cli_reference_report *report, uint3
 
 // --- whether a file goes with a plan --------------------------------------------------------
 
-static bool counts_samples(const char *key)
-{
-    return strcmp(key, "spp") == 0 || strcmp(key, "first_sample") == 0;
-}
-
 static void join_parameters(const Bounced__Report *plan, char *out, size_t size)
 {
     size_t used = 0;
     out[0] = 0;
     for (size_t i = 0; i < plan->n_parameters && used < size; i++) {
         const Bounced__KeyValue *pair = plan->parameters[i];
-        if (counts_samples(or_none(pair->key))) continue;
+        if (bd_cli_reference_file_decides(or_none(pair->key))) continue;
         used += (size_t)snprintf(out + used, size - used, "%s%s=%s", used ? " " : "",
                                  or_none(pair->key), or_none(pair->value));
     }

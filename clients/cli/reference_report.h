@@ -23,10 +23,10 @@ BD_MUST_CHECK
 enum bd_err bd_cli_reference_report_add(struct bd_cli_reference_report *report,
                                         const Bounced__Report *piece, struct bd_fault *fault);
 
-// The whole as JSON with a final newline, for a file of `spp` samples; the caller frees it. NULL
-// without memory.
-char *bd_cli_reference_report_json(struct bd_cli_reference_report *report, uint32_t spp,
-                                   const char *stopped);
+// The whole as JSON with a final newline, for what `file` is; the caller frees it. NULL without
+// memory.
+char *bd_cli_reference_report_json(struct bd_cli_reference_report *report,
+                                   const struct bd_cli_reference_file *file, const char *stopped);
 
 // What a pass took, 0 if it did not run.
 double bd_cli_reference_report_pass_ms(const Bounced__Report *report, const char *pass);

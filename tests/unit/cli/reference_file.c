@@ -247,6 +247,33 @@ static void a_file_is_one_more_piece(void **state)
     bd_cli_reference_file_destroy(&file);
 }
 
+// Its light is another one, its halves are what was traced: it grows to the same whole.
+static void a_filtered_file_grows_to_the_whole(void **state)
+{
+    (void)state;
+    struct bd_cli_reference_file *file = bd_cli_reference_file_create();
+    add(file, piece(0, 14));
+    assert_false(bd_cli_reference_file_filters(file));
+    bd_cli_reference_file_set_filters(file, true);
+    struct bd_bytes bytes = encoded(file);
+    struct bd_exr *exr = NULL;
+    assert_int_equal(bd_exr_read(bytes.data, bytes.size_bytes, &bd_exr_limits_default, &exr, NULL),
+                     BD_ERR_OK);
+    assert_non_null(strstr(bd_exr_attribute(exr, "parameters"), "noise_filter=on"));
+    bd_exr_destroy(&exr);
+    bd_cli_reference_file_destroy(&file);
+    file = bd_cli_reference_file_create();
+    add(file, bytes);
+    assert_true(bd_cli_reference_file_filters(file));
+    assert_string_equal(bd_cli_reference_file_says(file, "parameters"), "brdf=full filter=box");
+    add(file, piece(14, 26));
+    bd_cli_reference_file_set_filters(file, false);
+    bytes = encoded(file);
+    assert_is_whole(&bytes, 40);
+    bd_bytes_finish(&bytes);
+    bd_cli_reference_file_destroy(&file);
+}
+
 static void assert_refused(struct bd_cli_reference_file *file, struct bd_bytes bytes, size_t size,
                            const char *word)
 {
@@ -285,6 +312,7 @@ int main(void)
     make_samples();
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(pieces_add_up_to_the_whole),
+        cmocka_unit_test(a_filtered_file_grows_to_the_whole),
         cmocka_unit_test(a_file_is_one_more_piece),
         cmocka_unit_test(what_is_no_next_piece_is_refused),
     };
