@@ -152,7 +152,7 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
         {
             .pass = "bvh",
             .is_needed = is_reference,
-            .reads = BD_ASPECTS_SURFACES | ASPECT(LIGHTS) | ASPECT(ENVIRONMENT),
+            .reads = READS_PLACES | ASPECT(NORMALS),
         },
     [BD_STAGE_TRACE] = {.pass = "trace", .is_needed = is_reference, .is_keyless = true},
     [BD_STAGE_FILTER] =

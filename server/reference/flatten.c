@@ -90,12 +90,30 @@ static void flatten_primitive(struct bd_geometry *g, const struct bd_instance *i
 
 void bd_flatten(struct bd_geometry *g)
 {
-    struct cursor at = {g->positions, g->triangles, g->tangents};
+    const struct bd_shape_arrays arrays = bd_shape_arrays_of(g->shape);
+    struct cursor at = {arrays.positions, arrays.triangles, arrays.tangents};
     for (uint32_t i = 0; i < g->scene->instance_count; i++) {
         const struct bd_instance *instance = &g->scene->instances[i];
         const struct bd_mesh *mesh = g->scene->meshes[instance->mesh];
         for (uint32_t p = 0; p < mesh->primitive_count; p++)
             if (is_drawn(&mesh->primitives[p]))
                 flatten_primitive(g, instance, &mesh->primitives[p], &at);
+    }
+}
+
+void bd_flatten_like(struct bd_geometry *g, const struct bd_geometry *like)
+{
+    for (uint32_t i = 0; i < g->scene->instance_count; i++) {
+        const struct bd_instance *instance = &g->scene->instances[i];
+        const struct bd_mesh *mesh = g->scene->meshes[instance->mesh];
+        for (uint32_t p = 0; p < mesh->primitive_count; p++) {
+            if (!is_drawn(&mesh->primitives[p])) continue;
+            struct bd_part *part = &g->parts[g->part_count];
+            *part = like->parts[g->part_count++];
+            part->instance = instance;
+            part->primitive = &mesh->primitives[p];
+            part->material = &g->scene->materials[mesh->primitives[p].material];
+            part->first_emitter = UINT32_MAX;
+        }
     }
 }

@@ -45,6 +45,84 @@ bd_dvec3 bd_geometry_place(const struct bd_geometry *geometry, bd_dvec3 world)
     return bd_dvec3_scale(bd_dvec3_sub(world, geometry->origin_m), geometry->units_per_m);
 }
 
+// --- shapes -----------------------------------------------------------------------------------
+
+struct bd_shape {
+    uint32_t reference_count; // atomic
+    struct bd_scene *scene;   // retained: Embree reads the indices of its meshes
+    RTCDevice device;
+    RTCScene embree;
+    struct bd_shape_arrays arrays;
+    struct bd_flat_counts counts;
+    int64_t embree_bytes; // atomic: what Embree holds
+};
+
+// What a part's triangles, their shading corners and Embree's filters are made from.
+#define SHAPE_ASPECTS                                                                              \
+    (BD_ASPECT_BIT(GEOMETRY) | BD_ASPECT_BIT(TRANSFORMS) | BD_ASPECT_BIT(ALPHA) |                  \
+     BD_ASPECT_BIT(NORMALS))
+
+static bool has_same_shape(const struct bd_scene *a, const struct bd_scene *b)
+{
+    for (uint32_t i = 0; i < BD_ASPECT_COUNT; i++)
+        if (SHAPE_ASPECTS >> i & 1 && a->aspects.counter[i] != b->aspects.counter[i]) return false;
+    return true;
+}
+
+static enum bd_err make_shape(const struct bd_scene *scene, struct bd_shape **out,
+                              struct bd_fault *fault)
+{
+    struct bd_shape *shape = *out = calloc(1, sizeof *shape);
+    BD_ASSERT(shape);
+    shape->reference_count = 1;
+    shape->scene = bd_scene_retain((struct bd_scene *)scene);
+    const struct bd_flat_counts counts = shape->counts = bd_flatten_count(scene);
+    struct bd_shape_arrays *arrays = &shape->arrays;
+    // Embree reads 16 bytes at the last vertex.
+    arrays->positions = bd_large_alloc((3 * counts.vertices + 1) * sizeof *arrays->positions);
+    arrays->triangles = bd_large_alloc(counts.triangles * sizeof *arrays->triangles);
+    arrays->tangents = bd_large_alloc(counts.bent_triangles * sizeof *arrays->tangents);
+    if (!arrays->positions || !arrays->triangles || !arrays->tangents)
+        return bd_fault_set(fault, BD_ERR_NO_MEMORY, "reference",
+                            "no memory for %zu vertices and %zu triangles", counts.vertices,
+                            counts.triangles);
+    arrays->positions[3 * counts.vertices] = 0;
+    return BD_ERR_OK;
+}
+
+static void drop_shape(struct bd_shape **shape)
+{
+    struct bd_shape *s = *shape;
+    *shape = NULL;
+    if (!s || __atomic_sub_fetch(&s->reference_count, 1, __ATOMIC_ACQ_REL) > 0) return;
+    if (s->embree) rtcReleaseScene(s->embree);
+    if (s->device) rtcReleaseDevice(s->device);
+    free(s->arrays.positions);
+    free(s->arrays.triangles);
+    free(s->arrays.tangents);
+    bd_scene_release(&s->scene);
+    free(s);
+}
+
+struct bd_shape_arrays bd_shape_arrays_of(const struct bd_shape *shape)
+{
+    return shape->arrays;
+}
+
+uint64_t bd_shape_memory_bytes(const struct bd_shape *shape)
+{
+    int64_t embree_bytes = __atomic_load_n(&shape->embree_bytes, __ATOMIC_RELAXED);
+    return (uint64_t)(embree_bytes > 0 ? embree_bytes : 0) +
+           shape->counts.vertices * 3 * sizeof *shape->arrays.positions +
+           shape->counts.triangles * sizeof *shape->arrays.triangles +
+           shape->counts.bent_triangles * sizeof *shape->arrays.tangents;
+}
+
+uint64_t bd_geometry_own_bytes(const struct bd_geometry *geometry)
+{
+    return geometry->part_count * sizeof *geometry->parts;
+}
+
 // --- building -----------------------------------------------------------------------------------
 
 static void set_hit(const struct bd_part *part, uint32_t triangle, float u, float v,
@@ -117,7 +195,7 @@ static void filter_backs(const struct RTCFilterFunctionNArguments *args)
 static void attach(struct bd_geometry *g, uint32_t index)
 {
     const struct bd_part *part = &g->parts[index];
-    RTCGeometry triangles = rtcNewGeometry(g->device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    RTCGeometry triangles = rtcNewGeometry(g->shape->device, RTC_GEOMETRY_TYPE_TRIANGLE);
     rtcSetSharedGeometryBuffer(triangles, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                                part->position, 0, 3 * sizeof(float), part->primitive->vertex_count);
     rtcSetSharedGeometryBuffer(triangles, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
@@ -139,16 +217,6 @@ static bool count_memory(void *user, ssize_t bytes, bool after)
     (void)after;
     __atomic_fetch_add((int64_t *)user, bytes, __ATOMIC_RELAXED);
     return true;
-}
-
-uint64_t bd_geometry_memory_bytes(const struct bd_geometry *geometry)
-{
-    int64_t embree_bytes = __atomic_load_n(&geometry->embree_bytes, __ATOMIC_RELAXED);
-    return (uint64_t)(embree_bytes > 0 ? embree_bytes : 0) +
-           geometry->part_count * sizeof *geometry->parts +
-           geometry->counts.vertices * 3 * sizeof *geometry->positions +
-           geometry->counts.triangles * sizeof *geometry->triangles +
-           geometry->counts.bent_triangles * sizeof *geometry->tangents;
 }
 
 // Whom to ask whether to go on, and the answer that was not to.
@@ -175,12 +243,13 @@ static enum bd_err build(struct bd_geometry *g, uint32_t thread_count, struct wa
 {
     char config[32];
     snprintf(config, sizeof config, "threads=%u", thread_count);
-    g->device = rtcNewDevice(config);
-    if (!g->device)
+    struct bd_shape *shape = g->shape;
+    shape->device = rtcNewDevice(config);
+    if (!shape->device)
         return bd_fault_set(fault, BD_ERR_UNSUPPORTED, "reference", "Embree does not start: %d",
                             (int)rtcGetDeviceError(NULL));
-    rtcSetDeviceMemoryMonitorFunction(g->device, count_memory, &g->embree_bytes);
-    g->embree = rtcNewScene(g->device);
+    rtcSetDeviceMemoryMonitorFunction(shape->device, count_memory, &shape->embree_bytes);
+    g->embree = shape->embree = rtcNewScene(shape->device);
     // Robust: no ray slips between two triangles that share an edge.
     rtcSetSceneFlags(g->embree, RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
     rtcSetSceneBuildQuality(g->embree, RTC_BUILD_QUALITY_HIGH);
@@ -188,7 +257,7 @@ static enum bd_err build(struct bd_geometry *g, uint32_t thread_count, struct wa
     for (uint32_t p = 0; p < g->part_count; p++) attach(g, p);
     rtcCommitScene(g->embree);
     rtcSetSceneProgressMonitorFunction(g->embree, NULL, NULL);
-    enum RTCError error = rtcGetDeviceError(g->device);
+    enum RTCError error = rtcGetDeviceError(shape->device);
     if (atomic_load(&watch->answer)) return atomic_load(&watch->answer);
     if (error == RTC_ERROR_NONE) return BD_ERR_OK;
     return bd_fault_set(
@@ -197,37 +266,51 @@ static enum bd_err build(struct bd_geometry *g, uint32_t thread_count, struct wa
         (unsigned long long)g->scene->features.triangle_count, (int)error);
 }
 
+static enum bd_err make_parts(struct bd_geometry *geometry, struct bd_fault *fault)
+{
+    const size_t count = geometry->shape->counts.parts;
+    geometry->parts = calloc(count + 1, sizeof *geometry->parts);
+    if (geometry->parts) return BD_ERR_OK;
+    return bd_fault_set(fault, BD_ERR_NO_MEMORY, "reference", "no memory for %zu primitives",
+                        count);
+}
+
 enum bd_err bd_geometry_init(struct bd_geometry *geometry, const struct bd_scene *scene,
                              uint32_t thread_count, bd_reference_should_stop should_stop,
                              void *user, struct bd_fault *fault)
 {
-    const struct bd_flat_counts counts = bd_flatten_count(scene);
-    *geometry = (struct bd_geometry){.scene = scene, .counts = counts};
+    *geometry = (struct bd_geometry){.scene = scene};
     set_space(geometry);
-    geometry->parts = calloc(counts.parts + 1, sizeof *geometry->parts);
-    // Embree reads 16 bytes at the last vertex.
-    geometry->positions = bd_large_alloc((3 * counts.vertices + 1) * sizeof *geometry->positions);
-    geometry->triangles = bd_large_alloc(counts.triangles * sizeof *geometry->triangles);
-    geometry->tangents = bd_large_alloc(counts.bent_triangles * sizeof *geometry->tangents);
-    if (!geometry->parts || !geometry->positions || !geometry->triangles || !geometry->tangents)
-        return bd_fault_set(fault, BD_ERR_NO_MEMORY, "reference",
-                            "no memory for %zu vertices and %zu triangles", counts.vertices,
-                            counts.triangles);
-    geometry->positions[3 * counts.vertices] = 0;
+    enum bd_err err = make_shape(scene, &geometry->shape, fault);
+    if (!err) err = make_parts(geometry, fault);
+    if (err) return err;
     bd_flatten(geometry);
     struct watch watch = {.should_stop = should_stop, .user = user};
     if (!go_on(&watch, 0)) return atomic_load(&watch.answer);
     return build(geometry, thread_count, &watch, fault);
 }
 
+bool bd_geometry_init_like(struct bd_geometry *geometry, const struct bd_scene *scene,
+                           const struct bd_geometry *like)
+{
+    *geometry = (struct bd_geometry){.scene = scene};
+    if (!has_same_shape(scene, like->scene)) return false;
+    geometry->shape = like->shape;
+    __atomic_add_fetch(&geometry->shape->reference_count, 1, __ATOMIC_RELAXED);
+    set_space(geometry);
+    geometry->embree = geometry->shape->embree;
+    if (make_parts(geometry, NULL)) {
+        bd_geometry_finish(geometry);
+        return false;
+    }
+    bd_flatten_like(geometry, like);
+    return true;
+}
+
 void bd_geometry_finish(struct bd_geometry *geometry)
 {
-    if (geometry->embree) rtcReleaseScene(geometry->embree);
-    if (geometry->device) rtcReleaseDevice(geometry->device);
+    drop_shape(&geometry->shape);
     free(geometry->parts);
-    free(geometry->positions);
-    free(geometry->triangles);
-    free(geometry->tangents);
     *geometry = (struct bd_geometry){0};
 }
 

@@ -18,7 +18,6 @@
 #include "reference/surface.h"
 #include "reference/triangle.h"
 
-struct RTCDeviceTy;
 struct RTCSceneTy;
 
 // One primitive of one instance; its index is Embree's geometry id.
@@ -38,30 +37,44 @@ struct bd_flat_counts {
     size_t bent_triangles; // of parts with a normal map
 };
 
+// Where the triangles are and how they are curved: what is large and takes its time, and is no
+// other one while light, colours and roughness change. Shared by counting.
+struct bd_shape;
+
 struct bd_geometry {
     const struct bd_scene *scene;
+    struct bd_shape *shape;
     bd_dvec3 origin_m;
-    double units_per_m; // a power of two
-    double radius;      // everything is within this of reference space's origin
-    struct RTCDeviceTy *device;
-    struct RTCSceneTy *embree;
-    struct bd_part *parts;
+    double units_per_m;        // a power of two
+    double radius;             // everything is within this of reference space's origin
+    struct RTCSceneTy *embree; // the shape's
+    struct bd_part *parts;     // the snapshot's own
     uint32_t part_count;
-    float *positions; // of all parts
+};
+
+// Arrays of a shape, to be filled (flatten.c).
+struct bd_shape_arrays {
+    float *positions; // 3 a vertex, of all parts
     struct bd_triangle *triangles;
     struct bd_triangle_tangents *tangents;
-    struct bd_flat_counts counts;
-    int64_t embree_bytes; // atomic: what Embree holds
 };
+struct bd_shape_arrays bd_shape_arrays_of(const struct bd_shape *shape);
 
 // As bd_reference_create. What was begun stays in `geometry` after a failure, to be finished.
 BD_MUST_CHECK
 enum bd_err bd_geometry_init(struct bd_geometry *geometry, const struct bd_scene *scene,
                              uint32_t thread_count, bd_reference_should_stop should_stop,
                              void *user, struct bd_fault *fault);
+// The same with the shape of another one, without building anything; false where that is another
+// shape, by the aspects of the two snapshots. `like` may be finished before or after.
+BD_MUST_CHECK
+bool bd_geometry_init_like(struct bd_geometry *geometry, const struct bd_scene *scene,
+                           const struct bd_geometry *like);
 void bd_geometry_finish(struct bd_geometry *geometry);
 
-uint64_t bd_geometry_memory_bytes(const struct bd_geometry *geometry);
+// Of the shape, which others may have too, and of the rest.
+uint64_t bd_shape_memory_bytes(const struct bd_shape *shape);
+uint64_t bd_geometry_own_bytes(const struct bd_geometry *geometry);
 
 // Reference space from the world.
 bd_dvec3 bd_geometry_place(const struct bd_geometry *geometry, bd_dvec3 world);

@@ -64,29 +64,47 @@ static enum bd_err set_media(struct bd_reference *r, struct bd_fault *fault)
     return BD_ERR_OK;
 }
 
-static enum bd_err init(struct bd_reference *r, uint32_t thread_count,
-                        bd_reference_should_stop should_stop, void *user, struct bd_fault *fault)
+// What follows from a snapshot whose triangles are prepared.
+static enum bd_err init_light(struct bd_reference *r, struct bd_fault *fault)
 {
-    enum bd_err err =
-        bd_geometry_init(&r->geometry, r->scene, thread_count, should_stop, user, fault);
-    if (err) return err;
     r->unit_cd_m2 = unit_of(&r->geometry);
-    err = set_media(r, fault);
+    enum bd_err err = set_media(r, fault);
     if (!err) err = bd_lamps_init(&r->lamps, &r->geometry, r->unit_cd_m2, fault);
     if (!err) err = bd_emitters_init(&r->emitters, &r->geometry, fault);
     if (!err) err = bd_sky_init(&r->sky, &r->scene->environment, fault);
     return err;
 }
 
+static struct bd_reference *of_scene(struct bd_scene *scene)
+{
+    struct bd_reference *reference = calloc(1, sizeof *reference);
+    BD_ASSERT(reference);
+    reference->scene = bd_scene_retain(scene);
+    return reference;
+}
+
 enum bd_err bd_reference_create(struct bd_scene *scene, uint32_t thread_count,
                                 bd_reference_should_stop should_stop, void *user,
                                 struct bd_reference **out, struct bd_fault *fault)
 {
-    struct bd_reference *reference = calloc(1, sizeof *reference);
-    if (!reference)
-        return bd_fault_set(fault, BD_ERR_NO_MEMORY, "reference", "no memory for a reference");
-    reference->scene = bd_scene_retain(scene);
-    enum bd_err err = init(reference, thread_count, should_stop, user, fault);
+    struct bd_reference *reference = of_scene(scene);
+    enum bd_err err =
+        bd_geometry_init(&reference->geometry, scene, thread_count, should_stop, user, fault);
+    if (!err) err = init_light(reference, fault);
+    if (err)
+        bd_reference_destroy(&reference);
+    else
+        *out = reference;
+    return err;
+}
+
+enum bd_err bd_reference_create_like(struct bd_scene *scene, const struct bd_reference *like,
+                                     struct bd_reference **out, struct bd_fault *fault)
+{
+    struct bd_reference *reference = of_scene(scene);
+    enum bd_err err = bd_geometry_init_like(&reference->geometry, scene, &like->geometry)
+                          ? init_light(reference, fault)
+                          : BD_ERR_NOT_FOUND;
     if (err)
         bd_reference_destroy(&reference);
     else
@@ -108,7 +126,7 @@ void bd_reference_destroy(struct bd_reference **reference)
     *reference = NULL;
 }
 
-uint64_t bd_reference_memory_bytes(const struct bd_reference *reference)
+struct bd_reference_memory bd_reference_memory(const struct bd_reference *reference)
 {
     const struct bd_emitters *e = &reference->emitters;
     const struct bd_sky_map *map =
@@ -116,8 +134,12 @@ uint64_t bd_reference_memory_bytes(const struct bd_reference *reference)
     uint64_t sky_texels = map ? (uint64_t)map->width_px * map->height_px : 0;
     uint64_t emitter_bytes =
         sizeof *e->part + sizeof *e->triangle + sizeof *e->cumulated + sizeof *e->density;
-    return sizeof *reference + bd_geometry_memory_bytes(&reference->geometry) +
-           e->count * emitter_bytes + sky_texels * sizeof *reference->sky.columns;
+    return (struct bd_reference_memory){
+        .own_bytes = sizeof *reference + bd_geometry_own_bytes(&reference->geometry) +
+                     e->count * emitter_bytes + sky_texels * sizeof *reference->sky.columns,
+        .shape_bytes = bd_shape_memory_bytes(reference->geometry.shape),
+        .shape = reference->geometry.shape,
+    };
 }
 
 // --- sums ---------------------------------------------------------------------------------------

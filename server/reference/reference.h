@@ -80,11 +80,22 @@ BD_MUST_CHECK
 enum bd_err bd_reference_create(struct bd_scene *scene, uint32_t thread_count,
                                 bd_reference_should_stop should_stop, void *user,
                                 struct bd_reference **out, struct bd_fault *fault);
+// The same with what takes long, the triangles' acceleration structure, of another one, where the
+// two snapshots have it in common: light, colours, roughness, emission and cameras may differ.
+// Where they have not, BD_ERR_NOT_FOUND, with no fault, and nothing was built.
+BD_MUST_CHECK
+enum bd_err bd_reference_create_like(struct bd_scene *scene, const struct bd_reference *like,
+                                     struct bd_reference **out, struct bd_fault *fault);
 // Destroys and nulls; takes NULL.
 void bd_reference_destroy(struct bd_reference **reference);
 
-// What it takes of the host's memory beside the scene, as Embree counts its own.
-uint64_t bd_reference_memory_bytes(const struct bd_reference *reference);
+// What it takes of the host's memory beside the scene: its own, and the triangles' structure, as
+// Embree counts it, which others may have in common: those of the same `shape`.
+struct bd_reference_memory {
+    uint64_t own_bytes, shape_bytes;
+    const void *shape;
+};
+struct bd_reference_memory bd_reference_memory(const struct bd_reference *reference);
 
 // What a picture is of. `camera` is an index into the scene's placed_cameras.
 struct bd_reference_view {

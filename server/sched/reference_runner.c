@@ -22,7 +22,8 @@ struct kept {
     struct bd_reference *reference;
     bool building;
     uint32_t user_count;
-    uint64_t bytes, used_at;
+    struct bd_reference_memory memory;
+    uint64_t used_at;
     struct kept *next;
 };
 
@@ -118,13 +119,22 @@ static struct kept *find(struct bd_reference_runner *runner, const struct bd_sce
     return NULL;
 }
 
+// Whether an earlier one has the same shape, and so counts it.
+static bool is_counted(const struct bd_reference_runner *runner, const struct kept *kept)
+{
+    for (const struct kept *other = runner->kept; other != kept; other = other->next)
+        if (other->memory.shape == kept->memory.shape) return true;
+    return false;
+}
+
 static void totals(const struct bd_reference_runner *runner, uint32_t *count, uint64_t *bytes)
 {
     *count = 0;
     *bytes = 0;
     for (const struct kept *kept = runner->kept; kept; kept = kept->next) {
         *count += 1;
-        *bytes += kept->bytes;
+        *bytes += kept->memory.own_bytes;
+        if (!is_counted(runner, kept)) *bytes += kept->memory.shape_bytes;
     }
 }
 
@@ -172,18 +182,47 @@ static struct kept *begin(struct bd_reference_runner *runner, struct bd_scene *s
     return kept;
 }
 
+// From the first one that has its triangles in common; BD_ERR_NOT_FOUND if there is none.
+static enum bd_err create_like_kept(struct kept *const like[KEPT_MAX + 1], uint32_t like_count,
+                                    struct bd_scene *scene, struct bd_reference **out,
+                                    struct bd_fault *fault)
+{
+    enum bd_err err = BD_ERR_NOT_FOUND;
+    for (uint32_t i = 0; err == BD_ERR_NOT_FOUND && i < like_count; i++)
+        err = bd_reference_create_like(scene, like[i]->reference, out, fault);
+    return err;
+}
+
+// Those that may be taken from, held until they are let go.
+static uint32_t hold_kept(struct bd_reference_runner *runner, struct kept *held[KEPT_MAX + 1])
+{
+    uint32_t count = 0;
+    for (struct kept *kept = runner->kept; kept && count <= KEPT_MAX; kept = kept->next) {
+        if (kept->building) continue;
+        kept->user_count++;
+        held[count++] = kept;
+    }
+    return count;
+}
+
 // With the lock held, which is open while the structures are built: what others may look at
 // meanwhile, whoever gives something back among them, changes under it only.
 static enum bd_err build(struct bd_reference_runner *runner, struct bd_scene *scene,
                          bd_reference_should_stop should_stop, void *user, struct kept **out,
-                         struct bd_fault *fault)
+                         bool *reused, struct bd_fault *fault)
 {
+    struct kept *held[KEPT_MAX + 1];
+    const uint32_t held_count = hold_kept(runner, held);
     struct kept *kept = begin(runner, scene);
     struct bd_reference *reference = NULL;
     pthread_mutex_unlock(&runner->lock);
-    enum bd_err err = bd_reference_create(scene, runner->thread_count, should_stop, user,
-                                          &reference, fault);
+    enum bd_err err = create_like_kept(held, held_count, scene, &reference, fault);
+    *reused = err != BD_ERR_NOT_FOUND;
+    if (err == BD_ERR_NOT_FOUND)
+        err =
+            bd_reference_create(scene, runner->thread_count, should_stop, user, &reference, fault);
     pthread_mutex_lock(&runner->lock);
+    for (uint32_t i = 0; i < held_count; i++) held[i]->user_count--;
     kept->reference = reference;
     kept->building = false;
     pthread_cond_broadcast(&runner->changed);
@@ -191,8 +230,8 @@ static enum bd_err build(struct bd_reference_runner *runner, struct bd_scene *sc
         forget(runner, kept);
         return err;
     }
-    kept->bytes = bd_reference_memory_bytes(kept->reference);
-    runner->built_count++;
+    kept->memory = bd_reference_memory(kept->reference);
+    if (!*reused) runner->built_count++;
     *out = kept;
     return BD_ERR_OK;
 }
@@ -215,7 +254,7 @@ enum bd_err bd_reference_runner_take(struct bd_reference_runner *runner, struct 
     if (!err && kept)
         kept->user_count++;
     else if (!err)
-        err = build(runner, scene, should_stop, user, &kept, fault);
+        err = build(runner, scene, should_stop, user, &kept, reused, fault);
     if (!err) {
         kept->used_at = ++runner->clock;
         *out = kept->reference;

@@ -27,11 +27,13 @@ struct bd_reference_runner *bd_reference_runner_create(uint32_t thread_count);
 // Nobody may be inside. Takes NULL.
 void bd_reference_runner_destroy(struct bd_reference_runner **runner);
 
-// In every call `should_stop` may be asked from any thread, several at once; what it answers, unless
-// BD_ERR_OK, is what the call returns. NULL: never stop.
+// In every call `should_stop` may be asked from any thread, several at once; what it answers,
+// unless BD_ERR_OK, is what the call returns. NULL: never stop.
 
-// Prepares a snapshot for tracing, or finds it prepared (`*reused`): acceleration structures are
-// kept by the snapshot's content, the last used ones up to a count and an amount of memory. A
+// Prepares a snapshot for tracing, or finds it prepared: what is kept is found by the snapshot's
+// content, the last used ones up to a count and an amount of memory. Where only light, colours,
+// roughness or cameras differ from one that is kept, its acceleration structure is taken over.
+// `*reused`: no such structure was built. A
 // caller that stops leaves nothing half built; another one that waits for the same snapshot then
 // builds it anew. Borrowed until given back. BD_ERR_NO_MEMORY with what was too large.
 BD_MUST_CHECK

@@ -72,6 +72,32 @@ def test_what_is_not_read_is_not_run_again(daemon):
     scene.remove()
 
 
+# What the next trace takes over is the acceleration structure alone, and pictures are those of a daemon
+# that never knew the scene before.
+def test_a_reference_is_prepared_by_geometry(daemon, tmp_path):
+    look = {**LOOK, "technique": "reference", "parameters": {"spp": 2}}
+    scene = daemon.scenes.add(SCENES / "two_lights.glb")
+    objects = scene.objects()
+    scene.render(**look)
+    rebuilt = set()
+    with bounced.private() as another:
+        for name, change in EDITS.items():
+            with scene.edit(dry_run=True, frame=look) as edit:
+                change(edit, objects)
+            if "bvh" in edit.result.invalidates:
+                rebuilt.add(name)
+            with scene.edit() as edit:
+                change(edit, objects)
+            frame = scene.render(**look)
+            assert (states(frame)["bvh"] == "ran") == (name in rebuilt), name
+            scene.export(tmp_path / "now.glb")
+            anew = another.scenes.add(tmp_path / "now.glb").render(**look)
+            for layer, pixels in anew.layers.items():
+                assert frame.layers[layer].tobytes() == pixels.tobytes(), (name, layer)
+    assert rebuilt == {"alpha", "object moved"}
+    scene.remove()
+
+
 def test_every_pass_of_every_technique_is_known(daemon):
     scene = daemon.scenes.add(SCENES / "two_lights.glb")
     names = [technique["name"] for technique in daemon.techniques()]

@@ -142,7 +142,7 @@ static void what_was_begun_is_given_back(void **state)
     }
     double grown_mib = resident_mib() - before_mib;
     build(stage);
-    double whole_mib = (double)bd_reference_memory_bytes(stage->reference) / (1 << 20);
+    double whole_mib = (double)bd_reference_memory(stage->reference).shape_bytes / (1 << 20);
     print_message("    %.0f MiB more after eight of %.0f MiB\n", grown_mib, whole_mib);
     assert_true(grown_mib < whole_mib);
     stage_destroy(&stage);

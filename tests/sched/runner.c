@@ -104,6 +104,33 @@ static void only_the_last_used_ones_stay(void **state)
     for (int i = 0; i < 6; i++) bd_scene_release(&scenes[i]);
 }
 
+// As an edit of its light leaves a scene: what both have in common is built and counted once, and
+// outlives whoever had it first.
+static void light_that_moves_builds_nothing(void **state)
+{
+    struct bd_reference_runner *runner = *state;
+    struct bd_scene *scenes[7];
+    for (uint8_t i = 0; i < 7; i++) scenes[i] = create_scene(i + 1);
+    struct bd_aspects *edited = &scenes[1]->aspects;
+    *edited = scenes[0]->aspects;
+    edited->counter[BD_ASPECT_LIGHTS]++;
+    edited->counter[BD_ASPECT_COLOUR]++;
+    assert_false(touch(runner, scenes[0]));
+    const uint64_t alone_bytes = stats_of(runner).memory_bytes;
+    assert_true(touch(runner, scenes[1]));
+    assert_int_equal(stats_of(runner).built_count, 1);
+    assert_int_equal(stats_of(runner).reference_count, 2);
+    assert_true(stats_of(runner).memory_bytes < alone_bytes * 3 / 2);
+    for (int i = 2; i < 5; i++) assert_false(touch(runner, scenes[i]));
+    assert_int_equal(stats_of(runner).reference_count, 4); // the first has gone
+    scenes[5]->aspects = scenes[1]->aspects;
+    assert_true(touch(runner, scenes[5]));
+    scenes[6]->aspects = scenes[1]->aspects;
+    scenes[6]->aspects.counter[BD_ASPECT_TRANSFORMS]++;
+    assert_false(touch(runner, scenes[6]));
+    for (int i = 0; i < 7; i++) bd_scene_release(&scenes[i]);
+}
+
 static void what_is_in_use_stays(void **state)
 {
     struct bd_reference_runner *runner = *state;
@@ -341,6 +368,7 @@ int main(void)
         WITH_RUNNER(nothing_is_started_before_it_is_needed),
         WITH_RUNNER(a_snapshot_is_prepared_once),
         WITH_RUNNER(only_the_last_used_ones_stay),
+        WITH_RUNNER(light_that_moves_builds_nothing),
         WITH_RUNNER(what_is_in_use_stays),
         WITH_RUNNER(a_build_that_is_stopped_leaves_nothing),
         WITH_RUNNER(who_waits_for_a_stopped_build_builds_anew),
