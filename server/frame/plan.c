@@ -58,10 +58,12 @@ static double total_flux_lm(const struct bd_scene *scene)
 
 // --- the report's share ---------------------------------------------------------------------
 
-static void add_pass(struct bd_report *report, const char *name)
+static void add_pass(struct bd_report *report, enum bd_stage stage, const char *name)
 {
-    snprintf(report->passes[report->pass_count].name, sizeof report->passes[0].name, "%s", name);
-    report->passes[report->pass_count++].state = BD_PASS_PLANNED;
+    const uint32_t at = report->pass_count++;
+    snprintf(report->passes[at].name, sizeof report->passes[0].name, "%s", name);
+    report->passes[at].state = BD_PASS_PLANNED;
+    report->passes[at].of_each_sub_frame = bd_stage_rows[stage].is_of_each;
 }
 
 static void omit(struct bd_report *report, bool omitted, const char *pass, const char *reason)
@@ -78,7 +80,7 @@ static void list_passes(const struct bd_plan *plan, struct bd_report *report)
         const char *names[BD_STAGE_PASSES_MAX];
         if (!bd_plan_has(plan, stage)) continue;
         const uint32_t count = bd_stage_passes(plan, stage, names);
-        for (uint32_t i = 0; i < count; i++) add_pass(report, names[i]);
+        for (uint32_t i = 0; i < count; i++) add_pass(report, stage, names[i]);
     }
 }
 

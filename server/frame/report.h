@@ -60,7 +60,8 @@ struct bd_report {
         char name[24]; // of the one fixed list in protocol/README.md
         double ms;
         enum bd_pass_state state;
-        uint32_t sub_frames; // for which it ran; 0 of what is made for a light, or not at all
+        uint32_t sub_frames;    // for which it ran; 0 of what is made for a light, or not at all
+        bool of_each_sub_frame; // also where sub-frames share their light
     } passes[BD_REPORT_PASS_MAX];
     uint32_t omitted_count;
     struct {

@@ -155,13 +155,16 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
             .reads = READS_PLACES | ASPECT(NORMALS),
         },
     [BD_STAGE_TRACE] = {.pass = "trace", .is_needed = is_reference, .is_keyless = true},
-    [BD_STAGE_FILTER] =
-        {.pass = "filter", .is_needed = is_filtered, .why_not = no_filter, .is_keyless = true},
+    [BD_STAGE_FILTER] = {.pass = "filter",
+                         .is_needed = is_filtered,
+                         .why_not = no_filter,
+                         .is_keyless = true},
     [BD_STAGE_SEEN] = {.is_needed = is_rendered,
                        .reads = READS_PLACES | READS_FACING | BD_READ_VIEW},
     [BD_STAGE_GBUFFER] =
         {
             .pass = "gbuffer",
+            .is_of_each = true,
             .is_needed = is_rendered,
             .from = STAGE(SEEN),
             .reads = READS_BRDF | ASPECT(EMISSION) | BD_READ_EMISSION_UNIT,
@@ -181,6 +184,7 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
     [BD_STAGE_DIRECT] =
         {
             .pass = "direct",
+            .is_of_each = true,
             .is_needed = is_lit,
             .why_not = no_light,
             .from = STAGE(SEEN) | STAGE(SHADOW_MAP),
@@ -271,12 +275,16 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
     [BD_STAGE_SHARE] =
         {
             .pass = "share",
+            .is_of_each = true,
             .is_needed = is_shared,
             .from = STAGE(GBUFFER) | STAGE(DIRECT) | STAGE(INDIRECT),
             .brackets_itself = true,
             KEEPS(indirect, frame, bd_run_share),
         },
-    [BD_STAGE_COMPOSITE] = {.pass = "composite", .is_needed = is_rendered, .is_keyless = true},
+    [BD_STAGE_COMPOSITE] = {.pass = "composite",
+                            .is_of_each = true,
+                            .is_needed = is_rendered,
+                            .is_keyless = true},
     [BD_STAGE_READBACK] = {.pass = "readback", .is_needed = is_rendered, .is_keyless = true},
 };
 

@@ -76,6 +76,7 @@ struct bd_subject {
 struct bd_stage_row {
     const char *pass; // in the report; NULL: none, or the technique's own
     bool is_of_light; // of each light; otherwise of a sub-frame
+    bool is_of_each;  // of each of the sub-frames that share their light, too
     bool (*is_needed)(const struct bd_plan *plan);
     // In plain words, where it is not; NULL: not worth a word.
     const char *(*why_not)(const struct bd_plan *plan);

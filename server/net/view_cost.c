@@ -2,14 +2,6 @@
 
 #include <string.h>
 
-static bool is_each_sub_frame_s(const char *pass)
-{
-    static const char *const passes[] = {"gbuffer", "direct", "share", "composite"};
-    for (size_t i = 0; i < sizeof passes / sizeof *passes; i++)
-        if (strcmp(pass, passes[i]) == 0) return true;
-    return false;
-}
-
 // Whether sub-frames have light of their own: of a frame of several that shares none.
 static bool shares_nothing(const struct bd_report *report)
 {
@@ -26,7 +18,7 @@ void bd_view_cost_learn(struct bd_view_cost *cost, const struct bd_report *repor
         const double ms = report->passes[i].ms;
         const uint32_t sub_frames = report->passes[i].sub_frames;
         if (report->passes[i].state != BD_PASS_RAN) continue;
-        if (sub_frames > 0 && (all_are_own || is_each_sub_frame_s(report->passes[i].name)))
+        if (sub_frames > 0 && (all_are_own || report->passes[i].of_each_sub_frame))
             each_ms += ms / sub_frames;
         else
             once_ms += ms;

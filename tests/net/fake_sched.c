@@ -101,6 +101,7 @@ static void fill_report(struct bd_report *report, const struct bd_job *job)
     report->passes[1].state = frame->plan_only ? BD_PASS_PLANNED : BD_PASS_REUSED;
     report->passes[0].ms = job->sched->frame_ms;
     report->passes[0].sub_frames = 1;
+    report->passes[0].of_each_sub_frame = true;
     report->flag_count = 1;
     snprintf(report->flags[0], sizeof report->flags[0], "default_lights");
 }

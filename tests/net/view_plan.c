@@ -147,6 +147,8 @@ static void add_pass(struct bd_report *report, const char *name, double ms, uint
     snprintf(report->passes[report->pass_count].name, sizeof report->passes[0].name, "%s", name);
     report->passes[report->pass_count].ms = ms;
     report->passes[report->pass_count].sub_frames = sub_frames;
+    report->passes[report->pass_count].of_each_sub_frame =
+        sub_frames > 0 && strcmp(name, "gather") != 0 && strcmp(name, "splat") != 0;
     report->passes[report->pass_count++].state = ms > 0 ? BD_PASS_RAN : BD_PASS_REUSED;
 }
 
