@@ -203,6 +203,63 @@ static enum bd_err build_triangles(struct bd_uploader *uploader, struct bd_gpu_s
     return err ? err : upload_triangles(uploader, scene);
 }
 
+// A list that scenes share: where they differ in nothing that it is made from.
+struct bd_gpu_triangles {
+    uint64_t geometry, transforms; // counters of these aspects
+    uint32_t reference_count;
+    struct bd_buf *buf;
+    struct bd_gpu_triangles *next;
+};
+
+static bool share_triangles(struct bd_uploader *uploader, struct bd_gpu_scene *scene)
+{
+    const uint64_t *counter = scene->scene->aspects.counter;
+    struct bd_gpu_triangles *t = uploader->triangles;
+    while (t && (t->geometry != counter[BD_ASPECT_GEOMETRY] ||
+                 t->transforms != counter[BD_ASPECT_TRANSFORMS]))
+        t = t->next;
+    if (!t) return false;
+    t->reference_count++;
+    scene->shared_triangles = t;
+    scene->triangles = t->buf;
+    return true;
+}
+
+// It is there as a whole. Where two frames built the same one, both are in the list.
+static void offer_triangles(struct bd_uploader *uploader, struct bd_gpu_scene *scene)
+{
+    struct bd_gpu_triangles *t = calloc(1, sizeof *t);
+    BD_ASSERT(t);
+    *t = (struct bd_gpu_triangles){
+        .geometry = scene->scene->aspects.counter[BD_ASPECT_GEOMETRY],
+        .transforms = scene->scene->aspects.counter[BD_ASPECT_TRANSFORMS],
+        .reference_count = 1,
+        .buf = scene->triangles,
+        .next = uploader->triangles,
+    };
+    uploader->triangles = scene->shared_triangles = t;
+}
+
+static enum bd_err acquire_triangles(struct bd_uploader *uploader, struct bd_gpu_scene *scene,
+                                     struct bd_fault *fault)
+{
+    if (share_triangles(uploader, scene)) return BD_ERR_OK;
+    enum bd_err err = build_triangles(uploader, scene, fault);
+    if (!err) offer_triangles(uploader, scene);
+    return err;
+}
+
+static void drop_triangles(struct bd_uploader *uploader, struct bd_gpu_scene *scene)
+{
+    struct bd_gpu_triangles *gone = scene->shared_triangles, **at = &uploader->triangles;
+    if (gone && --gone->reference_count > 0) return;
+    bd_buf_destroy(uploader->gpu, &scene->triangles);
+    if (!gone) return;
+    while (*at != gone) at = &(*at)->next;
+    *at = gone->next;
+    free(gone);
+}
+
 static enum bd_err build_instance_ids(struct bd_gpu *gpu, struct bd_gpu_scene *scene,
                                       struct bd_fault *fault)
 {
@@ -308,7 +365,7 @@ enum bd_err bd_gpu_scene_create(struct bd_uploader *uploader, struct bd_scene *s
         build_draws(made);
         err = acquire_maps(uploader, made, fault);
     }
-    if (!err) err = build_triangles(uploader, made, fault);
+    if (!err) err = acquire_triangles(uploader, made, fault);
     if (!err) err = build_instance_ids(uploader->gpu, made, fault);
     end_piece(uploader);
     if (err) {
@@ -328,7 +385,7 @@ void bd_gpu_scene_destroy(struct bd_uploader *uploader, struct bd_gpu_scene **sc
     for (uint32_t p = 0; p < s->picture_count; p++)
         for (int srgb = 0; srgb < 2; srgb++) bd_gpu_picture_drop(uploader, &s->pictures[p][srgb]);
     bd_buf_destroy(uploader->gpu, &s->instance_ids);
-    bd_buf_destroy(uploader->gpu, &s->triangles);
+    drop_triangles(uploader, s);
     free(s->draws);
     free(s->instance_order);
     free(s->meshes);
@@ -352,8 +409,10 @@ static uint64_t snapshot_bytes(const struct bd_scene *scene)
 uint64_t bd_gpu_scene_own_bytes(const struct bd_gpu_scene *scene)
 {
     const uint64_t of_instance = sizeof *scene->instance_order + sizeof(uint32_t);
-    return bd_buf_size_bytes(scene->triangles) + scene->draw_count * sizeof *scene->draws +
-           scene->instance_count * of_instance + scene->mesh_count * sizeof *scene->meshes +
+    const bool has_alone = scene->shared_triangles->reference_count == 1;
+    return (has_alone ? bd_buf_size_bytes(scene->triangles) : 0) +
+           scene->draw_count * sizeof *scene->draws + scene->instance_count * of_instance +
+           scene->mesh_count * sizeof *scene->meshes +
            scene->picture_count * sizeof *scene->pictures + snapshot_bytes(scene->scene);
 }
 

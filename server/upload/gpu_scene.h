@@ -1,8 +1,8 @@
 // A snapshot on the GPU: meshes, textures, the list of draws and the list of triangles.
 //
-// Meshes and textures are shared between snapshots by the hash of their content, so that an edit
-// uploads only what it brought. What depends on transforms (draw order, triangles) belongs to one
-// snapshot.
+// Meshes and textures are shared between snapshots by the hash of their content, the list of
+// triangles by the counters of geometry and transforms, so that an edit uploads only what it
+// brought.
 //
 // Thread: render thread, context current.
 
@@ -44,6 +44,8 @@ struct bd_gpu_mesh {
     struct bd_gpu_primitive *primitives;
 };
 
+struct bd_gpu_triangles;
+
 struct bd_gpu_picture {
     uint64_t content_hash;
     bool srgb;
@@ -67,12 +69,13 @@ struct bd_gpu_scene {
     uint32_t draw_count;
     struct bd_scene_draw *draws;
     uint32_t instance_count;
-    uint32_t *instance_order;  // index into scene->instances, grouped by mesh and winding
+    uint32_t *instance_order;    // index into scene->instances, grouped by mesh and winding
     struct bd_buf *instance_ids; // 0, 1, 2 ...: the per-instance attribute
-    struct bd_buf *triangles;  // array, three vec4s: corner, edge, edge; render space
+    struct bd_buf *triangles;    // array, three vec4s: corner, edge, edge; render space
+    struct bd_gpu_triangles *shared_triangles; // whose buffer that is
     uint64_t triangle_count;
     uint32_t mesh_count, picture_count;
-    struct bd_gpu_mesh **meshes;        // by scene mesh index; NULL where not drawn
+    struct bd_gpu_mesh **meshes;           // by scene mesh index; NULL where not drawn
     struct bd_gpu_picture *(*pictures)[2]; // by scene picture index and srgb
 };
 
@@ -86,6 +89,7 @@ struct bd_uploader {
     enum bd_err (*pause)(void *user);
     void *user;
     void *meshes, *pictures; // those that are there as a whole, by content: trees of tsearch
+    struct bd_gpu_triangles *triangles; // lists of them that are there as a whole
     double upload_ms;
     uint64_t piece_start_ns;
 };
@@ -95,8 +99,9 @@ BD_MUST_CHECK
 enum bd_err bd_gpu_scene_create(struct bd_uploader *uploader, struct bd_scene *scene,
                                 struct bd_gpu_scene **out, struct bd_fault *fault);
 void bd_gpu_scene_destroy(struct bd_uploader *uploader, struct bd_gpu_scene **scene);
-// What it alone keeps, on the device and on the host: triangles, draws and the snapshot's objects.
-// Meshes and textures, which scenes share, are counted by the device.
+// What it alone keeps, on the device and on the host: triangles, unless others had them already,
+// draws and the snapshot's objects. Meshes and textures, which scenes share, are counted by the
+// device.
 uint64_t bd_gpu_scene_own_bytes(const struct bd_gpu_scene *scene);
 
 // The texture behind a reference; NULL if it has none (then the factor stands alone).

@@ -121,6 +121,46 @@ static void another_camera_reuses_the_light_side(void **state)
     assert_true(w->report.time_ms.compile == 0 && w->report.time_ms.load == 0);
 }
 
+static struct bd_gpu_scene *uploaded(struct world *w)
+{
+    struct bd_gpu_scene *scene;
+    struct bd_fault fault = {0};
+    bd_slicer_init(&w->renderer.slicer, w->gpu, NULL, NULL);
+    if (bd_gpu_scene_create(&w->renderer.uploader, w->scene, &scene, &fault))
+        fail_msg("%s", fault.message);
+    return scene;
+}
+
+// As an edit leaves a scene: the list of triangles is the other one's, and outlives it.
+static void another_colour_uploads_no_triangles(void **state)
+{
+    struct world *w = *state;
+    struct bd_uploader *uploader = &w->renderer.uploader;
+    make_room(w, 1, origin, 1);
+    world_finish(w);
+    struct bd_scene *was = bd_scene_retain(w->scene);
+    const struct bd_gpu_triangles *before = uploader->triangles;
+    struct bd_gpu_scene *first = uploaded(w);
+    const uint64_t alone_bytes = bd_gpu_scene_own_bytes(first);
+    make_room(w, 1, origin, 1);
+    world_finish(w);
+    w->scene->aspects = was->aspects;
+    w->scene->aspects.counter[BD_ASPECT_COLOUR]++;
+    struct bd_gpu_scene *coloured = uploaded(w);
+    assert_ptr_equal(coloured->triangles, first->triangles);
+    assert_int_equal(bd_gpu_scene_own_bytes(coloured) + bd_buf_size_bytes(first->triangles),
+                     alone_bytes);
+    w->scene->aspects.counter[BD_ASPECT_TRANSFORMS]++;
+    struct bd_gpu_scene *moved = uploaded(w);
+    assert_ptr_not_equal(moved->triangles, first->triangles);
+    bd_gpu_scene_destroy(uploader, &first);
+    assert_true(bd_buf_size_bytes(coloured->triangles) >= 48 * coloured->triangle_count);
+    bd_gpu_scene_destroy(uploader, &moved);
+    bd_gpu_scene_destroy(uploader, &coloured);
+    assert_ptr_equal(uploader->triangles, before);
+    bd_scene_release(&was);
+}
+
 // What is asked to be made anew is, with the same pixels; the rest is still taken over.
 static void fresh_frames_take_nothing_over(void **state)
 {
@@ -567,6 +607,7 @@ int main(void)
         cmocka_unit_test(same_bytes_on_a_fresh_device),
         cmocka_unit_test(layers_add_up_to_beauty),
         cmocka_unit_test(another_camera_reuses_the_light_side),
+        cmocka_unit_test(another_colour_uploads_no_triangles),
         cmocka_unit_test(fresh_frames_take_nothing_over),
         cmocka_unit_test(a_brighter_light_keeps_its_maps),
         cmocka_unit_test(texel_weights_follow_the_cone),
