@@ -446,14 +446,10 @@ static enum bd_err filter_light(const struct picture *picture, struct bd_fault *
     enum bd_err err = filter_layer(picture, DIRECT, fault);
     if (!err) err = filter_layer(picture, INDIRECT, fault);
     if (err) return err;
-    const struct bd_image *parts[LIGHT_COUNT];
-    for (int l = 0; l < LIGHT_COUNT; l++) parts[l] = layer_named(picture, light_names[l]);
-    const size_t pixels = (size_t)picture->file->width_px * picture->file->height_px;
-    for (size_t i = 0; i < pixels; i++)
-        for (size_t c = 0; c < 3; c++)
-            parts[BEAUTY]->pixels[4 * i + c] = parts[DIRECT]->pixels[3 * i + c] +
-                                               parts[INDIRECT]->pixels[3 * i + c] +
-                                               parts[EMISSION]->pixels[3 * i + c];
+    const struct bd_image *const parts[] = {layer_named(picture, light_names[DIRECT]),
+                                            layer_named(picture, light_names[INDIRECT]),
+                                            layer_named(picture, light_names[EMISSION])};
+    bd_light_add_up(parts, layer_named(picture, light_names[BEAUTY]));
     return BD_ERR_OK;
 }
 

@@ -421,3 +421,12 @@ enum bd_err bd_light_filter_run(const struct bd_light_filter_inputs *inputs, str
     bd_light_filter_destroy(&filter);
     return BD_ERR_OK;
 }
+
+void bd_light_add_up(const struct bd_image *const parts[3], struct bd_image *beauty)
+{
+    const size_t count = (size_t)beauty->width_px * beauty->height_px;
+    for (size_t i = 0; i < count; i++)
+        for (size_t c = 0; c < 3; c++)
+            beauty->pixels[4 * i + c] = parts[0]->pixels[3 * i + c] + parts[1]->pixels[3 * i + c] +
+                                        parts[2]->pixels[3 * i + c];
+}

@@ -60,4 +60,8 @@ BD_MUST_CHECK
 enum bd_err bd_light_filter_run(const struct bd_light_filter_inputs *inputs, struct bd_image *light,
                                 struct bd_fault *fault);
 
+// Beauty of what became of its parts: direct, indirect and emission, of 3 channels. Its alpha
+// stays.
+void bd_light_add_up(const struct bd_image *const parts[3], struct bd_image *beauty);
+
 #endif

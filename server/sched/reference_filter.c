@@ -54,17 +54,6 @@ static enum bd_err filter_light(struct bd_reference_runner *runner, struct filte
     return err;
 }
 
-static void add_up(struct bd_image *const layers[BD_LAYER_COUNT])
-{
-    struct bd_image *beauty = layers[BD_LAYER_BEAUTY];
-    const size_t count = (size_t)beauty->width_px * beauty->height_px;
-    for (size_t i = 0; i < count; i++)
-        for (size_t c = 0; c < 3; c++)
-            beauty->pixels[4 * i + c] = layers[BD_LAYER_DIRECT]->pixels[3 * i + c] +
-                                        layers[BD_LAYER_INDIRECT]->pixels[3 * i + c] +
-                                        layers[BD_LAYER_EMISSION]->pixels[3 * i + c];
-}
-
 enum bd_err bd_reference_filter(struct bd_reference_runner *runner,
                                 struct bd_image *const layers[BD_LAYER_COUNT],
                                 bd_reference_should_stop should_stop, void *user,
@@ -81,6 +70,8 @@ enum bd_err bd_reference_filter(struct bd_reference_runner *runner,
         };
         err = filter_light(runner, &filtering, &inputs, layers[filtered[i].light], fault);
     }
-    if (!err) add_up(layers);
+    const struct bd_image *const parts[] = {layers[BD_LAYER_DIRECT], layers[BD_LAYER_INDIRECT],
+                                            layers[BD_LAYER_EMISSION]};
+    if (!err) bd_light_add_up(parts, layers[BD_LAYER_BEAUTY]);
     return err;
 }
