@@ -61,7 +61,9 @@ static enum bd_err loop(void *user, uint32_t count, void (*work)(void *work_user
 {
     const struct tracing *tracing = user;
     struct work bound = {work, work_user, tracing->job};
-    return bd_reference_runner_loop(tracing->runner, count, run_work, should_stop, &bound);
+    static const struct bd_runner_caller witness = {.lane = BD_RUNNER_WITNESS};
+    return bd_reference_runner_loop(tracing->runner, &witness, count, run_work, should_stop,
+                                    &bound);
 }
 
 static void show_progress(void *user, double share)

@@ -21,6 +21,7 @@ uint32_t bd_reference_filter_layers(void)
 
 // A pass, whose rows are the loop's items.
 struct filtering {
+    const struct bd_runner_caller *caller;
     struct bd_light_filter *filter;
     uint32_t pass;
     bd_reference_should_stop should_stop;
@@ -47,19 +48,20 @@ static enum bd_err filter_light(struct bd_reference_runner *runner, struct filte
     if (err) return err;
     const uint32_t passes = bd_light_filter_pass_count(filtering->filter);
     for (filtering->pass = 0; !err && filtering->pass < passes; filtering->pass++)
-        err = bd_reference_runner_loop(runner, light->height_px, filter_row, should_stop_filtering,
-                                       filtering);
+        err = bd_reference_runner_loop(runner, filtering->caller, light->height_px, filter_row,
+                                       should_stop_filtering, filtering);
     if (!err) bd_light_filter_store(filtering->filter, light);
     bd_light_filter_destroy(&filtering->filter);
     return err;
 }
 
 enum bd_err bd_reference_filter(struct bd_reference_runner *runner,
+                                const struct bd_runner_caller *caller,
                                 struct bd_image *const layers[BD_LAYER_COUNT],
                                 bd_reference_should_stop should_stop, void *user,
                                 struct bd_fault *fault)
 {
-    struct filtering filtering = {.should_stop = should_stop, .user = user};
+    struct filtering filtering = {.caller = caller, .should_stop = should_stop, .user = user};
     enum bd_err err = BD_ERR_OK;
     for (size_t i = 0; !err && i < FILTERED_COUNT; i++) {
         const struct bd_light_filter_inputs inputs = {

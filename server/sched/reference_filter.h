@@ -16,6 +16,7 @@ uint32_t bd_reference_filter_layers(void);
 // `layers` has them. What `should_stop` answers is returned; the layers are then partly filtered.
 BD_MUST_CHECK
 enum bd_err bd_reference_filter(struct bd_reference_runner *runner,
+                                const struct bd_runner_caller *caller,
                                 struct bd_image *const layers[BD_LAYER_COUNT],
                                 bd_reference_should_stop should_stop, void *user,
                                 struct bd_fault *fault);

@@ -15,7 +15,8 @@
 #define KEPT_BYTES_MAX (UINT64_C(2) << 30)
 
 #define TURN_MS 50
-#define ASK_MS  20 // how long a wait lasts before should_stop is asked again
+#define ASK_MS  20  // how long a wait lasts before should_stop is asked again
+#define LATE_MS 200 // a turn begins, while something is more urgent
 
 struct kept {
     struct bd_scene *scene; // NULL: free
@@ -32,8 +33,10 @@ struct bd_reference_runner {
 
     pthread_mutex_t lock; // of everything below
     pthread_cond_t changed;
-    uint64_t next_ticket, serving; // whose turn the pool is
-    struct bd_pool *pool;          // used by whoever's turn it is
+    struct lane {
+        uint64_t next_ticket, serving; // whose turn the pool is
+        struct bd_pool *pool;          // used by whoever's turn it is
+    } lanes[BD_RUNNER_LANE_COUNT];
     struct kept *kept;
     uint64_t clock, built_count;
 };
@@ -70,7 +73,7 @@ void bd_reference_runner_destroy(struct bd_reference_runner **runner)
         r->kept = kept->next;
         free_kept(kept);
     }
-    bd_pool_destroy(&r->pool);
+    for (int i = 0; i < BD_RUNNER_LANE_COUNT; i++) bd_pool_destroy(&r->lanes[i].pool);
     pthread_mutex_destroy(&r->lock);
     pthread_cond_destroy(&r->changed);
     free(r);
@@ -282,6 +285,8 @@ void bd_reference_runner_give_back(struct bd_reference_runner *runner,
 
 // A part of the caller's loop: what one turn runs.
 struct turn {
+    const struct bd_runner_caller *caller;
+    struct lane *lane;
     void (*work)(void *user, uint32_t i);
     bd_reference_should_stop should_stop;
     void *user;
@@ -300,26 +305,43 @@ static enum bd_err turn_should_stop(void *data)
     return turn->should_stop(turn->user);
 }
 
+// Nobody's turn yet: others of the lane get on meanwhile.
+static enum bd_err let_urgent_go_first(struct bd_reference_runner *runner, const struct turn *turn)
+{
+    const struct bd_runner_caller *caller = turn->caller;
+    const uint64_t start_ns = bd_clock_ns();
+    enum bd_err err = BD_ERR_OK;
+    while (!err && caller->is_urgent_elsewhere && bd_ms_since(start_ns) < LATE_MS &&
+           caller->is_urgent_elsewhere(caller->of)) {
+        pthread_mutex_lock(&runner->lock);
+        wait_a_little(runner);
+        pthread_mutex_unlock(&runner->lock);
+        if (turn->should_stop) err = turn->should_stop(turn->user);
+    }
+    return err;
+}
+
 // Waits for this caller's turn, which it has to end whatever is returned.
 static enum bd_err begin_turn(struct bd_reference_runner *runner, const struct turn *turn)
 {
+    struct lane *lane = turn->lane;
     pthread_mutex_lock(&runner->lock);
-    uint64_t ticket = runner->next_ticket++;
+    uint64_t ticket = lane->next_ticket++;
     enum bd_err err = BD_ERR_OK;
-    while (runner->serving != ticket) {
+    while (lane->serving != ticket) {
         // Also once it wants to stop: turns come in order, and are short.
         wait_a_little(runner);
         if (!err) err = ask(runner, turn->should_stop, turn->user);
     }
-    if (!runner->pool) runner->pool = bd_pool_create(runner->thread_count);
+    if (!lane->pool) lane->pool = bd_pool_create(runner->thread_count);
     pthread_mutex_unlock(&runner->lock);
     return err;
 }
 
-static void end_turn(struct bd_reference_runner *runner)
+static void end_turn(struct bd_reference_runner *runner, struct lane *lane)
 {
     pthread_mutex_lock(&runner->lock);
-    runner->serving++;
+    lane->serving++;
     pthread_cond_broadcast(&runner->changed);
     pthread_mutex_unlock(&runner->lock);
 }
@@ -333,21 +355,24 @@ static uint32_t next_turn_items(uint32_t items, double ms)
     return fitting < 1 ? 1 : fitting > 1e9 ? 1000000000 : (uint32_t)fitting;
 }
 
-enum bd_err bd_reference_runner_loop(struct bd_reference_runner *runner, uint32_t count,
+enum bd_err bd_reference_runner_loop(struct bd_reference_runner *runner,
+                                     const struct bd_runner_caller *caller, uint32_t count,
                                      void (*work)(void *user, uint32_t i),
                                      bd_reference_should_stop should_stop, void *user)
 {
-    struct turn turn = {work, should_stop, user, 0};
+    struct turn turn = {caller, &runner->lanes[caller->lane], work, should_stop, user, 0};
     uint32_t items = 64;
     enum bd_err err = BD_ERR_OK;
     while (!err && turn.first < count) {
         uint32_t now = count - turn.first < items ? count - turn.first : items;
+        err = let_urgent_go_first(runner, &turn);
+        if (err) break;
         err = begin_turn(runner, &turn);
         uint64_t start_ns = bd_clock_ns();
         if (!err)
-            err = bd_pool_run(runner->pool, now, turn_work, should_stop ? turn_should_stop : NULL,
-                              &turn);
-        end_turn(runner);
+            err = bd_pool_run(turn.lane->pool, now, turn_work,
+                              should_stop ? turn_should_stop : NULL, &turn);
+        end_turn(runner, turn.lane);
         turn.first += now;
         items = next_turn_items(now, bd_ms_since(start_ns));
     }
@@ -359,7 +384,8 @@ void bd_reference_runner_stats(struct bd_reference_runner *runner,
 {
     pthread_mutex_lock(&runner->lock);
     *out = (struct bd_reference_runner_stats){.built_count = runner->built_count};
-    if (runner->pool) out->thread_count = bd_pool_thread_count(runner->pool);
+    for (int i = 0; i < BD_RUNNER_LANE_COUNT; i++)
+        if (runner->lanes[i].pool) out->thread_count = bd_pool_thread_count(runner->lanes[i].pool);
     totals(runner, &out->reference_count, &out->memory_bytes);
     pthread_mutex_unlock(&runner->lock);
 }

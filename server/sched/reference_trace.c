@@ -24,6 +24,7 @@ _Static_assert(BD_MODEL_BOUNCES_UNLIMITED == BD_BOUNCES_UNLIMITED, "one word for
 
 struct tracing {
     struct bd_job *job;
+    const struct bd_runner_caller *caller;
     struct bd_plan plan;
     struct bd_integrand integrand;
     struct bd_reference_view view;
@@ -95,7 +96,8 @@ static enum bd_err trace_band(struct bd_reference_runner *runner, struct tracing
         uint32_t left = params->spp / 2 - done;
         tracing->first_sample = params->first_sample / 2 + done;
         tracing->sample_count = left < ITEM_SAMPLES ? left : ITEM_SAMPLES;
-        err = bd_reference_runner_loop(runner, items, trace_item, should_stop, tracing);
+        err = bd_reference_runner_loop(runner, tracing->caller, items, trace_item, should_stop,
+                                       tracing);
     }
     return err;
 }
@@ -181,8 +183,8 @@ static enum bd_err filter(struct bd_reference_runner *runner, struct tracing *tr
     struct bd_job_result *result = &tracing->job->result;
     if (!tracing->plan.params.noise_filter) return BD_ERR_OK;
     const uint64_t start_ns = bd_clock_ns();
-    enum bd_err err = bd_reference_filter(runner, result->layers, bd_job_should_stop, tracing->job,
-                                          &result->fault);
+    enum bd_err err = bd_reference_filter(runner, tracing->caller, result->layers,
+                                          bd_job_should_stop, tracing->job, &result->fault);
     set_pass(&result->report, "filter", bd_ms_since(start_ns), BD_PASS_RAN);
     for (uint32_t l = 0; l < BD_LAYER_COUNT; l++)
         if (!(tracing->plan.layers >> l & 1)) bd_image_destroy(&result->layers[l]);
@@ -230,11 +232,12 @@ static void finish_report(struct bd_reference_runner *runner, struct bd_report *
     report->memory_reference_mib = (double)stats.memory_bytes / (1 << 20);
 }
 
-enum bd_err bd_reference_trace_job(struct bd_reference_runner *runner, struct bd_job *job)
+enum bd_err bd_reference_trace_job(struct bd_reference_runner *runner,
+                                   const struct bd_runner_caller *caller, struct bd_job *job)
 {
     uint64_t start_ns = bd_clock_ns();
     struct bd_job_result *result = &job->result;
-    struct tracing tracing = {.job = job};
+    struct tracing tracing = {.job = job, .caller = caller};
     enum bd_err err = bd_job_should_stop(job);
     if (!err)
         err = bd_plan_make(job->request.scene, &job->request.frame, &tracing.plan, &result->report,

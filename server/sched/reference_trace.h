@@ -15,6 +15,7 @@ struct bd_integrand bd_reference_integrand_of(const struct bd_params *params);
 // Fills job->result, also after a failure as far as it came; describes the fault but for a cancel
 // and a deadline.
 BD_MUST_CHECK
-enum bd_err bd_reference_trace_job(struct bd_reference_runner *runner, struct bd_job *job);
+enum bd_err bd_reference_trace_job(struct bd_reference_runner *runner,
+                                   const struct bd_runner_caller *caller, struct bd_job *job);
 
 #endif

@@ -33,10 +33,31 @@ void bd_sched_end_job(struct bd_sched *sched, struct bd_job *job)
 
 // --- references and checks, each on its worker's thread -------------------------------------
 
+struct asked {
+    struct bd_sched *sched;
+    const struct bd_job *job;
+};
+
+// Whether a frame of higher priority has the device, or waits for it.
+static bool is_urgent_elsewhere(void *of)
+{
+    const struct asked *asked = of;
+    struct bd_sched *sched = asked->sched;
+    const int priority = asked->job->request.priority;
+    pthread_mutex_lock(&sched->lock);
+    const uint32_t count = sched->running_count;
+    const bool urgent = bd_job_queue_has_above(&sched->queue, priority) ||
+                        (count > 0 && sched->running[count - 1]->request.priority > priority);
+    pthread_mutex_unlock(&sched->lock);
+    return urgent;
+}
+
 static void run_reference(void *user, struct bd_job *job)
 {
     struct bd_sched *sched = user;
-    job->result.err = bd_reference_trace_job(sched->reference_runner, job);
+    struct asked asked = {sched, job};
+    const struct bd_runner_caller caller = {BD_RUNNER_ASKED, is_urgent_elsewhere, &asked};
+    job->result.err = bd_reference_trace_job(sched->reference_runner, &caller, job);
     if (job->result.err) bd_job_describe_failure(job);
 }
 
@@ -109,10 +130,13 @@ enum bd_err bd_sched_create(const struct bd_sched_options *options, struct bd_sc
     BD_ASSERT(pthread_cond_init(&sched->work_changed, NULL) == 0);
     sched->reference_runner = bd_reference_runner_create(options->reference_threads);
     sched->references = bd_job_worker_create(
-        options->queue_length_max, &(struct bd_job_work){run_reference, reference_ran, sched});
+        options->queue_length_max,
+        &(struct bd_job_work){.run = run_reference, .ran = reference_ran, .user = sched});
     sched->check_views = bd_check_views_create();
-    sched->checks = bd_job_worker_create(options->queue_length_max,
-                                         &(struct bd_job_work){run_check, check_ran, sched});
+    sched->checks = bd_job_worker_create(
+        options->queue_length_max,
+        &(struct bd_job_work){
+            .run = run_check, .ran = check_ran, .user = sched, .steps_back = true});
     BD_ASSERT(pthread_create(&sched->thread, NULL, bd_sched_render_thread, sched) == 0);
     wait_until_started(sched);
     if (sched->start_err) {

@@ -42,9 +42,8 @@ static struct bd_job *wait_for_job(struct bd_job_worker *worker)
     return job;
 }
 
-// What is traced is a batch's, or a frame's that is shown already: the render thread, and on a
-// software device its helpers, come first. On Linux this is the thread's own, and of those that it
-// makes.
+// What judges a frame that is shown already: the render thread, and on a software device its
+// helpers, come first. On Linux this is the thread's own, and of those that it makes.
 static void step_back(void)
 {
     (void)setpriority(PRIO_PROCESS, 0, getpriority(PRIO_PROCESS, 0) + STEPS_BACK);
@@ -53,7 +52,7 @@ static void step_back(void)
 static void *run(void *user)
 {
     struct bd_job_worker *worker = user;
-    step_back();
+    if (worker->work.steps_back) step_back();
     struct bd_job *job;
     while ((job = wait_for_job(worker)) != NULL) {
         worker->work.run(worker->work.user, job);

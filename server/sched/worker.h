@@ -16,6 +16,7 @@ struct bd_job_work {
     void (*run)(void *user, struct bd_job *job); // may take long; a job that runs can be cancelled
     void (*ran)(void *user, struct bd_job *job); // passes the job on, or ends it
     void *user;
+    bool steps_back; // its thread, and those that it makes, leave the processor to others
 };
 
 struct bd_job_worker *bd_job_worker_create(uint32_t capacity, const struct bd_job_work *work);

@@ -1,6 +1,7 @@
 // Jobs of technique reference through the scheduler: what they answer, how they stop, and that frames
 // on the device go on meanwhile. Exits with 77 where there is no EGL.
 
+#include <dirent.h>
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -9,6 +10,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <time.h>
 
 #include <cmocka.h>
@@ -268,6 +270,45 @@ static void a_region_is_the_same_pixels_and_black_around(void **state)
     bd_scene_release(&scene);
 }
 
+// --- who steps back ---------------------------------------------------------------------------
+
+// Threads of this process that leave the processor to others.
+static int niced_threads(void)
+{
+    DIR *tasks = opendir("/proc/self/task");
+    assert_non_null(tasks);
+    int count = 0;
+    for (const struct dirent *task; (task = readdir(tasks)) != NULL;)
+        count += atoi(task->d_name) > 0 &&
+                 getpriority(PRIO_PROCESS, (id_t)atoi(task->d_name)) > getpriority(PRIO_PROCESS, 0);
+    closedir(tasks);
+    return count;
+}
+
+// Somebody waits for a reference, and nobody for what is known of a frame that is shown.
+static void checks_step_back_and_references_do_not(void **state)
+{
+    struct bd_scene *scene = create_scene();
+    struct bd_sched *sched = create_sched(2);
+    (void)state;
+    struct bd_job_request plain = request_of(scene, SIDE, "");
+    snprintf(plain.frame.technique, sizeof plain.frame.technique, "direct");
+    plain.frame.layers = 1;
+    struct bd_job *job = finished(sched, &plain);
+    bd_job_release(&job);
+    const int of_the_driver = niced_threads();
+    const struct bd_job_request request = request_of(scene, SIDE, "spp=4");
+    job = finished(sched, &request);
+    bd_job_release(&job);
+    assert_int_equal(niced_threads(), of_the_driver);
+    plain.frame.check_pixels = 16;
+    job = finished(sched, &plain);
+    bd_job_release(&job);
+    assert_int_equal(niced_threads(), of_the_driver + 2); // the worker, and its lane's other thread
+    bd_sched_destroy(&sched);
+    bd_scene_release(&scene);
+}
+
 // --- refusals -------------------------------------------------------------------------------
 
 static void assert_refused(struct bd_sched *sched, const struct bd_job_request *request,
@@ -506,6 +547,7 @@ int main(void)
         WITH_SCHED(filtered_light_adds_up_and_halves_stay),
         WITH_SCHED(ranges_of_samples_add_up),
         WITH_SCHED(a_region_is_the_same_pixels_and_black_around),
+        cmocka_unit_test(checks_step_back_and_references_do_not),
         WITH_SCHED(what_cannot_be_is_refused_by_name),
         WITH_SCHED(a_cancelled_job_ends_within_a_fifth_of_a_second),
         WITH_SCHED(a_job_is_stopped_while_its_scene_is_prepared),

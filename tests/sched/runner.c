@@ -236,6 +236,7 @@ static void who_waits_for_a_stopped_build_builds_anew(void **state)
 
 struct loop {
     struct bd_reference_runner *runner;
+    struct bd_runner_caller caller;
     uint32_t count;
     long item_ms;
     atomic_uint *seen;
@@ -262,8 +263,8 @@ static enum bd_err loop_should_stop(void *user)
 static void *run_loop(void *user)
 {
     struct loop *loop = user;
-    loop->err = bd_reference_runner_loop(loop->runner, loop->count, loop_item, loop_should_stop,
-                                         loop);
+    loop->err = bd_reference_runner_loop(loop->runner, &loop->caller, loop->count, loop_item,
+                                         loop_should_stop, loop);
     loop->last_ns = bd_clock_ns();
     return NULL;
 }
@@ -297,6 +298,55 @@ static void a_loop_of_nothing_ends(void **state)
     assert_int_equal(loop.err, BD_ERR_OK);
     assert_int_equal(loop.done, 0);
     free(loop.seen);
+}
+
+static bool say(void *of)
+{
+    return *(const bool *)of;
+}
+
+// Late at each turn, but not for ever; and it stops where it is told to meanwhile.
+static void what_is_urgent_elsewhere_goes_first(void **state)
+{
+    bool is_urgent = false;
+    double ms[2];
+    for (int i = 0; i < 2; i++) {
+        struct loop loop = loop_of(*state, 8, 1);
+        is_urgent = i == 1;
+        loop.caller = (struct bd_runner_caller){BD_RUNNER_ASKED, say, &is_urgent};
+        const uint64_t start_ns = bd_clock_ns();
+        run_loop(&loop);
+        ms[i] = bd_ms_since(start_ns);
+        assert_int_equal(loop.err, BD_ERR_OK);
+        assert_int_equal(loop.done, 8);
+        free(loop.seen);
+    }
+    print_message("    8 items of 1 ms: %.0f ms, beside what is urgent %.0f ms\n", ms[0], ms[1]);
+    assert_true(ms[1] >= 200 && ms[0] < PATIENCE * 150);
+    struct loop stopped = loop_of(*state, 8, 1);
+    stopped.caller = (struct bd_runner_caller){BD_RUNNER_ASKED, say, &is_urgent};
+    atomic_store(&stopped.stop, true);
+    run_loop(&stopped);
+    assert_int_equal(stopped.err, BD_ERR_CANCELLED);
+    assert_int_equal(stopped.done, 0);
+    free(stopped.seen);
+}
+
+// What judges frames, in the middle of an item of a second, is nothing that a reference waits for.
+static void lanes_do_not_wait_for_each_other(void **state)
+{
+    struct loop judging = loop_of(*state, 2, 1000), asked = loop_of(*state, 2, 1);
+    judging.caller.lane = BD_RUNNER_WITNESS;
+    pthread_t thread;
+    assert_int_equal(pthread_create(&thread, NULL, run_loop, &judging), 0);
+    while (atomic_load(&judging.done) < 1) sleep_ms(1);
+    const uint64_t start_ns = bd_clock_ns();
+    run_loop(&asked);
+    const double ms = bd_ms_since(start_ns);
+    pthread_join(thread, NULL);
+    print_message("    beside an item of a second: %.0f ms\n", ms);
+    assert_true(ms < 500);
+    free(judging.seen), free(asked.seen);
 }
 
 // A short loop that comes in the middle of a long one does not wait for its end.
@@ -374,6 +424,8 @@ int main(void)
         WITH_RUNNER(who_waits_for_a_stopped_build_builds_anew),
         WITH_RUNNER(every_item_once),
         WITH_RUNNER(a_loop_of_nothing_ends),
+        WITH_RUNNER(what_is_urgent_elsewhere_goes_first),
+        WITH_RUNNER(lanes_do_not_wait_for_each_other),
         WITH_RUNNER(callers_take_turns),
         WITH_RUNNER(a_waiting_caller_can_stop),
     };
