@@ -124,12 +124,13 @@ static double shortest_ms(void (*pass)(const struct work *, uint32_t), const str
     return ms;
 }
 
-// Rounds that take about `ms`, found by doubling: devices differ by a factor of a thousand. And twice
-// what a pass takes with next to none: where that is most of it, four times the rounds do not show.
+// Rounds that take about `ms`, found by doubling: devices differ by a factor of a thousand. And eight
+// times what a pass takes with next to none: where that is much of it, four times the rounds hardly
+// show.
 static uint32_t rounds_for(void (*pass)(const struct work *, uint32_t), const struct work *work,
                            double ms)
 {
-    const double least_ms = fmax(ms, 2 * shortest_ms(pass, work, 1));
+    const double least_ms = fmax(ms, 8 * shortest_ms(pass, work, 1));
     for (uint32_t rounds = 64;; rounds *= 2)
         if (shortest_ms(pass, work, rounds) >= least_ms || rounds >= 1u << 24) return rounds;
 }
