@@ -8,6 +8,7 @@
 #include "base/text.h"
 #include "clients/cli/compare.h"
 #include "clients/cli/files.h"
+#include "clients/cli/reference_file.h"
 #include "image/layers.h"
 #include "image/shown.h"
 
@@ -181,7 +182,7 @@ static bool is_attribute(const struct bd_exr *exr, const char *key, const char *
 static bool is_filtered(const struct bd_exr *exr)
 {
     const char *parameters = bd_exr_attribute(exr, "parameters");
-    return parameters && strstr(parameters, "noise_filter=on") != NULL;
+    return parameters && bd_cli_parameters_filter(parameters);
 }
 
 static void check_noise_filter(struct bd_cli_compare_files *files)

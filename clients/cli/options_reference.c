@@ -5,6 +5,7 @@
 
 #include "base/assert.h"
 #include "clients/cli/options_common.h"
+#include "clients/cli/reference_file.h"
 
 #define SPP_MAX            (1u << 24)
 #define TIME_LIMIT_MAX_S   31536000.0
@@ -76,12 +77,8 @@ static enum bd_err parse_spp(const char *text, struct bd_cli_reference *out, str
 // What the command itself decides, sample by sample.
 static enum bd_err parse_set(const char *text, struct bd_cli_reference *out, struct bd_fault *fault)
 {
-    if (strncmp(text, "spp=", 4) == 0 || strncmp(text, "first_sample=", 13) == 0)
-        return bd_fault_set(fault, BD_ERR_USAGE, "set",
-                            "--set %.60s: --spp says how many samples the file is to have", text);
-    if (strncmp(text, "noise_filter=", 13) == 0)
-        return bd_fault_set(fault, BD_ERR_USAGE, "set",
-                            "--set %.60s: --filter-noise says whether the file is filtered", text);
+    const char *instead = bd_cli_reference_file_decides(text);
+    if (instead) return bd_fault_set(fault, BD_ERR_USAGE, "set", "--set %.60s: %s", text, instead);
     return bd_cli_parse_set(text, out->sets, &out->set_count, fault);
 }
 

@@ -102,13 +102,61 @@ static bool find_count(const char *parameters, const char *key, uint32_t *out)
     return false;
 }
 
-bool bd_cli_reference_file_decides(const char *parameter)
+static void write_spp(const struct bd_cli_reference_file *file, char text[BD_CLI_OWN_MAX])
 {
-    static const char *const own[] = {"spp", "first_sample", "noise_filter"};
+    snprintf(text, BD_CLI_OWN_MAX, "%u", file->spp);
+}
+
+static void write_first_sample(const struct bd_cli_reference_file *file, char text[BD_CLI_OWN_MAX])
+{
+    (void)file;
+    snprintf(text, BD_CLI_OWN_MAX, "0");
+}
+
+static void write_noise_filter(const struct bd_cli_reference_file *file, char text[BD_CLI_OWN_MAX])
+{
+    snprintf(text, BD_CLI_OWN_MAX, "%s", file->filters ? "on" : "off");
+}
+
+// Parameters that the file decides on, and what a user has instead.
+struct own {
+    const char *key, *instead;
+    void (*write)(const struct bd_cli_reference_file *file, char text[BD_CLI_OWN_MAX]);
+};
+static const struct own owns[] = {
+    {"spp", "--spp says how many samples the file is to have", write_spp},
+    {"first_sample", "--spp says how many samples the file is to have", write_first_sample},
+    {"noise_filter", "--filter-noise says whether the file is filtered", write_noise_filter},
+};
+#define OWN_KEY_MAX 32
+#define OWN_COUNT   (sizeof owns / sizeof *owns)
+
+static const struct own *find_own(const char *parameter)
+{
     const size_t length = strcspn(parameter, "=");
-    for (size_t i = 0; i < sizeof own / sizeof *own; i++)
-        if (strlen(own[i]) == length && strncmp(own[i], parameter, length) == 0) return true;
-    return false;
+    for (size_t i = 0; i < OWN_COUNT; i++)
+        if (strlen(owns[i].key) == length && strncmp(owns[i].key, parameter, length) == 0)
+            return &owns[i];
+    return NULL;
+}
+
+const char *bd_cli_reference_file_decides(const char *parameter)
+{
+    const struct own *own = find_own(parameter);
+    return own ? own->instead : NULL;
+}
+
+bool bd_cli_reference_file_own(const struct bd_cli_reference_file *file, const char *key,
+                               char text[BD_CLI_OWN_MAX])
+{
+    const struct own *own = find_own(key);
+    if (own) own->write(file, text);
+    return own != NULL;
+}
+
+bool bd_cli_parameters_filter(const char *parameters)
+{
+    return strstr(parameters, "noise_filter=on") != NULL;
 }
 
 static char *without_own(const char *parameters)
@@ -141,7 +189,7 @@ static void take_entries(struct bd_cli_reference_file *file, const struct bd_exr
         file->entries[file->entry_count++] = (struct bd_manifest_entry){key, value};
     }
     const char *parameters = bd_exr_attribute(exr, "parameters");
-    file->filters = strstr(parameters, "noise_filter=on") != NULL;
+    file->filters = bd_cli_parameters_filter(parameters);
     file->parameters = without_own(parameters);
 }
 
@@ -391,6 +439,21 @@ static bool add_guide_layers(struct picture *picture)
     return true;
 }
 
+// Its own first.
+static char *all_parameters(const struct bd_cli_reference_file *file)
+{
+    const size_t own_max = OWN_COUNT * (OWN_KEY_MAX + BD_CLI_OWN_MAX);
+    char *all = calloc(1, own_max + strlen(file->parameters) + 1), *at = all;
+    BD_ASSERT(all);
+    for (size_t i = 0; i < OWN_COUNT; i++) {
+        char value[BD_CLI_OWN_MAX];
+        owns[i].write(file, value);
+        at += sprintf(at, "%s=%s ", owns[i].key, value);
+    }
+    strcpy(at, file->parameters);
+    return all;
+}
+
 static enum bd_err write(const struct picture *picture, struct bd_bytes *out,
                          struct bd_fault *fault)
 {
@@ -402,10 +465,7 @@ static enum bd_err write(const struct picture *picture, struct bd_bytes *out,
                                  .height_px = file->height_px,
                                  .planes = planes,
                                  .manifest = {entries, file->entry_count}};
-    char *parameters = NULL;
-    if (asprintf(&parameters, "spp=%u first_sample=0 noise_filter=%s %s", file->spp,
-                 file->filters ? "on" : "off", file->parameters) < 0)
-        return bd_fault_set(fault, BD_ERR_NO_MEMORY, "manifest", "no memory for the manifest");
+    char *parameters = all_parameters(file);
     for (size_t i = 0; i < file->entry_count; i++) {
         entries[i] = file->entries[i];
         if (strcmp(entries[i].key, "parameters") == 0) entries[i].value = parameters;

@@ -35,9 +35,15 @@ uint32_t bd_cli_reference_file_spp(const struct bd_cli_reference_file *file);
 bool bd_cli_reference_file_filters(const struct bd_cli_reference_file *file);
 void bd_cli_reference_file_set_filters(struct bd_cli_reference_file *file, bool filters);
 
-// Whether the file itself decides on that parameter of the technique, a key or "KEY=VALUE": how
-// many samples it has, and whether it is filtered.
-bool bd_cli_reference_file_decides(const char *parameter);
+// Of a parameter of the technique, a key or "KEY=VALUE", that the file itself decides on (how many
+// samples it has, whether it is filtered): what a user has instead. NULL for the others.
+const char *bd_cli_reference_file_decides(const char *parameter);
+// What the file says of that key; false for those that it does not decide on.
+#define BD_CLI_OWN_MAX 16
+bool bd_cli_reference_file_own(const struct bd_cli_reference_file *file, const char *key,
+                               char text[BD_CLI_OWN_MAX]);
+// Whether a manifest's parameters say that the picture is filtered.
+bool bd_cli_parameters_filter(const char *parameters);
 
 // Adds a piece: the bytes of an EXR. Its samples must follow those that are there. BD_ERR_BAD_INPUT
 // for what is none, with the channel or entry that is missing.

@@ -119,16 +119,10 @@ char *bd_cli_reference_report_json(struct bd_cli_reference_report *report,
                                    const struct bd_cli_reference_file *file, const char *stopped)
 {
     Bounced__Report *sum = report->sum;
-    char text[16];
-    snprintf(text, sizeof text, "%" PRIu32, bd_cli_reference_file_spp(file));
     for (size_t i = 0; i < sum->n_parameters; i++) {
-        if (strcmp(or_none(sum->parameters[i]->key), "spp") == 0)
+        char text[BD_CLI_OWN_MAX];
+        if (bd_cli_reference_file_own(file, or_none(sum->parameters[i]->key), text))
             replace(&sum->parameters[i]->value, text);
-        if (strcmp(or_none(sum->parameters[i]->key), "first_sample") == 0)
-            replace(&sum->parameters[i]->value, "0");
-        if (strcmp(or_none(sum->parameters[i]->key), "noise_filter") == 0)
-            replace(&sum->parameters[i]->value,
-                    bd_cli_reference_file_filters(file) ? "on" : "off");
     }
     sum->has_exposure_stops = 0; // a picture's, not the file's
     replace(&sum->stopped, stopped);

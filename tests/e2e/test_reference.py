@@ -115,6 +115,27 @@ def test_a_resumed_file_is_an_uninterrupted_one(served, filter_name):
     assert manifest(served, "grown.exr") == manifest(served, "whole.exr")
 
 
+def indirect_error(bounce, image):
+    result = ok(bounce("compare", "truth.exr", image, "--layer", "indirect", "--json"))
+    return json.loads(result.stdout)["rel_rmse"]["value"]
+
+
+def test_a_filtered_file_is_judged_as_it_is_shown(served):
+    ok(served("reference", GLB, "-o", "truth.exr", *SMALL, "--spp", "1024", "--seed", "9"))
+    ok(served("reference", GLB, "-o", "plain.exr", *SMALL, "--spp", "8"))
+    ok(served("reference", GLB, "-o", "filtered.exr", *SMALL, "--spp", "8", "--filter-noise"))
+    assert parameters(served, "filtered.exr")["noise_filter"] == "on"
+    plain, filtered = read(served, "plain.exr"), read(served, "filtered.exr")
+    halves = [name for name in plain if name.startswith(("half_", "variance"))]
+    assert len(halves) > 10
+    assert_alike({n: filtered[n] for n in halves}, {n: plain[n] for n in halves}, 0)
+    assert (filtered["indirect.G"] != plain["indirect.G"]).any()
+    # By its halves, which are not filtered, the picture would have next to no error.
+    truth = read(served, "truth.exr")["indirect.G"]
+    shown = numpy.sqrt(((filtered["indirect.G"] - truth) ** 2).mean()) / truth.mean()
+    assert indirect_error(served, "filtered.exr") == pytest.approx(shown, rel=0.3)
+
+
 def test_what_is_done_is_not_done_again(served):
     ok(served("reference", GLB, "-o", "a.exr", *SMALL, "--spp", "8"))
     before = (served.folder / "a.exr").stat()

@@ -74,6 +74,7 @@ static void refusals_name_the_option(void **state)
         {{"a.glb", "-ox.exr", "--spp", "16777218"}, "spp"},
         {{"a.glb", "-ox.exr", "--set", "spp=4"}, "set"},
         {{"a.glb", "-ox.exr", "--set", "first_sample=4"}, "set"},
+        {{"a.glb", "-ox.exr", "--set", "noise_filter=on"}, "set"},
         {{"a.glb", "-ox.exr", "--set", "brdf"}, "set"},
         {{"a.glb", "-ox.exr", "--region", "1,2,3"}, "region"},
         {{"a.glb", "-ox.exr", "--region", "1,2,0,4"}, "region"},
