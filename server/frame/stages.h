@@ -53,7 +53,7 @@ struct bd_frame {
     struct bd_gpu_scene *scene;
     struct bd_subject subject; // its viewpoint: of the current sub-frame
 
-    // Of the current sub-frame, whose keys those of stages that were run are.
+    // Of the current sub-frame: the keys of its stages that ran, and their outputs.
     uint64_t keys[BD_STAGE_COUNT];
     struct bd_gbuffer *gbuffer;
     struct bd_tex *direct;

@@ -225,7 +225,7 @@ static bool share_triangles(struct bd_uploader *uploader, struct bd_gpu_scene *s
     return true;
 }
 
-// It is there as a whole. Where two frames built the same one, both are in the list.
+// Of triangles that are there as a whole. Where two frames built the same ones, both are listed.
 static void offer_triangles(struct bd_uploader *uploader, struct bd_gpu_scene *scene)
 {
     struct bd_gpu_triangles *t = calloc(1, sizeof *t);
