@@ -8,7 +8,7 @@
 #include "base/assert.h"
 #include "base/clock.h"
 #include "base/hash.h"
-#include "reference/pool.h"
+#include "base/pool.h"
 
 // Prepared snapshots that are kept: edits make new ones, and a bench walks through several scenes.
 #define KEPT_MAX       4

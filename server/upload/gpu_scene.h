@@ -14,7 +14,7 @@
 
 #include "gpu/gpu.h"
 #include "scene/scene.h"
-#include "upload/render_space.h"
+#include "scene/render_space.h"
 #include "upload/viewpoint.h"
 
 // Where a primitive's streams lie in its mesh's vertex buffer.

@@ -11,7 +11,7 @@
 
 #include "scene/scene.h"
 #include "shared/light.h"
-#include "upload/render_space.h"
+#include "scene/render_space.h"
 #include "upload/viewpoint.h"
 
 #define BD_LIGHT_FACES_MAX 6

@@ -9,7 +9,7 @@
 #include "scene/scene.h"
 #include "shared/view.h"
 #include "upload/pose.h"
-#include "upload/render_space.h"
+#include "scene/render_space.h"
 
 struct bd_viewpoint {
     bd_dvec3 position_m;

@@ -16,7 +16,7 @@
 #include <time.h>
 
 #include "base/assert.h"
-#include "reference/pool.h"
+#include "base/pool.h"
 #include "reference/reference.h"
 #include "tests/tools/load_scene.h"
 

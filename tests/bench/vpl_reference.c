@@ -18,7 +18,7 @@
 #include "base/clock.h"
 #include "frame/plan.h"
 #include "pass/gather.h"
-#include "reference/pool.h"
+#include "base/pool.h"
 #include "tests/tools/load_scene.h"
 #include "vpl_pixels.h"
 #include "vpl_sum.h"

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "reference/pool.h"
+#include "base/pool.h"
 #include "stage.h"
 #include "tests/unit/cmocka_all.h"
 

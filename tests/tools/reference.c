@@ -14,7 +14,7 @@
 
 #include "base/clock.h"
 #include "image/encode.h"
-#include "reference/pool.h"
+#include "base/pool.h"
 #include "reference/reference.h"
 #include "scene/import.h"
 #include "tests/tools/load_scene.h"

@@ -1,4 +1,4 @@
-#include "upload/render_space.h"
+#include "scene/render_space.h"
 
 #include <math.h>
 

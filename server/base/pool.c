@@ -1,4 +1,4 @@
-#include "reference/pool.h"
+#include "base/pool.h"
 
 #include <pthread.h>
 #include <stdatomic.h>

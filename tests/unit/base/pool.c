@@ -3,7 +3,7 @@
 #include <stdatomic.h>
 #include <string.h>
 
-#include "reference/pool.h"
+#include "base/pool.h"
 #include "tests/unit/cmocka_all.h"
 
 #define ITEM_COUNT 5000

@@ -1,9 +1,10 @@
-// Worker threads that share one counted loop: the reference's tiles, a spot check's pixels.
+// Worker threads that share one counted loop: the reference's tiles, a spot check's pixels, a batch of
+// rays.
 //
 // Thread: one loop at a time; bd_pool_run blocks its caller, who works along.
 
-#ifndef BD_REFERENCE_POOL_H
-#define BD_REFERENCE_POOL_H
+#ifndef BD_BASE_POOL_H
+#define BD_BASE_POOL_H
 
 #include <stdint.h>
 

@@ -5,8 +5,8 @@
 // strongest light. So a scene of 1e-4 m and one of 1e6 m, lit by 1e-6 cd or by 1e9 cd, are the
 // same numbers to every shader, and the factors out of it are exact (algorithms.md C 7, 8, 9, 55).
 
-#ifndef BD_UPLOAD_RENDER_SPACE_H
-#define BD_UPLOAD_RENDER_SPACE_H
+#ifndef BD_SCENE_RENDER_SPACE_H
+#define BD_SCENE_RENDER_SPACE_H
 
 #include "base/vec.h"
 #include "scene/scene.h"
