@@ -92,9 +92,9 @@ static struct bd_material_uniform material_uniform(const struct bd_scene_draws *
         .surface = {m->metallic, m->roughness, m->normal_scale, f0_of_ior(m->ior)},
         .flags = {(m->double_sided ? BD_MATERIAL_DOUBLE_SIDED : 0) |
                       (m->unlit ? BD_MATERIAL_UNLIT : 0) |
-                      (draw->mirrored ? BD_MATERIAL_MIRRORED : 0),
+                      (draw->run->mirrored ? BD_MATERIAL_MIRRORED : 0),
                   0, 0, 0},
-        .triangles = {draw->first_triangle, draw->triangles_per_instance, 0, 0},
+        .triangles = {(uint32_t)draw->run->first_triangle, draw->run->triangles_per_instance, 0, 0},
     };
     set_uv_rows(u.base_color_uv, &m->base_color_map);
     set_uv_rows(u.metallic_roughness_uv, &m->metallic_roughness_map);
@@ -170,15 +170,15 @@ static enum bd_err record_part(struct bd_gpu *gpu, const struct bd_scene_draws *
     };
     struct bd_material_uniform material = material_uniform(draws, draw);
     material.triangles.x +=
-        part->first_instance * draw->triangles_per_instance + part->first_triangle;
+        part->first_instance * draw->run->triangles_per_instance + part->first_triangle;
     struct bd_draw call = {
         .indices = draw->mesh->indices,
         .index_offset_bytes = draw->primitive->index_offset_bytes +
                               3 * sizeof(uint32_t) * (size_t)part->first_triangle,
         .index_count = 3 * part->triangle_count,
         .instance_count = part->instance_count,
-        .base_instance = draw->first_instance + part->first_instance,
-        .mirrored = draw->mirrored,
+        .base_instance = draw->run->first_instance + part->first_instance,
+        .mirrored = draw->run->mirrored,
     };
     enum bd_err err = bd_program_get(gpu, &source, (struct bd_program **)&call.program, fault);
     if (err) return err;
@@ -213,9 +213,10 @@ static double units_per_pixel(const struct bd_scene_draws *draws)
 static double all_triangle_units(const struct bd_scene_draws *draws)
 {
     double units = 0;
-    for (uint32_t d = 0; d < draws->scene->draw_count; d++) {
+    for (uint32_t d = 0; d < draws->scene->order.run_count; d++) {
         const struct bd_scene_draw *draw = &draws->scene->draws[d];
-        units += triangle_units((double)draw->triangles_per_instance * draw->instance_count);
+        units +=
+            triangle_units((double)draw->run->triangles_per_instance * draw->run->instance_count);
     }
     return units;
 }
@@ -279,10 +280,10 @@ static enum bd_err record_band(struct bd_gpu *gpu, const struct bd_scene_draws *
                                uint32_t rows, struct bd_slicer *slicer, struct bd_fault *fault)
 {
     struct band band = begin_band(draws, rows, slicer);
-    for (uint32_t d = 0; d < draws->scene->draw_count; d++) {
+    for (uint32_t d = 0; d < draws->scene->order.run_count; d++) {
         const struct bd_scene_draw *draw = &draws->scene->draws[d];
         struct bd_scene_part part = {0};
-        while (bd_scene_part_next(draw->triangles_per_instance, draw->instance_count,
+        while (bd_scene_part_next(draw->run->triangles_per_instance, draw->run->instance_count,
                                   part_triangles_max(&band), &part)) {
             enum bd_err err = record_part(gpu, draws, draw, &part, view, instances, fault);
             band.triangles += part_triangles(&part);

@@ -10,88 +10,22 @@
 
 // --- draws ---------------------------------------------------------------------------------
 
-static bool is_mirrored(const struct bd_instance *instance)
-{
-    return bd_dmat4_determinant3(&instance->world_from_mesh) < 0;
-}
-
-// Meshes in the order in which the scene's instances, ordered by content, come to them. Those that
-// no instance shows keep UINT32_MAX. Returns how many there are.
-static uint32_t rank_meshes(const struct bd_scene *scene, uint32_t *rank_of_mesh,
-                            uint32_t *mesh_of_rank)
-{
-    uint32_t count = 0;
-    for (uint32_t m = 0; m < scene->mesh_count; m++) rank_of_mesh[m] = UINT32_MAX;
-    for (uint32_t i = 0; i < scene->instance_count; i++) {
-        uint32_t mesh = (uint32_t)scene->instances[i].mesh;
-        if (rank_of_mesh[mesh] != UINT32_MAX) continue;
-        mesh_of_rank[count] = mesh;
-        rank_of_mesh[mesh] = count++;
-    }
-    return count;
-}
-
-// Counting sort of the instances by (mesh's rank, winding), stable, so that each group is one
-// range. `group_begin` has 2 * mesh_count + 1 entries.
-static void order_instances(const struct bd_scene *scene, const uint32_t *rank_of_mesh,
-                            uint32_t *order, uint32_t *group_begin)
-{
-    for (uint32_t i = 0; i < scene->instance_count; i++) {
-        const struct bd_instance *instance = &scene->instances[i];
-        group_begin[2 * rank_of_mesh[instance->mesh] + is_mirrored(instance) + 1]++;
-    }
-    for (uint32_t g = 0; g < 2 * scene->mesh_count; g++) group_begin[g + 1] += group_begin[g];
-    uint32_t *next = malloc((2 * (size_t)scene->mesh_count + 1) * sizeof *next);
-    BD_ASSERT(next);
-    memcpy(next, group_begin, (2 * (size_t)scene->mesh_count + 1) * sizeof *next);
-    for (uint32_t i = 0; i < scene->instance_count; i++) {
-        const struct bd_instance *instance = &scene->instances[i];
-        order[next[2 * rank_of_mesh[instance->mesh] + is_mirrored(instance)]++] = i;
-    }
-    free(next);
-}
-
-static void append_draws(struct bd_gpu_scene *to, uint32_t mesh_index, uint32_t begin, uint32_t end,
-                         bool mirrored)
-{
-    const struct bd_mesh *mesh = to->scene->meshes[mesh_index];
-    for (uint32_t p = 0; begin < end && p < mesh->primitive_count; p++) {
-        const struct bd_primitive *primitive = &mesh->primitives[p];
-        if (primitive->index_count == 0) continue;
-        struct bd_scene_draw *draw = &to->draws[to->draw_count++];
-        *draw = (struct bd_scene_draw){
-            .mesh = to->meshes[mesh_index],
-            .primitive = &to->meshes[mesh_index]->primitives[p],
-            .material = &to->scene->materials[primitive->material],
-            .first_instance = begin,
-            .instance_count = end - begin,
-            .first_triangle = (uint32_t)to->triangle_count,
-            .triangles_per_instance = primitive->index_count / 3,
-            .mirrored = mirrored,
-        };
-        to->triangle_count += (uint64_t)draw->triangles_per_instance * draw->instance_count;
-    }
-}
-
 static void build_draws(struct bd_gpu_scene *to)
 {
     const struct bd_scene *scene = to->scene;
-    uint32_t *group_begin = calloc(2 * (size_t)scene->mesh_count + 1, sizeof *group_begin);
-    to->instance_order = calloc(scene->instance_count + 1, sizeof *to->instance_order);
-    uint32_t *ranks = calloc(2 * (size_t)scene->mesh_count + 1, sizeof *ranks);
-    uint32_t *mesh_of_rank = ranks + scene->mesh_count;
-    BD_ASSERT(group_begin && to->instance_order && ranks);
-    const uint32_t rank_count = rank_meshes(scene, ranks, mesh_of_rank);
-    order_instances(scene, ranks, to->instance_order, group_begin);
-    uint32_t draw_count_max = 0;
-    for (uint32_t m = 0; m < scene->mesh_count; m++)
-        draw_count_max += 2 * scene->meshes[m]->primitive_count;
-    to->draws = calloc(draw_count_max + 1, sizeof *to->draws);
+    bd_triangle_order_init(&to->order, scene);
+    to->draws = calloc(to->order.run_count + 1, sizeof *to->draws);
     BD_ASSERT(to->draws);
-    for (uint32_t g = 0; g < 2 * rank_count; g++)
-        append_draws(to, mesh_of_rank[g / 2], group_begin[g], group_begin[g + 1], g % 2 == 1);
-    free(group_begin);
-    free(ranks);
+    for (uint32_t d = 0; d < to->order.run_count; d++) {
+        const struct bd_triangle_run *run = &to->order.runs[d];
+        to->draws[d] = (struct bd_scene_draw){
+            .run = run,
+            .mesh = to->meshes[run->mesh],
+            .primitive = &to->meshes[run->mesh]->primitives[run->primitive],
+            .material =
+                &scene->materials[scene->meshes[run->mesh]->primitives[run->primitive].material],
+        };
+    }
 }
 
 // --- triangles -----------------------------------------------------------------------------
@@ -153,22 +87,16 @@ static enum bd_err stage_instance(const struct bd_gpu_scene *scene,
     return err;
 }
 
-static enum bd_err stage_draw(const struct bd_gpu_scene *scene, const struct bd_scene_draw *draw,
-                              const struct bd_primitive *primitive, struct staging *staging)
+static enum bd_err stage_run(const struct bd_gpu_scene *scene, const struct bd_triangle_run *run,
+                             struct staging *staging)
 {
+    const struct bd_primitive *primitive =
+        &scene->scene->meshes[run->mesh]->primitives[run->primitive];
     enum bd_err err = BD_ERR_OK;
-    for (uint32_t i = 0; !err && i < draw->instance_count; i++)
-        err = stage_instance(scene, primitive, scene->instance_order[draw->first_instance + i],
+    for (uint32_t i = 0; !err && i < run->instance_count; i++)
+        err = stage_instance(scene, primitive, scene->order.instances[run->first_instance + i],
                              staging);
     return err;
-}
-
-static const struct bd_primitive *source_of(const struct bd_gpu_scene *scene,
-                                            const struct bd_scene_draw *draw)
-{
-    const uint32_t instance = scene->instance_order[draw->first_instance];
-    const struct bd_mesh *mesh = scene->scene->meshes[scene->scene->instances[instance].mesh];
-    return &mesh->primitives[draw->primitive - draw->mesh->primitives];
 }
 
 static enum bd_err upload_triangles(struct bd_uploader *uploader, const struct bd_gpu_scene *scene)
@@ -177,8 +105,8 @@ static enum bd_err upload_triangles(struct bd_uploader *uploader, const struct b
     staging.triangles = malloc(STAGING_TRIANGLES * TRIANGLE_FLOATS * sizeof(float));
     BD_ASSERT(staging.triangles);
     enum bd_err err = BD_ERR_OK;
-    for (uint32_t d = 0; !err && d < scene->draw_count; d++)
-        err = stage_draw(scene, &scene->draws[d], source_of(scene, &scene->draws[d]), &staging);
+    for (uint32_t r = 0; !err && r < scene->order.run_count; r++)
+        err = stage_run(scene, &scene->order.runs[r], &staging);
     if (!err) err = send_staging(&staging);
     free(staging.triangles);
     return err;
@@ -190,7 +118,7 @@ static enum bd_err build_triangles(struct bd_uploader *uploader, struct bd_gpu_s
 {
     struct bd_gpu *gpu = uploader->gpu;
     const size_t triangle_bytes = TRIANGLE_FLOATS * sizeof(float);
-    uint64_t count = scene->triangle_count,
+    uint64_t count = scene->order.triangle_count,
              most = bd_gpu_caps(gpu)->array_max_bytes / triangle_bytes;
     if (count > most)
         return bd_fault_set(fault, BD_ERR_LIMIT, "scene",
@@ -263,7 +191,7 @@ static void drop_triangles(struct bd_uploader *uploader, struct bd_gpu_scene *sc
 static enum bd_err build_instance_ids(struct bd_gpu *gpu, struct bd_gpu_scene *scene,
                                       struct bd_fault *fault)
 {
-    uint32_t count = scene->instance_count ? scene->instance_count : 1;
+    uint32_t count = scene->order.instance_count ? scene->order.instance_count : 1;
     uint32_t *ids = malloc(count * sizeof *ids);
     BD_ASSERT(ids);
     for (uint32_t i = 0; i < count; i++) ids[i] = i;
@@ -289,7 +217,7 @@ static enum bd_err acquire_map(struct bd_uploader *uploader, struct bd_gpu_scene
 static enum bd_err acquire_maps(struct bd_uploader *uploader, struct bd_gpu_scene *scene,
                                 struct bd_fault *fault)
 {
-    for (uint32_t d = 0; d < scene->draw_count; d++) {
+    for (uint32_t d = 0; d < scene->order.run_count; d++) {
         const struct bd_material *m = scene->draws[d].material;
         enum bd_err err = acquire_map(uploader, scene, &m->base_color_map, true, fault);
         if (!err) err = acquire_map(uploader, scene, &m->metallic_roughness_map, false, fault);
@@ -353,7 +281,6 @@ enum bd_err bd_gpu_scene_create(struct bd_uploader *uploader, struct bd_scene *s
     BD_ASSERT(made);
     made->scene = bd_scene_retain(scene);
     made->space = bd_render_space_of(scene);
-    made->instance_count = scene->instance_count;
     made->mesh_count = scene->mesh_count;
     made->picture_count = scene->picture_count;
     made->meshes = calloc(scene->mesh_count + 1, sizeof *made->meshes);
@@ -387,7 +314,7 @@ void bd_gpu_scene_destroy(struct bd_uploader *uploader, struct bd_gpu_scene **sc
     bd_buf_destroy(uploader->gpu, &s->instance_ids);
     drop_triangles(uploader, s);
     free(s->draws);
-    free(s->instance_order);
+    bd_triangle_order_finish(&s->order);
     free(s->meshes);
     free(s->pictures);
     bd_scene_release(&s->scene);
@@ -408,11 +335,11 @@ static uint64_t snapshot_bytes(const struct bd_scene *scene)
 
 uint64_t bd_gpu_scene_own_bytes(const struct bd_gpu_scene *scene)
 {
-    const uint64_t of_instance = sizeof *scene->instance_order + sizeof(uint32_t);
+    const uint64_t of_instance = sizeof *scene->order.instances + sizeof(uint32_t);
     const bool has_alone = scene->shared_triangles->reference_count == 1;
     return (has_alone ? bd_buf_size_bytes(scene->triangles) : 0) +
-           scene->draw_count * sizeof *scene->draws + scene->instance_count * of_instance +
-           scene->mesh_count * sizeof *scene->meshes +
+           scene->order.run_count * (sizeof *scene->draws + sizeof *scene->order.runs) +
+           scene->order.instance_count * of_instance + scene->mesh_count * sizeof *scene->meshes +
            scene->picture_count * sizeof *scene->pictures + snapshot_bytes(scene->scene);
 }
 
@@ -463,12 +390,12 @@ enum bd_err bd_gpu_scene_instances(struct bd_gpu *gpu, const struct bd_gpu_scene
                                    struct bd_buf **out, struct bd_fault *fault)
 {
     const size_t instance_bytes = BD_INSTANCE_VEC4S * sizeof(struct bd_vec4);
-    const uint32_t count = scene->instance_count ? scene->instance_count : 1;
+    const uint32_t count = scene->order.instance_count ? scene->order.instance_count : 1;
     float *rows = calloc(count, instance_bytes);
     BD_ASSERT(rows);
     enum bd_err err = BD_ERR_OK;
-    for (uint32_t i = 0; !err && i < scene->instance_count; i++) {
-        const struct bd_instance *instance = &scene->scene->instances[scene->instance_order[i]];
+    for (uint32_t i = 0; !err && i < scene->order.instance_count; i++) {
+        const struct bd_instance *instance = &scene->scene->instances[scene->order.instances[i]];
         float *to = rows + (size_t)i * BD_INSTANCE_VEC4S * 4;
         store_view_rows(viewpoint, scene->space.render_per_m, &instance->world_from_mesh, to);
         store_normal_rows(&instance->world_from_mesh, to + 12);

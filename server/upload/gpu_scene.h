@@ -13,8 +13,9 @@
 #include <stdint.h>
 
 #include "gpu/gpu.h"
-#include "scene/scene.h"
 #include "scene/render_space.h"
+#include "scene/scene.h"
+#include "scene/triangle_order.h"
 #include "upload/viewpoint.h"
 
 // Where a primitive's streams lie in its mesh's vertex buffer.
@@ -55,25 +56,20 @@ struct bd_gpu_picture {
 
 // All instances of one primitive that share a winding: one draw call.
 struct bd_scene_draw {
+    const struct bd_triangle_run *run;
     const struct bd_gpu_mesh *mesh;
     const struct bd_gpu_primitive *primitive;
     const struct bd_material *material;
-    uint32_t first_instance, instance_count; // in the order of `instance_order`
-    uint32_t first_triangle, triangles_per_instance;
-    bool mirrored;
 };
 
 struct bd_gpu_scene {
     struct bd_scene *scene; // retained
     struct bd_render_space space;
-    uint32_t draw_count;
-    struct bd_scene_draw *draws;
-    uint32_t instance_count;
-    uint32_t *instance_order;    // index into scene->instances, grouped by mesh and winding
+    struct bd_triangle_order order;
+    struct bd_scene_draw *draws; // one a run
     struct bd_buf *instance_ids; // 0, 1, 2 ...: the per-instance attribute
     struct bd_buf *triangles;    // array, three vec4s: corner, edge, edge; render space
     struct bd_gpu_triangles *shared_triangles; // whose buffer that is
-    uint64_t triangle_count;
     uint32_t mesh_count, picture_count;
     struct bd_gpu_mesh **meshes;           // by scene mesh index; NULL where not drawn
     struct bd_gpu_picture *(*pictures)[2]; // by scene picture index and srgb

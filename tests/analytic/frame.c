@@ -154,7 +154,7 @@ static void another_colour_uploads_no_triangles(void **state)
     struct bd_gpu_scene *moved = uploaded(w);
     assert_ptr_not_equal(moved->triangles, first->triangles);
     bd_gpu_scene_destroy(uploader, &first);
-    assert_true(bd_buf_size_bytes(coloured->triangles) >= 48 * coloured->triangle_count);
+    assert_true(bd_buf_size_bytes(coloured->triangles) >= 48 * coloured->order.triangle_count);
     bd_gpu_scene_destroy(uploader, &moved);
     bd_gpu_scene_destroy(uploader, &coloured);
     assert_ptr_equal(uploader->triangles, before);
