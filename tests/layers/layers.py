@@ -17,6 +17,7 @@ ROOMS = {
     'confine': [],
     'image': [],
     'scene': ['image'],  # the import child decodes textures
+    'rays': ['scene', 'image'],
     'gpu': [],
     'upload': ['scene', 'gpu'],
     'pass': ['upload', 'gpu'],

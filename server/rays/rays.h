@@ -1,0 +1,81 @@
+// Rays against the triangles of a snapshot: what lies between two points, and what a ray meets
+// first. Asked in batches, in render space (scene/render_space.h); triangles go by their numbers
+// (scene/triangle_order.h).
+//
+// Triangles are placed in render space in double precision and traced as one structure. Where the
+// instances of meshes would be too many triangles for that, such a mesh is kept once, in a frame of
+// its own whose scale is a power of two, and traced through the instance's matrix, which takes up
+// to twice as long; instances whose matrix would cost digits are placed all the same. Every
+// triangle has two sides, as in the shadow maps.
+//
+// No ray is blocked by, or meets, what it starts or ends on: the triangles named at its ends, and
+// anything within BD_RAY_BIAS of them. Rays with a number that is none, or beyond 1.8e18, are
+// blocked by nothing and meet nothing. Answers depend on the snapshot and on the ray: not on
+// threads, nor on the other rays of the batch.
+//
+// Wald, Woop, Benthin, Johnson, Ernst 2014 (Embree).
+//
+// Thread: a structure is built on one thread and any of Embree's, then read by all.
+
+#ifndef BD_RAYS_RAYS_H
+#define BD_RAYS_RAYS_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "base/err.h"
+#include "base/pool.h"
+#include "scene/scene.h"
+#include "shared/rays.h"
+
+struct bd_rays;
+
+#define BD_RAYS_REPEATED_MAX (UINT64_C(1) << 21) // some 130 MiB
+
+struct bd_rays_build {
+    uint32_t thread_count; // 0 = as many as the machine runs at once
+    // Triangles of meshes with many instances, over all of them, up to which they are placed.
+    uint64_t repeated_max;
+    // Asked from any of Embree's threads, several at once: true to give up. May be NULL.
+    bool (*should_stop)(void *user);
+    void *user;
+};
+
+// Retains the scene. Errors: BD_ERR_CANCELLED by should_stop, BD_ERR_NO_MEMORY, BD_ERR_LIMIT for
+// more triangles than have numbers, BD_ERR_UNSUPPORTED where Embree does not start.
+BD_MUST_CHECK
+enum bd_err bd_rays_create(struct bd_scene *scene, const struct bd_rays_build *build,
+                           struct bd_rays **out, struct bd_fault *fault);
+void bd_rays_destroy(struct bd_rays **rays);
+uint64_t bd_rays_bytes(const struct bd_rays *rays);
+
+// Of triangles whose material is not opaque. A mask is one in either reading.
+enum bd_rays_alpha {
+    BD_RAYS_ALPHA_MASK,     // what blends is there where it is at least half opaque
+    BD_RAYS_ALPHA_COVERAGE, // it is there as often as it is opaque, by a hash of ray and triangle
+};
+
+// Sets bit i % 32 of bits[i / 32] where something lies between the ends of segments[i], and clears
+// it where nothing does. `bits` has (count + 31) / 32 words; those behind the last are cleared.
+void bd_rays_occluded(const struct bd_rays *rays, struct bd_pool *pool, enum bd_rays_alpha alpha,
+                      const struct bd_segment *segments, size_t count, uint32_t *bits);
+
+struct bd_ray {
+    float origin[3];
+    uint32_t from_triangle; // or BD_NO_TRIANGLE
+    float direction[3];     // of any length from 1e-18
+    float far;              // in lengths of the direction; may be INFINITY
+};
+
+struct bd_ray_hit {
+    uint32_t triangle; // BD_NO_TRIANGLE: none, and the rest is 0
+    float u, v;        // of the second and third corner
+    float distance;    // in lengths of the direction
+};
+
+// The first triangle along each ray.
+void bd_rays_nearest(const struct bd_rays *rays, struct bd_pool *pool, enum bd_rays_alpha alpha,
+                     const struct bd_ray *queries, size_t count, struct bd_ray_hit *hits);
+
+#endif

@@ -1,0 +1,203 @@
+// Batches of rays: the gate before Embree, what does not count as a hit, and the threads.
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "rays/cutout.h"
+#include "rays/structure.h"
+
+// A multiple of 32, so that no two threads write one word of bits.
+#define RAYS_PER_PIECE 1024u
+
+// What is known of the ray, behind what Embree needs.
+struct context {
+    struct RTCIntersectContext embree;
+    const struct bd_rays *rays;
+    enum bd_rays_alpha alpha;
+    const float *origin, *direction;
+    uint32_t excluded[2];
+};
+
+static const struct context *context_of(const struct RTCFilterFunctionNArguments *arguments)
+{
+    return (const struct context *)(const void *)arguments->context;
+}
+
+// --- what does not count ----------------------------------------------------------------------
+
+static void filter_ends(const struct RTCFilterFunctionNArguments *arguments)
+{
+    const struct context *context = context_of(arguments);
+    const uint32_t number =
+        bd_rays_number(context->rays, (const struct RTCHit *)(const void *)arguments->hit);
+    if (number == context->excluded[0] || number == context->excluded[1]) arguments->valid[0] = 0;
+}
+
+void bd_rays_filter_cutout(const struct RTCFilterFunctionNArguments *arguments)
+{
+    const struct context *context = context_of(arguments);
+    const struct RTCHit *hit = (const struct RTCHit *)(const void *)arguments->hit;
+    const uint32_t number = bd_rays_number(context->rays, hit);
+    const struct bd_scene *scene = context->rays->scene;
+    uint32_t triangle;
+    const struct bd_primitive *primitive = bd_rays_primitive(context->rays, number, &triangle);
+    const struct bd_material *material = &scene->materials[primitive->material];
+    const float alpha = bd_cutout_alpha(scene, primitive, triangle, hit->u, hit->v);
+    float least = material->alpha_mode == BD_ALPHA_MASK ? material->alpha_cutoff : 0.5f;
+    bool is_there = alpha >= least;
+    if (material->alpha_mode == BD_ALPHA_BLEND && context->alpha == BD_RAYS_ALPHA_COVERAGE)
+        is_there = bd_cutout_draw(context->origin, context->direction, number) < alpha;
+    if (!is_there) arguments->valid[0] = 0;
+}
+
+static struct context context_for(const struct bd_rays *rays, enum bd_rays_alpha alpha,
+                                  const float *origin, const float *direction, uint32_t first,
+                                  uint32_t second)
+{
+    struct context context = {.rays = rays,
+                              .alpha = alpha,
+                              .origin = origin,
+                              .direction = direction,
+                              .excluded = {first, second}};
+    rtcInitIntersectContext(&context.embree);
+    if (first != BD_NO_TRIANGLE || second != BD_NO_TRIANGLE) context.embree.filter = filter_ends;
+    return context;
+}
+
+// --- the gate ---------------------------------------------------------------------------------
+
+// Embree's FLT_LARGE: builds of it that have their assertions end the process at a ray beyond.
+#define EMBREE_REACH 1.844e18f
+
+static float largest(const float v[3])
+{
+    return fmaxf(fabsf(v[0]), fmaxf(fabsf(v[1]), fabsf(v[2])));
+}
+
+// False for what is no number, too: fmaxf passes over those.
+static bool is_within_reach(const float v[3])
+{
+    return fabsf(v[0]) <= EMBREE_REACH && fabsf(v[1]) <= EMBREE_REACH &&
+           fabsf(v[2]) <= EMBREE_REACH;
+}
+
+// False for rays that nothing can lie on: such as cannot be traced, have no length, or are no
+// longer than what is left out at their ends.
+static bool make_ray(const float origin[3], const float direction[3], float near, float far,
+                     struct RTCRay *out)
+{
+    if (!is_within_reach(origin) || !is_within_reach(direction) || !(near < far)) return false;
+    *out = (struct RTCRay){
+        .org_x = origin[0],
+        .org_y = origin[1],
+        .org_z = origin[2],
+        .tnear = near,
+        .dir_x = direction[0],
+        .dir_y = direction[1],
+        .dir_z = direction[2],
+        .tfar = far,
+        .mask = UINT32_MAX,
+    };
+    return near >= 0 && near <= FLT_MAX;
+}
+
+// --- segments ---------------------------------------------------------------------------------
+
+// Within reach nothing overflows; what is shorter than 1e-19 has none.
+static float length_of(const float v[3])
+{
+    return sqrtf(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+}
+
+static bool is_occluded(const struct bd_rays *rays, enum bd_rays_alpha alpha,
+                        const struct bd_segment *s)
+{
+    const float direction[3] = {s->to[0] - s->from[0], s->to[1] - s->from[1],
+                                s->to[2] - s->from[2]};
+    const float bias = BD_RAY_BIAS * fmaxf(largest(s->from), largest(s->to)) / length_of(direction);
+    struct RTCRay ray;
+    if (!make_ray(s->from, direction, bias, 1 - bias, &ray)) return false;
+    struct context context =
+        context_for(rays, alpha, s->from, direction, s->from_triangle, s->to_triangle);
+    rtcOccluded1(rays->top, &context.embree, &ray);
+    return ray.tfar < 0;
+}
+
+struct occluded {
+    const struct bd_rays *rays;
+    enum bd_rays_alpha alpha;
+    const struct bd_segment *segments;
+    size_t count;
+    uint32_t *bits;
+};
+
+static void occlude_piece(void *user, uint32_t piece)
+{
+    const struct occluded *batch = user;
+    const size_t begin = (size_t)piece * RAYS_PER_PIECE;
+    const size_t left = batch->count - begin,
+                 end = begin + (left < RAYS_PER_PIECE ? left : RAYS_PER_PIECE);
+    for (size_t word = begin; word < end; word += 32) {
+        uint32_t bits = 0;
+        for (size_t i = word; i < end && i < word + 32; i++)
+            bits |= (uint32_t)is_occluded(batch->rays, batch->alpha, &batch->segments[i])
+                    << (i - word);
+        batch->bits[word / 32] = bits;
+    }
+}
+
+static void run_pieces(struct bd_pool *pool, size_t count, void (*work)(void *user, uint32_t piece),
+                       void *user)
+{
+    const size_t pieces = (count + RAYS_PER_PIECE - 1) / RAYS_PER_PIECE;
+    if (bd_pool_run(pool, (uint32_t)pieces, work, NULL, user)) return; // nobody stops it
+}
+
+void bd_rays_occluded(const struct bd_rays *rays, struct bd_pool *pool, enum bd_rays_alpha alpha,
+                      const struct bd_segment *segments, size_t count, uint32_t *bits)
+{
+    struct occluded batch = {rays, alpha, segments, count, bits};
+    run_pieces(pool, count, occlude_piece, &batch);
+}
+
+// --- rays -------------------------------------------------------------------------------------
+
+static struct bd_ray_hit nearest(const struct bd_rays *rays, enum bd_rays_alpha alpha,
+                                 const struct bd_ray *q)
+{
+    const struct bd_ray_hit none = {.triangle = BD_NO_TRIANGLE};
+    const float bias = BD_RAY_BIAS * largest(q->origin) / length_of(q->direction);
+    struct RTCRayHit query = {.hit.geomID = RTC_INVALID_GEOMETRY_ID,
+                              .hit.instID = {RTC_INVALID_GEOMETRY_ID}};
+    if (!make_ray(q->origin, q->direction, bias, q->far, &query.ray)) return none;
+    struct context context =
+        context_for(rays, alpha, q->origin, q->direction, q->from_triangle, BD_NO_TRIANGLE);
+    rtcIntersect1(rays->top, &context.embree, &query);
+    const uint32_t number = bd_rays_number(rays, &query.hit);
+    if (number == BD_NO_TRIANGLE) return none;
+    return (struct bd_ray_hit){number, query.hit.u, query.hit.v, query.ray.tfar};
+}
+
+struct nearest {
+    const struct bd_rays *rays;
+    enum bd_rays_alpha alpha;
+    const struct bd_ray *queries;
+    size_t count;
+    struct bd_ray_hit *hits;
+};
+
+static void meet_piece(void *user, uint32_t piece)
+{
+    const struct nearest *batch = user;
+    const size_t begin = (size_t)piece * RAYS_PER_PIECE;
+    for (size_t i = begin; i < batch->count && i < begin + RAYS_PER_PIECE; i++)
+        batch->hits[i] = nearest(batch->rays, batch->alpha, &batch->queries[i]);
+}
+
+void bd_rays_nearest(const struct bd_rays *rays, struct bd_pool *pool, enum bd_rays_alpha alpha,
+                     const struct bd_ray *queries, size_t count, struct bd_ray_hit *hits)
+{
+    struct nearest batch = {rays, alpha, queries, count, hits};
+    run_pieces(pool, count, meet_piece, &batch);
+}
