@@ -87,15 +87,15 @@ static void list_passes(const struct bd_plan *plan, struct bd_report *report)
 // Passes that are left out whole. Of a technique without indirect light that is the usual one.
 static void list_omitted_passes(const struct bd_plan *plan, struct bd_report *report)
 {
-    static const char *const usual[] = {"gather", NULL};
-    const char *const *own = plan->technique->passes ? plan->technique->passes : usual;
+    static const struct bd_technique_pass usual[] = {{"gather", 0}, {NULL, 0}};
+    const struct bd_technique_pass *own = plan->technique->passes ? plan->technique->passes : usual;
     for (enum bd_stage stage = 0; stage < BD_STAGE_COUNT; stage++) {
         const struct bd_stage_row *row = &bd_stage_rows[stage];
         const char *why = row->why_not ? row->why_not(plan) : NULL;
         if (!why || bd_plan_has(plan, stage)) continue;
         omit(report, row->pass != NULL, row->pass, why);
-        for (const char *const *pass = own; !row->pass && *pass; pass++)
-            omit(report, true, *pass, why);
+        for (const struct bd_technique_pass *pass = own; !row->pass && pass->name; pass++)
+            omit(report, true, pass->name, why);
     }
 }
 
@@ -135,6 +135,14 @@ static const char *no_glossy_lobe(const struct bd_plan *plan)
                : "glossy lobe: the technique has none for indirect light";
 }
 
+// Where none is for glossy receivers alone, the first.
+static const char *glossy_pass(const struct bd_technique *technique)
+{
+    const struct bd_technique_pass *pass = technique->passes;
+    while (pass->name && !(pass->when & BD_WHEN_GLOSSY)) pass++;
+    return pass->name ? pass->name : technique->passes->name;
+}
+
 static void list_omitted(const struct bd_plan *plan, const struct bd_scene *scene,
                          struct bd_report *report)
 {
@@ -142,9 +150,8 @@ static void list_omitted(const struct bd_plan *plan, const struct bd_scene *scen
     if (plan->technique->is_reference) return;
     list_omitted_of_surfaces(plan, &scene->features, report);
     if (bd_plan_has(plan, BD_STAGE_FRAGMENTS)) list_omitted_of_fragments(plan, report);
-    const char *const *glossy = plan->technique->glossy_passes;
     if (plan->indirect && !plan->glossy)
-        omit(report, true, glossy ? *glossy : *plan->technique->passes, no_glossy_lobe(plan));
+        omit(report, true, glossy_pass(plan->technique), no_glossy_lobe(plan));
 }
 
 // What this frame carries of light transport: the technique's model, or what was asked of the

@@ -290,11 +290,9 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
 
 // --- names ------------------------------------------------------------------------------------
 
-static bool is_for_glossy_alone(const struct bd_technique *technique, const char *pass)
+static uint32_t what_holds(const struct bd_plan *plan)
 {
-    const char *const *glossy = technique->glossy_passes;
-    while (glossy && *glossy && strcmp(*glossy, pass) != 0) glossy++;
-    return glossy && *glossy;
+    return plan->glossy ? BD_WHEN_GLOSSY : 0;
 }
 
 uint32_t bd_stage_passes(const struct bd_plan *plan, enum bd_stage stage,
@@ -304,11 +302,11 @@ uint32_t bd_stage_passes(const struct bd_plan *plan, enum bd_stage stage,
     uint32_t count = 0;
     if (row->pass) names[count++] = row->pass;
     if (stage != BD_STAGE_INDIRECT) return count;
-    const char *const *pass = plan->technique->passes;
-    for (; pass && *pass; pass++) {
-        if (!plan->glossy && is_for_glossy_alone(plan->technique, *pass)) continue;
+    const struct bd_technique_pass *pass = plan->technique->passes;
+    for (; pass && pass->name; pass++) {
+        if (pass->when & ~what_holds(plan)) continue;
         BD_ASSERT_CMP(count, <, BD_STAGE_PASSES_MAX);
-        names[count++] = *pass;
+        names[count++] = pass->name;
     }
     return count;
 }

@@ -150,9 +150,10 @@ enum bd_err bd_run_share(struct bd_frame *frame, struct bd_frame_light *light)
     enum bd_err err = with_inputs(frame, share_light);
     if (err) return err;
     if (frame->indirect->fragment_count > 0)
-        bd_stage_mark(frame, technique->passes[0], BD_PASS_RAN);
-    const char *const *glossy = frame->plan->glossy ? technique->glossy_passes : NULL;
-    for (; glossy && *glossy; glossy++) bd_stage_mark(frame, *glossy, BD_PASS_RAN);
+        bd_stage_mark(frame, technique->passes[0].name, BD_PASS_RAN);
+    for (const struct bd_technique_pass *pass = technique->passes; pass->name; pass++)
+        if (frame->plan->glossy && pass->when & BD_WHEN_GLOSSY)
+            bd_stage_mark(frame, pass->name, BD_PASS_RAN);
     return BD_ERR_OK;
 }
 

@@ -44,7 +44,7 @@ static enum bd_err light_fragments(const struct bd_pass_context *context,
     return bd_fragment_light(context, inputs, "gather", gather, out, fault);
 }
 
-static const char *const passes[] = {"gather", "upsample", NULL};
+static const struct bd_technique_pass passes[] = {{"gather", 0}, {"upsample", 0}, {NULL, 0}};
 static const char *const ladder[] = {
     "vpls=1024 tau=0.1 depth_threshold=0.2 normal_threshold=1",
     "vpls=4096 tau=0.05 depth_threshold=0.1 normal_threshold=0.5",

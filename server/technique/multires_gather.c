@@ -30,8 +30,8 @@ static enum bd_err gather_fragments(const struct bd_pass_context *context,
     return err;
 }
 
-static const char *const passes[] = {"gather", "upsample", "glossy", NULL};
-static const char *const glossy_passes[] = {"glossy", NULL};
+static const struct bd_technique_pass passes[] = {
+    {"gather", 0}, {"upsample", 0}, {"glossy", BD_WHEN_GLOSSY}, {NULL, 0}};
 // Flat walls stay few blocks whatever the thresholds are: towards the top it is how large a block
 // may be that makes them more.
 static const char *const ladder[] = {
@@ -70,7 +70,6 @@ const struct bd_technique bd_technique_multires_gather = {
     .model = {.indirect_bounces = 1, .lights = BD_LIGHTS_PUNCTUAL, .glossy_receivers = true},
     .inputs = BD_INPUT_VPL_GRID | BD_INPUT_FRAGMENTS,
     .passes = passes,
-    .glossy_passes = glossy_passes,
     .params_read = BD_READS_VPL_GRID | BD_READS_FRAGMENTS | BD_READS(BD_PARAM_LIGHT_THRESHOLD) |
                    BD_READS(BD_PARAM_VISIT) | BD_READS(BD_PARAM_SUB_FRAMES),
     .tolerance = {.direct = 1e-3, .indirect = 1e-2},

@@ -26,8 +26,8 @@ static enum bd_err splat_fragments(const struct bd_pass_context *context,
     return err;
 }
 
-static const char *const passes[] = {"splat", "upsample", "subsplats", NULL};
-static const char *const glossy_passes[] = {"subsplats", NULL};
+static const struct bd_technique_pass passes[] = {
+    {"splat", 0}, {"upsample", 0}, {"subsplats", BD_WHEN_GLOSSY}, {NULL, 0}};
 static const char *const ladder[] = {
     "vpls=16 depth_threshold=0.2 normal_threshold=1 radiance_threshold=0.5",
     "vpls=64 depth_threshold=0.2 normal_threshold=1 radiance_threshold=0.5",
@@ -45,7 +45,6 @@ const struct bd_technique bd_technique_multires_splat = {
     .model = {.indirect_bounces = 1, .lights = BD_LIGHTS_PUNCTUAL, .glossy_receivers = true},
     .inputs = BD_INPUT_VPL_GRID | BD_INPUT_FRAGMENTS,
     .passes = passes,
-    .glossy_passes = glossy_passes,
     .params_read = BD_READS_VPL_GRID | BD_READS_FRAGMENTS | BD_READS_SUBSPLATS,
     // With as many as `multires_gather` has, to which it is held, the tests would take minutes.
     .tolerance = {.direct = 1e-3, .indirect = 3e-2, .settings = "vpls=256"},

@@ -21,7 +21,7 @@ static enum bd_err gather_indirect(const struct bd_pass_context *context,
     return err;
 }
 
-static const char *const passes[] = {"gather", NULL};
+static const struct bd_technique_pass passes[] = {{"gather", 0}, {NULL, 0}};
 static const char *const ladder[] = {"vpls=16",   "vpls=64",    "vpls=256",   "vpls=1024",
                                      "vpls=4096", "vpls=16384", "vpls=65536", NULL};
 

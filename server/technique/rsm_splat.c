@@ -24,7 +24,7 @@ static enum bd_err splat_indirect(const struct bd_pass_context *context,
     return err;
 }
 
-static const char *const passes[] = {"splat", NULL};
+static const struct bd_technique_pass passes[] = {{"splat", 0}, {NULL, 0}};
 // A share below 1 never pays: for the same fragments fewer VPLs with all their light are nearer.
 static const char *const ladder[] = {"vpls=16 splat_share=1",
                                      "vpls=64 splat_share=1",

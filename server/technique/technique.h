@@ -102,18 +102,26 @@ typedef enum bd_err bd_light_fragments_fn(const struct bd_pass_context *context,
                                           const struct bd_unlit *unlit,
                                           struct bd_multires_light **out, struct bd_fault *fault);
 
+// What must hold for a pass to run: all of its bits.
+enum bd_when {
+    BD_WHEN_GLOSSY = 1u << 0, // receivers have a specular lobe worth its price
+};
+
+// A pass of the technique's own, which it brackets with bd_gpu_pass_begin and _end.
+struct bd_technique_pass {
+    const char *name; // of protocol/README.md
+    uint32_t when;    // bits of enum bd_when
+};
+
 struct bd_technique {
     const char *name; // on the wire, in logs, in file names
     const char *summary;
     struct bd_model model;
     uint32_t inputs; // BD_INPUT_*
-    // What its indirect light runs after the inputs are made, in order, by the names of
-    // protocol/README.md, ended by NULL; it brackets each with bd_gpu_pass_begin and _end. NULL if
-    // it has no indirect light.
-    const char *const *passes;
-    // Those of them that only glossy receivers need, ended by NULL. NULL: its first pass lights
-    // those too.
-    const char *const *glossy_passes;
+    // What its indirect light runs after the inputs are made, in order, ended by one without a
+    // name. NULL if it has no indirect light. Where none is for glossy receivers, its first pass
+    // lights those too.
+    const struct bd_technique_pass *passes;
     uint64_t params_read;                    // bits 1 << enum bd_param
     const struct bd_param_default *defaults; // where they differ from the table's
     uint32_t default_count;
