@@ -159,15 +159,24 @@ bool bd_cli_parameters_filter(const char *parameters)
     return strstr(parameters, "noise_filter=on") != NULL;
 }
 
+// Words of files of earlier versions, and those of today.
+static const char *renamed(const char *word)
+{
+    if (strcmp(word, "indirect_visibility=off") == 0) return "indirect_visibility=none";
+    if (strcmp(word, "indirect_visibility=on") == 0) return "indirect_visibility=rays";
+    return word;
+}
+
+// In today's words, for which twice the room is enough.
 static char *without_own(const char *parameters)
 {
-    char *copy = strdup(parameters), *out = calloc(1, strlen(parameters) + 1);
+    char *copy = strdup(parameters), *out = calloc(2, strlen(parameters) + 1);
     BD_ASSERT(copy && out);
     char *rest = NULL;
     for (char *word = strtok_r(copy, " ", &rest); word; word = strtok_r(NULL, " ", &rest)) {
         if (bd_cli_reference_file_decides(word)) continue;
         if (out[0]) strcat(out, " ");
-        strcat(out, word);
+        strcat(out, renamed(word));
     }
     free(copy);
     return out;

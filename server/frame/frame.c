@@ -22,6 +22,7 @@ void bd_renderer_init(struct bd_renderer *renderer, struct bd_gpu *gpu, uint64_t
 void bd_renderer_finish(struct bd_renderer *renderer)
 {
     bd_memo_destroy(&renderer->memo);
+    bd_pool_destroy(&renderer->pool);
 }
 
 // --- the light side ---------------------------------------------------------------------------
@@ -37,6 +38,8 @@ static void count_clusters(struct bd_frame *frame)
 static enum bd_err run_light_side(struct bd_frame *frame)
 {
     frame->anew = frame->request->fresh == BD_FRESH_ALL;
+    enum bd_err built = bd_stage_run(frame, BD_STAGE_RAYS, NULL);
+    if (built) return built;
     for (uint32_t i = 0; i < frame->subject.light_count; i++) {
         struct bd_frame_light *light = &frame->subject.lights[i];
         enum bd_err err = bd_stage_run(frame, BD_STAGE_SHADOW_MAP, light);
@@ -105,6 +108,8 @@ static void count_indirect(const struct bd_indirect *indirect, struct bd_indirec
     counts->subsplats += indirect->subsplats.drawn;
     counts->subsplats_tested += indirect->subsplats.tested;
     counts->subsplats_split += indirect->subsplats.split;
+    counts->rays += indirect->rays.count;
+    counts->rays_ms += indirect->rays.ms;
     counts->subsplats_limited |= indirect->subsplats.is_limited;
 }
 
@@ -114,6 +119,9 @@ static void report_counts(struct bd_report *report, const struct bd_indirect_cou
     report->counts.subsplats = counts->subsplats;
     report->counts.subsplats_tested = counts->subsplats_tested;
     report->counts.subsplats_split = counts->subsplats_split;
+    report->counts.rays = counts->rays;
+    report->counts.mrays_per_s =
+        counts->rays_ms > 0 ? 1e-3 * (double)counts->rays / counts->rays_ms : 0;
     if (counts->subsplats_limited)
         bd_report_flag(report, "subsplats_limited: coarser than radiance_threshold asks for");
 }

@@ -24,6 +24,7 @@ struct bd_renderer {
     struct bd_uploader uploader;
     struct bd_memo *memo;
     struct bd_slicer slicer;
+    struct bd_pool *pool;   // for rays; NULL before the first frame that traces any
     struct bd_frame *frame; // that is being rendered; NULL between frames
 };
 

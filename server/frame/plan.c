@@ -95,7 +95,7 @@ static void list_omitted_passes(const struct bd_plan *plan, struct bd_report *re
         if (!why || bd_plan_has(plan, stage)) continue;
         omit(report, row->pass != NULL, row->pass, why);
         for (const struct bd_technique_pass *pass = own; !row->pass && pass->name; pass++)
-            omit(report, true, pass->name, why);
+            omit(report, !(pass->when & BD_WHEN_RAYS), pass->name, why);
     }
 }
 
@@ -135,12 +135,12 @@ static const char *no_glossy_lobe(const struct bd_plan *plan)
                : "glossy lobe: the technique has none for indirect light";
 }
 
-// Where none is for glossy receivers alone, the first.
+// Where none is for glossy receivers alone, the one that lights.
 static const char *glossy_pass(const struct bd_technique *technique)
 {
     const struct bd_technique_pass *pass = technique->passes;
     while (pass->name && !(pass->when & BD_WHEN_GLOSSY)) pass++;
-    return pass->name ? pass->name : technique->passes->name;
+    return pass->name ? pass->name : bd_technique_light_pass(technique);
 }
 
 static void list_omitted(const struct bd_plan *plan, const struct bd_scene *scene,
@@ -165,6 +165,7 @@ static struct bd_model model_of(const struct bd_plan *plan)
         model.transmission = plan->params.transmission;
         model.coverage = plan->params.alpha_coverage;
     }
+    model.indirect_visibility |= plan->rays;
     return model;
 }
 
@@ -282,11 +283,14 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
     out->indirect = out->lights && out->technique->indirect;
     out->glossy = out->indirect && out->technique->model.glossy_receivers && !out->params.lambert &&
                   f->has_glossy;
-    out->shared = request->aa > 1 && out->indirect &&
+    out->flux_lm = total_flux_lm(scene);
+    out->rays = out->indirect && bd_plan_reads(out, BD_PARAM_INDIRECT_VISIBILITY) &&
+                out->params.indirect_visibility == BD_VISIBILITY_RAYS;
+    out->chosen = out->rays && out->params.rays < count_vpls(out, scene);
+    out->shared = request->aa > 1 && out->indirect && !out->rays &&
                   bd_technique_shares(out->technique, &out->params, out->glossy);
     out->normal_maps = f->has_normal_map;
     out->emission = f->has_emissive || f->has_unlit;
-    out->flux_lm = total_flux_lm(scene);
     out->unoccluded = has_indirect(out) && !model_of(out).indirect_visibility;
     out->layers = layers_of(out, request);
     for (enum bd_stage stage = 0; stage < BD_STAGE_COUNT; stage++)

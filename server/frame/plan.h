@@ -21,6 +21,8 @@ struct bd_plan {
     uint32_t stages;  // bits of enum bd_stage (frame/stage_rows.h)
     bool lights;      // some punctual light shines: shadow maps and direct run
     bool indirect;    // the technique's indirect light runs
+    bool rays;        // hide indirect light
+    bool chosen;      // of some VPLs alone, since there are more of them than rays
     bool shared;      // of several sub-frames all but the first take its indirect light over
     bool normal_maps; // some surface has one
     bool glossy;      // receivers with a specular lobe worth its price
@@ -35,6 +37,11 @@ struct bd_plan {
 BD_MUST_CHECK
 enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_request *request,
                          struct bd_plan *out, struct bd_report *report, struct bd_fault *fault);
+
+static inline bool bd_plan_reads(const struct bd_plan *plan, enum bd_param param)
+{
+    return plan->technique->params_read >> param & 1;
+}
 
 // Whether a placed light has any power; one that has none costs no pass.
 bool bd_plan_light_shines(const struct bd_scene *scene, uint32_t placed_light);

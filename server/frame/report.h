@@ -71,6 +71,8 @@ struct bd_report {
     struct {
         uint64_t lights, vpls, fragments, triangles;
         uint64_t subsplats, subsplats_tested, subsplats_split; // struct bd_subsplat_counts
+        uint64_t rays;
+        double mrays_per_s; // of them; 0 without
     } counts;
     double memory_gpu_mib, memory_gpu_peak_mib;
     double memory_reference_mib; // prepared for tracing, of all scenes together

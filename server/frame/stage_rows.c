@@ -34,6 +34,11 @@ static bool is_indirect(const struct bd_plan *plan)
     return plan->indirect;
 }
 
+static bool has_rays(const struct bd_plan *plan)
+{
+    return plan->rays;
+}
+
 static bool is_shared(const struct bd_plan *plan)
 {
     return plan->shared;
@@ -72,6 +77,12 @@ static bool has_fragments(const struct bd_plan *plan)
 static const char *no_light(const struct bd_plan *plan)
 {
     return is_rendered(plan) ? "no punctual light shines" : NULL;
+}
+
+static const char *no_rays(const struct bd_plan *plan)
+{
+    if (!bd_plan_reads(plan, BD_PARAM_INDIRECT_VISIBILITY) || is_reference(plan)) return NULL;
+    return is_indirect(plan) ? "indirect_visibility=none" : "no light to reflect";
 }
 
 static const char *no_filter(const struct bd_plan *plan)
@@ -134,6 +145,18 @@ OUTPUT(indirect, indirect)
     .run = run_it, .bytes = what##_bytes, .destroy = destroy_##what,                               \
     .output = offsetof(struct bd_##in, what)
 
+static uint64_t rays_bytes(const void *output)
+{
+    return bd_rays_bytes(output);
+}
+
+static void destroy_rays(void *renderer, void *output)
+{
+    (void)renderer;
+    struct bd_rays *rays = output;
+    bd_rays_destroy(&rays);
+}
+
 // --- the rows ---------------------------------------------------------------------------------
 
 #define ASPECT(name) BD_ASPECT_BIT(name)
@@ -191,6 +214,14 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
             .reads = READS_BRDF | BD_READ_LIGHT_POWER,
             .params = PARAM(BRDF),
             KEEPS(direct, frame, bd_run_direct),
+        },
+    [BD_STAGE_RAYS] =
+        {
+            .pass = "bvh",
+            .is_needed = has_rays,
+            .why_not = no_rays,
+            .reads = READS_PLACES,
+            KEEPS(rays, frame, bd_run_rays),
         },
     [BD_STAGE_RSM] =
         {
@@ -266,7 +297,7 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
         {
             .is_needed = is_indirect,
             .why_not = no_indirect,
-            .from = STAGE(SEEN) | STAGES_OF_VPLS | STAGE(FRAGMENTS) | STAGE(SURFACES),
+            .from = STAGE(SEEN) | STAGES_OF_VPLS | STAGE(FRAGMENTS) | STAGE(SURFACES) | STAGE(RAYS),
             .glossy = READS_BRDF,
             .reads_all_params = true,
             .brackets_itself = true,
@@ -292,7 +323,8 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
 
 static uint32_t what_holds(const struct bd_plan *plan)
 {
-    return plan->glossy ? BD_WHEN_GLOSSY : 0;
+    return (plan->glossy ? BD_WHEN_GLOSSY : 0) | (plan->rays ? BD_WHEN_RAYS : 0) |
+           (plan->chosen ? BD_WHEN_CHOSEN : 0);
 }
 
 uint32_t bd_stage_passes(const struct bd_plan *plan, enum bd_stage stage,

@@ -17,13 +17,14 @@
 
 // In the order of the report.
 enum bd_stage {
-    BD_STAGE_BVH, // of the reference, with the next: sched/ runs them
+    BD_STAGE_BVH, // of the reference, with the next two: sched/ runs them
     BD_STAGE_TRACE,
     BD_STAGE_FILTER,
     BD_STAGE_SEEN,
     BD_STAGE_GBUFFER,
     BD_STAGE_SHADOW_MAP,
     BD_STAGE_DIRECT,
+    BD_STAGE_RAYS,
     BD_STAGE_RSM,
     BD_STAGE_VPL_GRID,
     BD_STAGE_VPL_CLUSTERS,

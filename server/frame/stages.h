@@ -28,7 +28,8 @@ struct bd_sub_frame {
 
 // What indirect light a frame has, over all of its sub-frames.
 struct bd_indirect_counts {
-    uint64_t fragments, subsplats, subsplats_tested, subsplats_split;
+    uint64_t fragments, subsplats, subsplats_tested, subsplats_split, rays;
+    double rays_ms;
     bool subsplats_limited; // in some sub-frame
 };
 
@@ -51,6 +52,7 @@ struct bd_frame {
     bool is_camera_side; // of a light's otherwise
     bool anew;           // what earlier frames made is not taken over; set side by side
     struct bd_gpu_scene *scene;
+    struct bd_rays *rays;
     struct bd_subject subject; // its viewpoint: of the current sub-frame
 
     // Of the current sub-frame: the keys of its stages that ran, and their outputs.
@@ -79,6 +81,7 @@ enum bd_err bd_stage_run(struct bd_frame *frame, enum bd_stage stage, struct bd_
 enum bd_err bd_run_gbuffer(struct bd_frame *frame, struct bd_frame_light *light);
 enum bd_err bd_run_shadow_map(struct bd_frame *frame, struct bd_frame_light *light);
 enum bd_err bd_run_direct(struct bd_frame *frame, struct bd_frame_light *light);
+enum bd_err bd_run_rays(struct bd_frame *frame, struct bd_frame_light *light);
 enum bd_err bd_run_rsm(struct bd_frame *frame, struct bd_frame_light *light);
 enum bd_err bd_run_vpl_grid(struct bd_frame *frame, struct bd_frame_light *light);
 enum bd_err bd_run_vpl_clusters(struct bd_frame *frame, struct bd_frame_light *light);

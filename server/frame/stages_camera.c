@@ -111,6 +111,8 @@ static enum bd_err with_inputs(struct bd_frame *frame,
         .discontinuity = frame->discontinuity,
         .fragments = frame->fragments,
         .surfaces = frame->surfaces,
+        .rays = frame->rays,
+        .pool = frame->renderer->pool,
         .glossy_receivers = frame->plan->glossy,
         .normal_maps = frame->plan->normal_maps,
     };
@@ -141,8 +143,8 @@ enum bd_err bd_run_indirect(struct bd_frame *frame, struct bd_frame_light *light
     return with_inputs(frame, light_indirectly);
 }
 
-// What the first sub-frame saw nothing of is lit by the technique's first pass, as glossy receivers
-// are.
+// What the first sub-frame saw nothing of is lit by the technique's pass that lights, as glossy
+// receivers are.
 enum bd_err bd_run_share(struct bd_frame *frame, struct bd_frame_light *light)
 {
     (void)light;
@@ -150,7 +152,7 @@ enum bd_err bd_run_share(struct bd_frame *frame, struct bd_frame_light *light)
     enum bd_err err = with_inputs(frame, share_light);
     if (err) return err;
     if (frame->indirect->fragment_count > 0)
-        bd_stage_mark(frame, technique->passes[0].name, BD_PASS_RAN);
+        bd_stage_mark(frame, bd_technique_light_pass(technique), BD_PASS_RAN);
     for (const struct bd_technique_pass *pass = technique->passes; pass->name; pass++)
         if (frame->plan->glossy && pass->when & BD_WHEN_GLOSSY)
             bd_stage_mark(frame, pass->name, BD_PASS_RAN);

@@ -80,6 +80,10 @@ static void fill_counts(Bounced__Report *message, const struct bd_report *report
     BD_SET(counts, vpls, report->counts.vpls);
     BD_SET(counts, fragments, report->counts.fragments);
     BD_SET(counts, triangles, report->counts.triangles);
+    if (report->counts.rays > 0) {
+        BD_SET(counts, rays, report->counts.rays);
+        BD_SET(counts, mrays_per_s, report->counts.mrays_per_s);
+    }
     if (report->counts.subsplats_tested > 0) {
         BD_SET(counts, subsplats, report->counts.subsplats);
         BD_SET(counts, subsplats_tested, report->counts.subsplats_tested);

@@ -1,8 +1,10 @@
 #include "pass/gather.h"
 
+#include <math.h>
 #include <stdlib.h>
 
 #include "base/assert.h"
+#include "pass/choose.h"
 #include "shared/bindings.h"
 #include "shared/gather.h"
 
@@ -15,6 +17,8 @@ struct gather {
     const struct bd_gather_inputs *inputs;
     const struct bd_program *program;
     struct bd_view view;
+    struct bd_segments *segments; // of a tile; NULL without visibility
+    const char *kind;             // of work
     struct bd_indirect *out;
 };
 
@@ -29,6 +33,10 @@ static void dispatch(const struct gather *g, const struct bd_vpl_list *list,
     bindings.images[0].read = bindings.images[0].write = true;
     bindings.images[1].tex = g->out->glossy;
     bindings.images[1].read = bindings.images[1].write = g->out->glossy != NULL;
+    if (g->segments) {
+        bindings.storage[BD_STORAGE_OCCLUDED].buf = g->segments->occluded;
+        bindings.storage[BD_STORAGE_OCCLUDED].read = true;
+    }
     bindings.uniforms[BD_UNIFORM_VIEW].bytes = &g->view;
     bindings.uniforms[BD_UNIFORM_VIEW].size_bytes = sizeof g->view;
     bindings.uniforms[BD_UNIFORM_ARGS].bytes = args;
@@ -40,31 +48,67 @@ static void dispatch(const struct gather *g, const struct bd_vpl_list *list,
                     (args->tile.w + group[1] - 1) / group[1], 1);
 }
 
+// What the pixels of the tile see of the range.
+static enum bd_err look(const struct gather *g, const struct bd_vpl_list *list,
+                        const struct bd_gather_args *args, struct bd_fault *fault)
+{
+    const struct bd_choose_inputs inputs = {g->inputs->gbuffer, &g->view, list,
+                                            g->inputs->near_patches};
+    const struct bd_tile tile = {args->tile.x, args->tile.y, args->tile.z, args->tile.w};
+    const size_t of_pixel = (args->vpls.y + 31) / 32 * 32;
+    bd_gpu_pass_begin(g->context->gpu, "choose");
+    enum bd_err err =
+        bd_choose_all(g->context, &inputs, &tile, args->vpls.x, args->vpls.y, g->segments, fault);
+    bd_gpu_pass_end(g->context->gpu);
+    if (err) return err;
+    bd_gpu_pass_begin(g->context->gpu, "visibility");
+    err = bd_visibility_run(g->context, g->inputs->visibility, g->segments,
+                            of_pixel * tile.width * tile.height, fault);
+    bd_gpu_pass_end(g->context->gpu);
+    bd_slicer_work(g->context->slicer, g->kind);
+    return err;
+}
+
+// Of the slicer's next tile, so that its segments fit.
+static double units_of_pixel(const struct gather *g, uint32_t vpl_count)
+{
+    const double units = vpl_count * (g->inputs->glossy ? GLOSSY_UNITS : 1);
+    if (!g->segments) return units;
+    return fmax(units, bd_slicer_units(g->context->slicer) / bd_choose_all_pixels_max(vpl_count));
+}
+
 static enum bd_err gather_range(const struct gather *g, const struct bd_vpl_list *list,
-                                uint32_t first_vpl, uint32_t vpl_count, bool first)
+                                uint32_t first_vpl, uint32_t vpl_count, bool first,
+                                struct bd_fault *fault)
 {
     const uint32_t width = g->view.size_px.x, height = g->view.size_px.y;
-    double units_per_pixel = vpl_count * (g->inputs->glossy ? GLOSSY_UNITS : 1);
     struct bd_tile tile = {0};
-    while (bd_slicer_next_tile(g->context->slicer, units_per_pixel, width, height, &tile)) {
+    enum bd_err err = BD_ERR_OK;
+    while (!err && bd_slicer_next_tile(g->context->slicer, units_of_pixel(g, vpl_count), width,
+                                       height, &tile)) {
         const struct bd_gather_args args = {
             .tile = {tile.x, tile.y, tile.width, tile.height},
             .vpls = {first_vpl, vpl_count, first, 0},
         };
-        dispatch(g, list, &args);
-        enum bd_err err =
-            bd_slicer_checkpoint(g->context->slicer, units_per_pixel * tile.width * tile.height);
+        if (g->segments) err = look(g, list, &args, fault);
         if (err) return err;
+        bd_gpu_pass_begin(g->context->gpu, "gather");
+        dispatch(g, list, &args);
+        bd_gpu_pass_end(g->context->gpu);
+        const double pixels = (double)tile.width * tile.height;
+        err = bd_slicer_checkpoint(g->context->slicer,
+                                   pixels * vpl_count * (g->inputs->glossy ? GLOSSY_UNITS : 1));
     }
-    return BD_ERR_OK;
+    return err;
 }
 
-static enum bd_err gather_list(const struct gather *g, const struct bd_vpl_list *list, bool *first)
+static enum bd_err gather_list(const struct gather *g, const struct bd_vpl_list *list, bool *first,
+                               struct bd_fault *fault)
 {
     for (uint32_t at = 0; at < list->count; at += VPLS_PER_DISPATCH) {
         uint32_t left = list->count - at;
-        enum bd_err err =
-            gather_range(g, list, at, left < VPLS_PER_DISPATCH ? left : VPLS_PER_DISPATCH, *first);
+        enum bd_err err = gather_range(
+            g, list, at, left < VPLS_PER_DISPATCH ? left : VPLS_PER_DISPATCH, *first, fault);
         if (err) return err;
         *first = false;
     }
@@ -76,14 +120,16 @@ static enum bd_err gather_all(struct gather *g, struct bd_fault *fault)
     struct bd_program_source source = {.compute = "pass/gather/gather.comp"};
     if (g->inputs->near_patches) bd_define(&source.defines, "BD_VPL_PATCH", 1);
     if (g->inputs->glossy) bd_define(&source.defines, "BD_GLOSSY", 1);
+    if (g->segments) bd_define(&source.defines, "BD_VISIBLE", 1);
     struct bd_program *program;
     enum bd_err err = bd_program_get(g->context->gpu, &source, &program, fault);
     if (err) return err;
     g->program = program;
-    bd_slicer_work(g->context->slicer, g->inputs->glossy ? "gather glossy" : "gather");
+    g->kind = g->inputs->glossy ? "gather glossy" : "gather";
+    bd_slicer_work(g->context->slicer, g->kind);
     bool first = true;
     for (uint32_t i = 0; !err && i < g->inputs->list_count; i++)
-        err = gather_list(g, g->inputs->lists[i], &first);
+        err = gather_list(g, g->inputs->lists[i], &first, fault);
     return err;
 }
 
@@ -98,7 +144,12 @@ enum bd_err bd_gather_run(const struct bd_pass_context *context,
     };
     enum bd_err err =
         bd_indirect_create(context->gpu, inputs->viewpoint, inputs->glossy, &g.out, fault);
+    if (!err && inputs->visibility)
+        err = bd_segments_create(context->gpu, BD_SEGMENTS_BYTES_MAX / sizeof(struct bd_segment),
+                                 &g.segments, fault);
     if (!err) err = gather_all(&g, fault);
+    if (!err && g.segments) g.out->rays = g.segments->traced;
+    bd_segments_destroy(context->gpu, &g.segments);
     if (err) {
         bd_indirect_destroy(context->gpu, &g.out);
         return err;

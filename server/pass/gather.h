@@ -1,7 +1,9 @@
-// Full-resolution gather: every pixel sums every VPL (algorithms.md A0.7 N1), in compute.
+// Full-resolution gather: every pixel sums every VPL (algorithms.md A0.7 N1), in compute; or those
+// that it sees, by a ray to each.
 //
-// Exact as the VPLs become many and small, for a scene without occlusion between VPL and
-// receiver. Cost: pixels x VPLs evaluations, about 24 instruction slots each.
+// Exact as the VPLs become many and small; without rays, for a scene without occlusion between VPL
+// and receiver. Cost: pixels x VPLs evaluations, about 24 instruction slots each, and as many rays
+// as VPLs face the receiver.
 
 #ifndef BD_PASS_GATHER_H
 #define BD_PASS_GATHER_H
@@ -10,6 +12,7 @@
 
 #include "pass/gbuffer.h"
 #include "pass/pass.h"
+#include "pass/visibility.h"
 #include "pass/vpl_grid.h"
 
 struct bd_gather_inputs {
@@ -20,6 +23,7 @@ struct bd_gather_inputs {
     uint32_t list_count;
     bool near_patches; // some VPL asks for the exact near field
     bool glossy;       // receivers have a specular lobe worth its price
+    const struct bd_visibility_inputs *visibility; // NULL: nothing hides any of it
 };
 
 // Of blocks that a VPL's glossy lobe is splatted to (pass/subsplats.h), summed over VPLs; 0 where
@@ -40,6 +44,7 @@ struct bd_indirect {
     struct bd_tex *gathered, *vector;
     uint64_t fragment_count; // places where light was gathered, or to which it was splatted
     struct bd_subsplat_counts subsplats;
+    struct bd_ray_counts rays;
 };
 
 BD_MUST_CHECK

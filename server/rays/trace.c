@@ -2,6 +2,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <stdatomic.h>
 #include <string.h>
 
 #include "rays/cutout.h"
@@ -130,21 +131,32 @@ struct occluded {
     const struct bd_segment *segments;
     size_t count;
     uint32_t *bits;
+    _Atomic uint64_t asked;
 };
+
+static bool has_length(const struct bd_segment *s)
+{
+    return s->from[0] != s->to[0] || s->from[1] != s->to[1] || s->from[2] != s->to[2];
+}
 
 static void occlude_piece(void *user, uint32_t piece)
 {
-    const struct occluded *batch = user;
+    struct occluded *batch = user;
     const size_t begin = (size_t)piece * RAYS_PER_PIECE;
     const size_t left = batch->count - begin,
                  end = begin + (left < RAYS_PER_PIECE ? left : RAYS_PER_PIECE);
+    uint64_t asked = 0;
     for (size_t word = begin; word < end; word += 32) {
         uint32_t bits = 0;
-        for (size_t i = word; i < end && i < word + 32; i++)
-            bits |= (uint32_t)is_occluded(batch->rays, batch->alpha, &batch->segments[i])
-                    << (i - word);
+        for (size_t i = word; i < end && i < word + 32; i++) {
+            const struct bd_segment *segment = &batch->segments[i];
+            if (!has_length(segment)) continue;
+            bits |= (uint32_t)is_occluded(batch->rays, batch->alpha, segment) << (i - word);
+            asked++;
+        }
         batch->bits[word / 32] = bits;
     }
+    atomic_fetch_add(&batch->asked, asked);
 }
 
 static void run_pieces(struct bd_pool *pool, size_t count, void (*work)(void *user, uint32_t piece),
@@ -154,11 +166,13 @@ static void run_pieces(struct bd_pool *pool, size_t count, void (*work)(void *us
     if (bd_pool_run(pool, (uint32_t)pieces, work, NULL, user)) return; // nobody stops it
 }
 
-void bd_rays_occluded(const struct bd_rays *rays, struct bd_pool *pool, enum bd_rays_alpha alpha,
-                      const struct bd_segment *segments, size_t count, uint32_t *bits)
+uint64_t bd_rays_occluded(const struct bd_rays *rays, struct bd_pool *pool,
+                          enum bd_rays_alpha alpha, const struct bd_segment *segments, size_t count,
+                          uint32_t *bits)
 {
-    struct occluded batch = {rays, alpha, segments, count, bits};
+    struct occluded batch = {rays, alpha, segments, count, bits, 0};
     run_pieces(pool, count, occlude_piece, &batch);
+    return batch.asked;
 }
 
 // --- rays -------------------------------------------------------------------------------------

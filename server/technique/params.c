@@ -86,8 +86,8 @@ static const struct param_row table[BD_PARAM_COUNT] = {
                                  1,
                                  {"off", "direction", "paper"}},
     [BD_PARAM_VISIT] = {"visit", PARAM_CHOICE, FIELD(visit), 0, 0, 0, {"list", "mask"}},
-    [BD_PARAM_SUB_FRAMES] = {"sub_frames", PARAM_CHOICE, FIELD(sub_frames), 0, 0, 0,
-                             {"shared", "own"}},
+    [BD_PARAM_SUB_FRAMES] =
+        {"sub_frames", PARAM_CHOICE, FIELD(sub_frames), 0, 0, 0, {"shared", "own"}},
     [BD_PARAM_RADIANCE_TEST] =
         {"radiance_test", PARAM_CHOICE, FIELD(radiance_test), 0, 0, 0, {"relative", "absolute"}},
     [BD_PARAM_RADIANCE_THRESHOLD] =
@@ -110,8 +110,14 @@ static const struct param_row table[BD_PARAM_COUNT] = {
     [BD_PARAM_SPP] = {"spp", PARAM_EVEN, FIELD(spp), 2, SPP_MAX, 64, {0}},
     [BD_PARAM_FIRST_SAMPLE] = {"first_sample", PARAM_EVEN, FIELD(first_sample), 0, SPP_MAX, 0, {0}},
     [BD_PARAM_BOUNCES] = {"bounces", PARAM_COUNT, FIELD(bounces), 0, 64, INFINITY, {0}},
-    [BD_PARAM_INDIRECT_VISIBILITY] = {"indirect_visibility", PARAM_CHOICE,
-                                      FIELD(indirect_visibility), 0, 0, 1, OFF_ON},
+    [BD_PARAM_INDIRECT_VISIBILITY] = {"indirect_visibility",
+                                      PARAM_CHOICE,
+                                      FIELD(indirect_visibility),
+                                      0,
+                                      0,
+                                      1,
+                                      {"none", "rays"}},
+    [BD_PARAM_RAYS] = {"rays", PARAM_COUNT, FIELD(rays), 1, 1u << 24, 16, {0}},
     [BD_PARAM_LIGHTS] = {"lights",
                          PARAM_LIGHTS,
                          FIELD(lights),
@@ -130,6 +136,25 @@ static const struct param_row table[BD_PARAM_COUNT] = {
                                  OFF_ON},
     [BD_PARAM_NOISE_FILTER] = {"noise_filter", PARAM_CHOICE, FIELD(noise_filter), 0, 0, 0, OFF_ON},
 };
+
+// Other words for choices. They are read, and never written.
+static const struct {
+    enum bd_param param;
+    const char *word;
+    uint32_t choice;
+} aliases[] = {
+    {BD_PARAM_INDIRECT_VISIBILITY, "off", BD_VISIBILITY_NONE},
+    {BD_PARAM_INDIRECT_VISIBILITY, "on", BD_VISIBILITY_RAYS},
+};
+
+static bool is_alias(const struct param_row *row, uint32_t choice, const char *word)
+{
+    for (size_t i = 0; i < sizeof aliases / sizeof *aliases; i++)
+        if (&table[aliases[i].param] == row && aliases[i].choice == choice &&
+            strcmp(aliases[i].word, word) == 0)
+            return true;
+    return false;
+}
 
 // Numbers that may be "inf" too.
 static bool is_unlimited(const struct param_row *row)
@@ -180,7 +205,7 @@ static enum bd_err read_choice(const struct param_row *row, const char *value,
                                struct bd_params *out, struct bd_fault *fault)
 {
     for (uint32_t i = 0; i < 4 && row->choices[i]; i++) {
-        if (strcmp(row->choices[i], value) != 0) continue;
+        if (strcmp(row->choices[i], value) != 0 && !is_alias(row, i, value)) continue;
         *count_at(out, row->offset) = i;
         return BD_ERR_OK;
     }

@@ -74,7 +74,9 @@ enum bd_param {
     BD_PARAM_SPP,                 // samples a pixel, both halves together: even
     BD_PARAM_FIRST_SAMPLE,        // of those, the index of the first: even
     BD_PARAM_BOUNCES,             // of indirect light, or inf
-    BD_PARAM_INDIRECT_VISIBILITY, // on | off
+    BD_PARAM_INDIRECT_VISIBILITY, // none | rays: what hides indirect light; of the reference, whose
+                                  // paths are rays, none leaves it out. `off` and `on` say the same
+    BD_PARAM_RAYS,                // VPLs of all that a receiver asks a ray for, or all of them
     BD_PARAM_LIGHTS,              // punctual, emissive, environment, joined by +; or all
     BD_PARAM_FILTER,              // point | box
     BD_PARAM_ALPHA,               // mask | coverage
@@ -85,6 +87,9 @@ enum bd_param {
     BD_PARAM_NOISE_FILTER,        // off | on (image/light_filter.h)
     BD_PARAM_COUNT,
 };
+
+// What hides indirect light. BD_VISIBILITY_NONE is false.
+enum bd_visibility { BD_VISIBILITY_NONE, BD_VISIBILITY_RAYS };
 
 // Whether each sub-frame has its own indirect light, or the first one's.
 enum bd_sub_frames { BD_SUB_FRAMES_SHARED, BD_SUB_FRAMES_OWN };
@@ -119,7 +124,8 @@ struct bd_params {
     uint32_t model_of; // 0 = none, else 1 + the index of a technique
     uint32_t spp, first_sample;
     uint32_t bounces; // UINT32_MAX = unlimited
-    uint32_t indirect_visibility;
+    uint32_t indirect_visibility; // enum bd_visibility
+    uint32_t rays;
     uint32_t lights;         // enum bd_lights
     uint32_t filter;         // 0 = point, 1 = box
     uint32_t alpha_coverage; // 0 = mask

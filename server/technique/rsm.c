@@ -14,14 +14,19 @@ static enum bd_err gather_indirect(const struct bd_pass_context *context,
                                    const struct bd_technique_inputs *inputs,
                                    struct bd_indirect **out, struct bd_fault *fault)
 {
-    const struct bd_gather_inputs gather = bd_technique_gather_inputs(inputs);
-    bd_gpu_pass_begin(context->gpu, "gather");
-    enum bd_err err = bd_gather_run(context, &gather, out, fault);
-    bd_gpu_pass_end(context->gpu);
-    return err;
+    struct bd_gather_inputs gather = bd_technique_gather_inputs(inputs);
+    const struct bd_visibility_inputs visibility = {
+        inputs->rays, inputs->pool, (enum bd_rays_alpha)inputs->params->alpha_coverage};
+    if (inputs->rays) gather.visibility = &visibility;
+    return bd_gather_run(context, &gather, out, fault);
 }
 
-static const struct bd_technique_pass passes[] = {{"gather", 0}, {NULL, 0}};
+static const struct bd_technique_pass passes[] = {
+    {"choose", BD_WHEN_RAYS}, {"visibility", BD_WHEN_RAYS}, {"gather", 0}, {NULL, 0}};
+static const struct bd_param_default defaults[] = {
+    {BD_PARAM_INDIRECT_VISIBILITY, BD_VISIBILITY_NONE},
+    {BD_PARAM_ALPHA, BD_RAYS_ALPHA_MASK},
+};
 static const char *const ladder[] = {"vpls=16",   "vpls=64",    "vpls=256",   "vpls=1024",
                                      "vpls=4096", "vpls=16384", "vpls=65536", NULL};
 
@@ -31,7 +36,9 @@ const struct bd_technique bd_technique_rsm = {
     .model = {.indirect_bounces = 1, .lights = BD_LIGHTS_PUNCTUAL, .glossy_receivers = true},
     .inputs = BD_INPUT_VPL_GRID,
     .passes = passes,
-    .params_read = BD_READS_VPL_GRID | BD_READS(BD_PARAM_SUB_FRAMES),
+    .params_read = BD_READS_VPL_GRID | BD_READS_VISIBILITY | BD_READS(BD_PARAM_SUB_FRAMES),
+    .defaults = defaults,
+    .default_count = sizeof defaults / sizeof *defaults,
     .tolerance = {.direct = 1e-3, .indirect = 1e-2},
     .hazard_codes = "",
     .ladder = ladder,

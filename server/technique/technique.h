@@ -24,6 +24,8 @@ enum bd_frame_input {
 };
 
 // Parameters that the frame reads for those inputs, G-buffer and direct light included.
+#define BD_READS_VISIBILITY                                                                        \
+    (BD_READS(BD_PARAM_INDIRECT_VISIBILITY) | BD_READS(BD_PARAM_RAYS) | BD_READS(BD_PARAM_ALPHA))
 #define BD_READS_VPL_GRID                                                                          \
     (BD_READS(BD_PARAM_BRDF) | BD_READS(BD_PARAM_SHADOW_SIZE) | BD_READS(BD_PARAM_VPLS) |          \
      BD_READS(BD_PARAM_VPL_BUDGET) | BD_READS(BD_PARAM_RSM_SIZE) | BD_READS(BD_PARAM_VPL_KERNEL) | \
@@ -86,6 +88,8 @@ struct bd_technique_inputs {
     const struct bd_discontinuity *discontinuity; // BD_INPUT_FRAGMENTS
     const struct bd_fragments *fragments;         // BD_INPUT_FRAGMENTS
     const struct bd_surfaces *surfaces;           // BD_INPUT_FRAGMENTS
+    const struct bd_rays *rays;                   // indirect_visibility=rays
+    struct bd_pool *pool;                         // for them
     bool glossy_receivers;
     bool normal_maps; // some surface has one: normals change from pixel to pixel
 };
@@ -105,6 +109,8 @@ typedef enum bd_err bd_light_fragments_fn(const struct bd_pass_context *context,
 // What must hold for a pass to run: all of its bits.
 enum bd_when {
     BD_WHEN_GLOSSY = 1u << 0, // receivers have a specular lobe worth its price
+    BD_WHEN_RAYS = 1u << 1,   // indirect_visibility=rays
+    BD_WHEN_CHOSEN = 1u << 2, // and fewer rays than VPLs
 };
 
 // A pass of the technique's own, which it brackets with bd_gpu_pass_begin and _end.
@@ -119,8 +125,8 @@ struct bd_technique {
     struct bd_model model;
     uint32_t inputs; // BD_INPUT_*
     // What its indirect light runs after the inputs are made, in order, ended by one without a
-    // name. NULL if it has no indirect light. Where none is for glossy receivers, its first pass
-    // lights those too.
+    // name. NULL if it has no indirect light. Where none is for glossy receivers, the pass that
+    // lights (bd_technique_light_pass) lights those too.
     const struct bd_technique_pass *passes;
     uint64_t params_read;                    // bits 1 << enum bd_param
     const struct bd_param_default *defaults; // where they differ from the table's
@@ -148,6 +154,14 @@ struct bd_technique {
                                 const struct bd_technique_inputs *inputs,
                                 struct bd_indirect *indirect, struct bd_fault *fault);
 };
+
+// The pass that lights, whatever holds: the first that always runs. The technique has one.
+static inline const char *bd_technique_light_pass(const struct bd_technique *technique)
+{
+    const struct bd_technique_pass *pass = technique->passes;
+    while (pass->when) pass++;
+    return pass->name;
+}
 
 // For those that light every pixel from the lists.
 static inline struct bd_gather_inputs

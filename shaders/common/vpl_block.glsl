@@ -174,7 +174,19 @@ vec3 on_plane(vec2 texel_at, vec3 centre, vec3 normal)
     return start + ray * (dot(centre - start, normal) / toward) - centre;
 }
 
-void store(uint index, vec3 position, float area, vec3 normal, vec3 flux, vec3 u, vec3 v)
+// A vector of the plane of u and v in parts of them; (0, 0) where they span none.
+vec2 in_sides(vec3 offset, vec3 u, vec3 v)
+{
+    float uu = dot(u, u), uv = dot(u, v), vv = dot(v, v);
+    float determinant = uu * vv - uv * uv;
+    if (!(determinant > 1e-6 * uu * vv)) return vec2(0.0);
+    float ou = dot(offset, u), ov = dot(offset, v);
+    return vec2(ou * vv - ov * uv, ov * uu - ou * uv) / determinant;
+}
+
+// `offset`: of the position from the representative texel's.
+void store(uint index, vec3 position, float area, vec3 normal, vec3 flux, vec3 u, vec3 v,
+           vec3 offset)
 {
     float kernel_area = args.block.how.x == BD_VPL_KERNEL_POINT ? 0.0 : area;
     float near = args.block.how.x == BD_VPL_KERNEL_PATCH ? args.block.limits.x : 0.0;
@@ -182,9 +194,10 @@ void store(uint index, vec3 position, float area, vec3 normal, vec3 flux, vec3 u
     // A long patch is no disk until its length is small against the distance, too.
     float reach_squared = max(area / PI, max(dot(u, u), dot(v, v)));
     vpls[index * BD_VPL_VEC4S + 1u] = vec4(normal, near * near * reach_squared);
-    vpls[index * BD_VPL_VEC4S + 2u] = vec4(flux, 0.0);
+    vec2 sides = in_sides(offset, u, v);
+    vpls[index * BD_VPL_VEC4S + 2u] = vec4(flux, sides.x);
     vpl_quads[index * BD_VPL_QUAD_VEC4S] = vec4(u, area > 0.0 ? 1.0 / area : 0.0);
-    vpl_quads[index * BD_VPL_QUAD_VEC4S + 1u] = vec4(v, 0.0);
+    vpl_quads[index * BD_VPL_QUAD_VEC4S + 1u] = vec4(v, sides.y);
 }
 
 // Half sides of the parallelogram that the block covers on its plane, scaled to the summed area;
@@ -241,7 +254,7 @@ void make_vpl(ivec2 begin, ivec2 end, uint index)
     light_face_axes(face, face_x, face_y, face_z);
     texel representative;
     if (!find_representative(representative)) {
-        store(index, vec3(0.0), 0.0, vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
+        store(index, vec3(0.0), 0.0, vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
         return;
     }
     block_sums sums = sum_block(representative);
@@ -251,5 +264,6 @@ void make_vpl(ivec2 begin, ivec2 end, uint index)
     vec3 position = representative.position + sums.offset - n * dot(n, sums.offset);
     vec3 u, v;
     patch_sides(position, n, sums.area, u, v);
-    store(index, position, sums.area, sums.normal, sums.flux, u, v);
+    store(index, position, sums.area, sums.normal, sums.flux, u, v,
+          position - representative.position);
 }

@@ -8,6 +8,7 @@
 // specular one gives.
 // BD_VECTOR: also the irradiance vector, of all channels together: its dot product with the
 // receiver's normal is their irradiance, and near it for normals near that one.
+// BD_VISIBLE: of a block's VPLs those in `hidden` count for nothing.
 // BD_SPREAD: also how far off light that is interpolated over the receiver's block may be.
 #include "common/all_channels.glsl"
 #include "common/array.glsl"
@@ -160,14 +161,26 @@ bool add_far(inout sums s, receiver r, vec3 viewer, virtual_light vpl)
     return far;
 }
 
+#ifdef BD_VISIBLE
+uint hidden = 0u; // a bit for each VPL of the block that is gathered next
+#endif
+
 // A block of at most 32 VPLs. Those near enough to be integrated as patches are marked in a bit
 // mask and done after the others, because a software device runs both sides of every branch:
 // in the inner loop the patch's formula would cost six times the rest.
 void gather_block(inout sums s, receiver r, vec3 viewer, uint begin, uint end)
 {
     uint near = 0u;
-    for (uint index = begin; index < end; index++)
-        if (!add_far(s, r, viewer, vpl_at(index))) near |= 1u << (index - begin);
+    for (uint index = begin; index < end; index++) {
+        virtual_light vpl = vpl_at(index);
+#ifdef BD_VISIBLE
+        if ((hidden >> (index - begin) & 1u) != 0u) vpl.flux = vec3(0.0);
+#endif
+        if (!add_far(s, r, viewer, vpl)) near |= 1u << (index - begin);
+    }
+#ifdef BD_VISIBLE
+    near &= ~hidden;
+#endif
 #ifdef BD_VPL_PATCH
     while (near != 0u) {
         add_patch(s, r, viewer, begin + uint(findLSB(near)));

@@ -66,6 +66,10 @@
 #define BD_IMAGE_GLOSSY_SLOPE_Y 3
 #define BD_IMAGE_GLOSSY         4
 
+// Storage blocks of choose and gather.
+#define BD_STORAGE_SEGMENTS 0
+#define BD_STORAGE_OCCLUDED 1
+
 // Storage blocks of gather_fragments.
 #define BD_STORAGE_FRAGMENTS 0
 

@@ -176,7 +176,7 @@ static void what_is_shared_is_near_what_is_not(void **state)
             struct picture own = render(w, &request);
             double error =
                 relative_rmse(shared.layers[BD_LAYER_INDIRECT], own.layers[BD_LAYER_INDIRECT]);
-            uint32_t lit = sub_frames_of(&shared.report, technique->passes[0].name);
+            uint32_t lit = sub_frames_of(&shared.report, bd_technique_light_pass(technique));
             printf("    %s, %s: %.3g %%, %llu places instead of %llu\n", technique->name,
                    room == ROOM_GLOSSY ? "glossy" : "rough", 100 * error,
                    (unsigned long long)shared.report.counts.fragments,

@@ -1,5 +1,6 @@
 // Full-resolution gather (algorithms.md A0.7 N1): every pixel sums every VPL of a slice, in the
-// order of the list, without visibility.
+// order of the list. Without visibility, or with BD_VISIBLE those that the pixel sees: a word for
+// each block of 32, pixels of the tile in rows.
 //
 // image 0: irradiance, demodulated: no receiver albedo in it.
 // image 1 (BD_GLOSSY): what the whole BRDF reflects beyond that (common/vpl_gather.glsl).
@@ -13,6 +14,10 @@ layout(binding = 0, rgba32f) uniform image2D irradiance;
 layout(binding = 1, rgba32f) uniform image2D glossy;
 #endif
 
+#ifdef BD_VISIBLE
+layout(std430, binding = BD_STORAGE_OCCLUDED) readonly buffer occluded_block { uint occluded[]; };
+#endif
+
 void main()
 {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy + args.tile.xy);
@@ -22,8 +27,16 @@ void main()
     bool first = args.vpls.z != 0u;
     sums s = no_light();
     uint end = args.vpls.x + (r.lit ? args.vpls.y : 0u);
-    for (uint at = args.vpls.x; at < end; at += 32u)
+#ifdef BD_VISIBLE
+    uint place = gl_GlobalInvocationID.y * args.tile.z + gl_GlobalInvocationID.x;
+    uint word = place * ((args.vpls.y + 31u) / 32u);
+#endif
+    for (uint at = args.vpls.x; at < end; at += 32u) {
+#ifdef BD_VISIBLE
+        hidden = occluded[word++];
+#endif
         gather_block(s, r, viewer, at, min(at + 32u, end));
+    }
     if (!first) s.diffuse += imageLoad(irradiance, pixel).rgb;
     imageStore(irradiance, pixel, vec4(s.diffuse, 1.0));
 #ifdef BD_GLOSSY

@@ -61,11 +61,24 @@ static void what_is_read_is_written_and_read_again(void **state)
 {
     (void)state;
     static const char *const pairs[][2] = {
-        {"bounces", "inf"}, {"bounces", "0"}, {"bounces", "64"}, {"clamp", "inf"},
-        {"clamp", "0.125"}, {"lights", "all"}, {"lights", "emissive"}, {"filter", "box"},
-        {"lights", "punctual+environment"}, {"alpha", "mask"}, {"senders", "lambert"},
-        {"transmission", "off"}, {"light_vertices", "off"}, {"indirect_visibility", "off"},
-        {"spp", "16777216"}, {"first_sample", "2"}, {"model_of", "rsm"}, {"model_of", "none"},
+        {"bounces", "inf"},
+        {"bounces", "0"},
+        {"bounces", "64"},
+        {"clamp", "inf"},
+        {"clamp", "0.125"},
+        {"lights", "all"},
+        {"lights", "emissive"},
+        {"filter", "box"},
+        {"lights", "punctual+environment"},
+        {"alpha", "mask"},
+        {"senders", "lambert"},
+        {"transmission", "off"},
+        {"light_vertices", "off"},
+        {"indirect_visibility", "none"},
+        {"spp", "16777216"},
+        {"first_sample", "2"},
+        {"model_of", "rsm"},
+        {"model_of", "none"},
         {"brdf", "lambert"},
     };
     for (size_t i = 0; i < sizeof pairs / sizeof pairs[0]; i++) {
@@ -74,6 +87,8 @@ static void what_is_read_is_written_and_read_again(void **state)
         assert_written(setting, pairs[i][0], pairs[i][1]);
     }
     assert_written("lights=environment+punctual+emissive", "lights", "all");
+    assert_written("indirect_visibility=off", "indirect_visibility", "none");
+    assert_written("indirect_visibility=on", "indirect_visibility", "rays");
 }
 
 static void what_makes_no_sense_is_refused_by_name(void **state)

@@ -1,0 +1,52 @@
+// Visibility: which of a buffer's segments are blocked (rays/rays.h). One question for all who
+// gather; what they do with the answer is theirs.
+//
+// Cost: a ray a segment, some 10 to 40 M a second on two cores.
+// Wald, Woop, Benthin, Johnson, Ernst 2014 (Embree).
+//
+// Thread: render thread, and the pool's.
+
+#ifndef BD_PASS_VISIBILITY_H
+#define BD_PASS_VISIBILITY_H
+
+#include "pass/pass.h"
+#include "rays/rays.h"
+
+struct bd_visibility_inputs {
+    const struct bd_rays *rays;
+    struct bd_pool *pool;
+    enum bd_rays_alpha alpha;
+};
+
+// So far, without what others took in between.
+struct bd_ray_counts {
+    uint64_t count;
+    double ms;
+};
+
+// Segments of a slice and their answers. Segments whose ends are one point ask nothing and are not
+// blocked.
+struct bd_segments {
+    struct bd_buf *segments; // shared/rays.h
+    struct bd_buf *occluded; // a bit each, 32 a word
+    size_t count_max;        // a multiple of 32
+    struct bd_ray_counts traced;
+    struct bd_segment *host;
+    uint32_t *host_bits;
+};
+
+// Of the buffer of segments: a slice of any picture's.
+#define BD_SEGMENTS_BYTES_MAX ((size_t)64 << 20)
+
+BD_MUST_CHECK
+enum bd_err bd_segments_create(struct bd_gpu *gpu, size_t count_max, struct bd_segments **out,
+                               struct bd_fault *fault);
+void bd_segments_destroy(struct bd_gpu *gpu, struct bd_segments **segments);
+
+// Answers the first `count`, in slices of their own.
+BD_MUST_CHECK
+enum bd_err bd_visibility_run(const struct bd_pass_context *context,
+                              const struct bd_visibility_inputs *inputs,
+                              struct bd_segments *segments, size_t count, struct bd_fault *fault);
+
+#endif
