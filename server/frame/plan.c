@@ -7,6 +7,7 @@
 #include "base/hash.h"
 #include "frame/stage_rows.h"
 #include "pass/discontinuity.h"
+#include "pass/gather_chosen.h"
 #include "pass/gather_tree.h"
 #include "pass/upsample.h"
 #include "technique/sub_frame_light.h"
@@ -286,7 +287,8 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
     out->flux_lm = total_flux_lm(scene);
     out->rays = out->indirect && bd_plan_reads(out, BD_PARAM_INDIRECT_VISIBILITY) &&
                 out->params.indirect_visibility == BD_VISIBILITY_RAYS;
-    out->chosen = out->rays && out->params.rays < count_vpls(out, scene);
+    out->chosen = out->rays && out->params.rays < count_vpls(out, scene) &&
+                  out->params.rays <= BD_RAYS_CHOSEN_MAX;
     out->shared = request->aa > 1 && out->indirect && !out->rays &&
                   bd_technique_shares(out->technique, &out->params, out->glossy);
     out->normal_maps = f->has_normal_map;

@@ -298,6 +298,7 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
             .is_needed = is_indirect,
             .why_not = no_indirect,
             .from = STAGE(SEEN) | STAGES_OF_VPLS | STAGE(FRAGMENTS) | STAGE(SURFACES) | STAGE(RAYS),
+            .reads = BD_READ_SEED,
             .glossy = READS_BRDF,
             .reads_all_params = true,
             .brackets_itself = true,
@@ -362,8 +363,10 @@ static void set_up_lights(struct bd_subject *subject)
 struct bd_subject bd_subject_of(const struct bd_scene *scene, const struct bd_plan *plan,
                                 const struct bd_frame_request *request)
 {
-    struct bd_subject subject = {
-        .scene = scene, .plan = plan, .unit_cd_m2 = bd_render_space_of(scene).unit_cd_m2};
+    struct bd_subject subject = {.scene = scene,
+                                 .plan = plan,
+                                 .unit_cd_m2 = bd_render_space_of(scene).unit_cd_m2,
+                                 .seed = request->seed};
     set_up_lights(&subject);
     subject.viewpoint =
         request->pose.is_set
@@ -443,6 +446,7 @@ static uint64_t key_reads(uint64_t key, const struct bd_subject *subject, uint32
     for (uint32_t i = 0; i < (light ? 1 : subject->light_count); i++)
         key = key_light(key, subject, reads, light ? light : &subject->lights[i]);
     if (reads & BD_READ_VIEW) key = key_view(key, &subject->viewpoint);
+    if (reads & BD_READ_SEED && subject->plan->chosen) key = bd_key_number(key, subject->seed);
     const double emission_unit = subject->plan->emission ? subject->unit_cd_m2 : 0;
     if (reads & BD_READ_EMISSION_UNIT)
         key = bd_key_bytes(key, &emission_unit, sizeof emission_unit);

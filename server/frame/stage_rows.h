@@ -48,6 +48,7 @@ enum bd_stage_read {
     BD_READ_LIGHT_SIDES = 4u << BD_ASPECT_COUNT, // how fine its maps and grids are
     BD_READ_VIEW = 8u << BD_ASPECT_COUNT,
     BD_READ_EMISSION_UNIT = 16u << BD_ASPECT_COUNT, // the frame's, where something emits
+    BD_READ_SEED = 32u << BD_ASPECT_COUNT,          // where something is chosen by chance
 };
 
 struct bd_frame;
@@ -69,6 +70,7 @@ struct bd_subject {
     const struct bd_scene *scene;
     const struct bd_plan *plan;
     double unit_cd_m2;
+    uint64_t seed;
     uint32_t light_count;
     struct bd_frame_light *lights;
     struct bd_viewpoint viewpoint;

@@ -113,6 +113,8 @@ static enum bd_err with_inputs(struct bd_frame *frame,
         .surfaces = frame->surfaces,
         .rays = frame->rays,
         .pool = frame->renderer->pool,
+        .chosen = frame->plan->chosen,
+        .seed = frame->subject.seed,
         .glossy_receivers = frame->plan->glossy,
         .normal_maps = frame->plan->normal_maps,
     };

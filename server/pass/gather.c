@@ -184,6 +184,7 @@ void bd_indirect_destroy(struct bd_gpu *gpu, struct bd_indirect **indirect)
     bd_tex_destroy(gpu, &(*indirect)->glossy);
     bd_tex_destroy(gpu, &(*indirect)->gathered);
     bd_tex_destroy(gpu, &(*indirect)->vector);
+    bd_tex_destroy(gpu, &(*indirect)->noise);
     free(*indirect);
     *indirect = NULL;
 }
@@ -191,7 +192,7 @@ void bd_indirect_destroy(struct bd_gpu *gpu, struct bd_indirect **indirect)
 uint64_t bd_indirect_bytes(const struct bd_indirect *indirect)
 {
     const struct bd_tex *textures[] = {indirect->irradiance, indirect->glossy, indirect->gathered,
-                                       indirect->vector};
+                                       indirect->vector, indirect->noise};
     uint64_t bytes = 0;
     for (size_t i = 0; i < sizeof textures / sizeof *textures; i++)
         if (textures[i]) bytes += bd_tex_bytes(textures[i]);

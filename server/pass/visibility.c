@@ -16,8 +16,8 @@ enum bd_err bd_segments_create(struct bd_gpu *gpu, size_t count_max, struct bd_s
     s->host = malloc(s->count_max * sizeof *s->host);
     s->host_bits = malloc(s->count_max / 8);
     BD_ASSERT(s->host && s->host_bits);
-    enum bd_err err = bd_buf_create_unset(gpu, "segments", s->count_max * sizeof *s->host,
-                                          &s->segments, fault);
+    enum bd_err err =
+        bd_buf_create_unset(gpu, "segments", s->count_max * sizeof *s->host, &s->segments, fault);
     if (!err) err = bd_buf_create_unset(gpu, "occluded", s->count_max / 8, &s->occluded, fault);
     if (err) bd_segments_destroy(gpu, out);
     return err;
@@ -57,8 +57,8 @@ enum bd_err bd_visibility_run(const struct bd_pass_context *context,
         rays = slice_of(context->slicer, count - at);
         const uint64_t start_ns = bd_clock_ns();
         segments->traced.count +=
-            bd_rays_occluded(inputs->rays, inputs->pool, inputs->alpha,
-                                             segments->host + at, rays, segments->host_bits + at / 32);
+            bd_rays_occluded(inputs->rays, inputs->pool, inputs->alpha, segments->host + at, rays,
+                             segments->host_bits + at / 32);
         segments->traced.ms += bd_ms_since(start_ns);
         err = bd_slicer_checkpoint(context->slicer, (double)rays);
     }

@@ -7,6 +7,7 @@
 //         are diffuse
 // Known:  ignores occlusion of VPLs; metals send no light on (their lobe is not diffuse)
 
+#include "pass/gather_chosen.h"
 #include "technique/fragment_light.h"
 #include "technique/technique.h"
 
@@ -18,11 +19,13 @@ static enum bd_err gather_indirect(const struct bd_pass_context *context,
     const struct bd_visibility_inputs visibility = {
         inputs->rays, inputs->pool, (enum bd_rays_alpha)inputs->params->alpha_coverage};
     if (inputs->rays) gather.visibility = &visibility;
-    return bd_gather_run(context, &gather, out, fault);
+    const struct bd_gather_chosen_inputs chosen = {&gather, inputs->params->rays, inputs->seed};
+    return inputs->chosen ? bd_gather_chosen_run(context, &chosen, out, fault)
+                          : bd_gather_run(context, &gather, out, fault);
 }
 
 static const struct bd_technique_pass passes[] = {
-    {"choose", BD_WHEN_RAYS}, {"visibility", BD_WHEN_RAYS}, {"gather", 0}, {NULL, 0}};
+    {"weigh", BD_WHEN_CHOSEN}, {"choose", BD_WHEN_RAYS}, {"visibility", BD_WHEN_RAYS}, {"gather", 0}, {NULL, 0}};
 static const struct bd_param_default defaults[] = {
     {BD_PARAM_INDIRECT_VISIBILITY, BD_VISIBILITY_NONE},
     {BD_PARAM_ALPHA, BD_RAYS_ALPHA_MASK},

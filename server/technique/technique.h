@@ -90,6 +90,8 @@ struct bd_technique_inputs {
     const struct bd_surfaces *surfaces;           // BD_INPUT_FRAGMENTS
     const struct bd_rays *rays;                   // indirect_visibility=rays
     struct bd_pool *pool;                         // for them
+    bool chosen;                                  // there are fewer of them than VPLs
+    uint64_t seed;                                // of what is chosen
     bool glossy_receivers;
     bool normal_maps; // some surface has one: normals change from pixel to pixel
 };

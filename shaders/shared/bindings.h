@@ -69,6 +69,8 @@
 // Storage blocks of choose and gather.
 #define BD_STORAGE_SEGMENTS 0
 #define BD_STORAGE_OCCLUDED 1
+#define BD_STORAGE_PREFIX   2
+#define BD_STORAGE_PICKS    3
 
 // Storage blocks of gather_fragments.
 #define BD_STORAGE_FRAGMENTS 0

@@ -1,4 +1,4 @@
-// Arguments of pass/choose.
+// Arguments of pass/choose and of what gathers the VPLs that were chosen.
 #ifndef BD_SHARED_CHOOSE_H
 #define BD_SHARED_CHOOSE_H
 
@@ -6,11 +6,17 @@
 
 struct bd_choose_args {
     BD_UVEC4 tile; // of the slice: xy = its first pixel, zw = its width and height
-    BD_UVEC4 vpls; // x = first VPL of the slice, y = VPLs in it, z = words of answers a receiver
+    BD_UVEC4 vpls; // x = first VPL of the slice, y = VPLs in it; all.comp: z = words a receiver;
+                   // else z = VPLs of a group, w = groups of the whole list
+    BD_UVEC4 rays; // x = VPLs that are chosen for a receiver, y = seed, z = VPLs of the whole list
 };
 
+// Of a VPL that was chosen: rgb of its light, seen or not, times how many it stands for; the same
+// of the specular lobe.
+#define BD_PICK_VEC4S 2
+
 #ifndef BD_GLSL
-_Static_assert(sizeof(struct bd_choose_args) == 32, "std140 size");
+_Static_assert(sizeof(struct bd_choose_args) == 48, "std140 size");
 #endif
 
 #endif

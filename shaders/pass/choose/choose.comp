@@ -1,0 +1,132 @@
+// VPLs for a pixel in proportion to what they would give it, by systematic sampling over the
+// running sums: one from each of as many equal parts as there are rays, all at the same place of
+// their part. Neighbouring pixels take other places (Bayer 1973), and so does every seed and
+// sub-frame.
+#include "common/vpl_walk.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(std140, binding = BD_UNIFORM_ARGS) uniform args_block { bd_choose_args args; };
+layout(std430, binding = BD_STORAGE_PICKS) writeonly buffer pick_block { vec4 picks[]; };
+
+// Jarzynski and Olano 2020: PCG in one dimension.
+uint stir(uint x)
+{
+    x = x * 747796405u + 2891336453u;
+    x = ((x >> ((x >> 28u) + 4u)) ^ x) * 277803737u;
+    return x >> 22u ^ x;
+}
+
+float bayer(uvec2 at)
+{
+    uint x = at.x ^ at.y, y = at.y;
+    uint order = (x & 1u) << 3u | (y & 1u) << 2u | (x & 2u) | (y & 2u) >> 1u;
+    return (float(order) + 0.5) / 16.0;
+}
+
+// In [0, 1).
+float place_in_part(uvec2 pixel)
+{
+    uint hash = stir(args.rays.y ^ stir(floatBitsToUint(view.sample_px.x)));
+    hash = stir(hash ^ stir(floatBitsToUint(view.sample_px.y)));
+    return fract(bayer(pixel & 3u) + float(hash >> 8u) * (1.0 / 16777216.0));
+}
+
+// The first group whose running sum is more than `target`; the last where none is.
+uint group_at(float target, uint receivers, uint place)
+{
+    uint low = 0u, high = args.vpls.w - 1u;
+    while (low < high) {
+        uint middle = (low + high) / 2u;
+        if (prefix[place_of_prefix(middle, receivers, place)] > target)
+            high = middle;
+        else
+            low = middle + 1u;
+    }
+    return low;
+}
+
+const uint NO_VPL = 0xffffffffu;
+
+// The first VPL at which the running sum is more than `target`, and its own part of that; by
+// rounding there may be none, and then it is the last of the group that gives anything.
+uint vpl_at_target(receiver r, float target, uint receivers, uint place, out float own)
+{
+    uint group = group_at(target, receivers, place);
+    float sum = group > 0u ? prefix[place_of_prefix(group - 1u, receivers, place)] : 0.0;
+    uint begin = group * args.vpls.z, end = min(begin + args.vpls.z, args.rays.z), found = NO_VPL;
+    own = 0.0;
+    for (uint index = begin; index < end; index++) {
+        float part = strength(r, vpl_at(index));
+        bool takes = part > 0.0 && !(sum > target);
+        found = takes ? index : found;
+        own = takes ? part : own;
+        sum += part;
+    }
+    return found;
+}
+
+void store_pick(uint index, sums light, float stands_for)
+{
+    picks[index * BD_PICK_VEC4S] = vec4(light.diffuse * stands_for, 0.0);
+#ifdef BD_GLOSSY
+    picks[index * BD_PICK_VEC4S + 1u] = vec4(light.glossy * stands_for, 0.0);
+#endif
+}
+
+struct pixel_sums {
+    float total, first_target;
+    uint receivers, place;
+};
+
+// One ray's VPL. True where it must be integrated as a patch, which is left to be done.
+bool choose_one(receiver r, vec3 viewer, uint triangle, pixel_sums p, uint ray, uint index)
+{
+    float own, part = p.total / float(args.rays.x);
+    uint vpl = vpl_at_target(r, p.first_target + float(ray) * part, p.receivers, p.place, own);
+    sums light = no_light();
+    if (!r.lit || vpl == NO_VPL) {
+        store_no_segment(index);
+        store_pick(index, light, 0.0);
+        return false;
+    }
+    bool far = add_far(light, r, viewer, vpl_at(vpl));
+    store_segment_to(index, r, triangle, vpl);
+    store_pick(index, light, part / own);
+    return !far;
+}
+
+#ifdef BD_VPL_PATCH
+void choose_near(receiver r, vec3 viewer, pixel_sums p, uint ray, uint index)
+{
+    float own, part = p.total / float(args.rays.x);
+    uint vpl = vpl_at_target(r, p.first_target + float(ray) * part, p.receivers, p.place, own);
+    sums light = no_light();
+    add_patch(light, r, viewer, vpl);
+    store_pick(index, light, part / own);
+}
+#endif
+
+void main()
+{
+    uvec2 at = gl_GlobalInvocationID.xy;
+    if (any(greaterThanEqual(at, args.tile.zw))) return;
+    ivec2 pixel = ivec2(at + args.tile.xy);
+    pixel_sums p = pixel_sums(0.0, 0.0, args.tile.z * args.tile.w, at.y * args.tile.z + at.x);
+    receiver r = gbuffer_receiver(pixel);
+    vec3 viewer = direction_to_viewer(r.relative_position);
+    uint triangle = receiver_triangle(pixel), first = p.place * args.rays.x;
+    p.total = prefix[place_of_prefix(args.vpls.w - 1u, p.receivers, p.place)];
+    p.first_target = place_in_part(uvec2(pixel)) * p.total / float(args.rays.x);
+    for (uint ray = 0u; ray < args.rays.x; ray += 32u) {
+        uint near = 0u, end = min(ray + 32u, args.rays.x);
+        for (uint i = ray; i < end; i++)
+            if (choose_one(r, viewer, triangle, p, i, first + i)) near |= 1u << (i - ray);
+#ifdef BD_VPL_PATCH
+        while (near != 0u) {
+            uint i = ray + uint(findLSB(near));
+            choose_near(r, viewer, p, i, first + i);
+            near &= near - 1u;
+        }
+#endif
+    }
+}
