@@ -12,7 +12,7 @@
 #define VPLS_PER_DISPATCH 1024u
 #define GROUP_VPLS        8u
 // Groups of a list: so many that a pixel's running sums take no more than its segments may.
-#define GROUPS_MAX 2048u
+#define GROUPS_MAX 384u
 #define TILE_BYTES BD_SEGMENTS_BYTES_MAX
 #define PICK_BYTES ((size_t)BD_PICK_VEC4S * sizeof(struct bd_vec4))
 
@@ -113,13 +113,19 @@ static double pixels_of(const struct bd_tile *tile)
     return (double)tile->width * tile->height;
 }
 
+// A whole number of groups.
+static uint32_t vpls_of_dispatch(const struct chosen *c)
+{
+    return c->group_vpls > VPLS_PER_DISPATCH ? c->group_vpls : VPLS_PER_DISPATCH;
+}
+
 static enum bd_err weigh(const struct chosen *c, const struct bd_tile *tile)
 {
     struct bd_choose_args args = args_of(c, tile);
     struct bd_bindings bindings = {0};
     bind_lights(c, &bindings);
     enum bd_err err = BD_ERR_OK;
-    const uint32_t step = c->group_vpls > VPLS_PER_DISPATCH ? c->group_vpls : VPLS_PER_DISPATCH;
+    const uint32_t step = vpls_of_dispatch(c);
     bd_slicer_work(c->context->slicer, "weigh");
     for (uint32_t at = 0; !err && at < c->list->count; at += step) {
         const uint32_t left = c->list->count - at;
@@ -175,10 +181,10 @@ static enum bd_err gather(const struct chosen *c, const struct bd_tile *tile)
 
 // --- all tiles --------------------------------------------------------------------------------
 
-// Of the slicer's next tile, so that what it needs fits.
+// Of the slicer's next tile, so that what it needs fits, and one dispatch is a slice.
 static double units_of_pixel(const struct chosen *c)
 {
-    return fmax(c->list->count, bd_slicer_units(c->context->slicer) / c->pixels_max);
+    return fmax(vpls_of_dispatch(c), bd_slicer_units(c->context->slicer) / c->pixels_max);
 }
 
 static enum bd_err gather_tiles(struct chosen *c, struct bd_fault *fault)
