@@ -61,13 +61,12 @@ static enum bd_err make_room(struct chosen *c, struct bd_fault *fault)
 
 static enum bd_err get_programs(struct chosen *c, struct bd_fault *fault)
 {
-    struct bd_defines patch = {0}, both = {0}, glossy = {0};
-    if (c->inputs->gather->near_patches) bd_define(&patch, "BD_VPL_PATCH", 1);
-    both = patch;
-    if (c->inputs->gather->glossy) bd_define(&both, "BD_GLOSSY", 1);
+    struct bd_defines glossy = {0}, both = {0};
     if (c->inputs->gather->glossy) bd_define(&glossy, "BD_GLOSSY", 1);
+    both = glossy;
+    if (c->inputs->gather->near_patches) bd_define(&both, "BD_VPL_PATCH", 1);
     struct bd_gpu *gpu = c->context->gpu;
-    enum bd_err err = bd_compute_get(gpu, "pass/choose/weigh.comp", &patch, &c->weigh, fault);
+    enum bd_err err = bd_compute_get(gpu, "pass/choose/weigh.comp", &both, &c->weigh, fault);
     if (!err) err = bd_compute_get(gpu, "pass/choose/choose.comp", &both, &c->choose, fault);
     if (!err) err = bd_compute_get(gpu, "pass/gather/chosen.comp", &glossy, &c->gather, fault);
     return err;

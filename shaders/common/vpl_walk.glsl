@@ -10,7 +10,20 @@ layout(std430, binding = BD_STORAGE_PREFIX) buffer prefix_block { float prefix[]
 // count as these at least, so that whatever gives light can be chosen.
 const float NEAR_COSINE_MIN = 0.1;
 
-float strength(receiver r, virtual_light vpl)
+#ifdef BD_GLOSSY
+// What the whole BRDF makes of its light, or so much of the diffuse lobe at least: irradiance is
+// asked for, too.
+const float DIFFUSE_SHARE_MIN = 0.2;
+
+float reflected(receiver r, vec3 viewer, vec3 to_vpl, float r2)
+{
+    float diffuse = all_channels(r.base_color) / PI;
+    vec3 both = r.base_color * ((1.0 - r.metallic) / PI) + beyond_diffuse(r, viewer, to_vpl, r2);
+    return max(all_channels(both), DIFFUSE_SHARE_MIN * max(diffuse, 0.01));
+}
+#endif
+
+float strength(receiver r, vec3 viewer, virtual_light vpl)
 {
     vec3 to_vpl = vpl.position_area.xyz - r.position, normal = vpl.normal_near.xyz;
     float r2 = dot(to_vpl, to_vpl);
@@ -24,7 +37,11 @@ float strength(receiver r, virtual_light vpl)
     float of_near = disk_kernel(receiver_dot, vpl_dot, r2, vpl.position_area.w);
     kernel = near ? of_near : kernel;
 #endif
-    return kernel * all_channels(vpl.flux);
+    float light = kernel * all_channels(vpl.flux);
+#ifdef BD_GLOSSY
+    if (light > 0.0) light *= reflected(r, viewer, to_vpl, r2);
+#endif
+    return light;
 }
 
 // Where the sum over the groups up to `group` is kept.

@@ -98,9 +98,14 @@ static void embree_occluded(void *user, uint32_t piece)
     rtcInitIntersectContext(&context);
     for (size_t i = piece * PIECE; i < work->count && i < (piece + 1) * PIECE; i++) {
         const struct bd_segment *s = &work->segments[i];
-        struct RTCRay ray = {.org_x = s->from[0], .org_y = s->from[1], .org_z = s->from[2],
-                             .dir_x = s->to[0] - s->from[0], .dir_y = s->to[1] - s->from[1],
-                             .dir_z = s->to[2] - s->from[2], .tnear = 1e-4f, .tfar = 0.9999f,
+        struct RTCRay ray = {.org_x = s->from[0],
+                             .org_y = s->from[1],
+                             .org_z = s->from[2],
+                             .dir_x = s->to[0] - s->from[0],
+                             .dir_y = s->to[1] - s->from[1],
+                             .dir_z = s->to[2] - s->from[2],
+                             .tnear = 1e-4f,
+                             .tfar = 0.9999f,
                              .mask = UINT32_MAX};
         rtcOccluded1(work->embree, &context, &ray);
         work->bits[i / 32] = ray.tfar < 0;
@@ -114,10 +119,15 @@ static void embree_nearest(void *user, uint32_t piece)
     rtcInitIntersectContext(&context);
     for (size_t i = piece * PIECE; i < work->count && i < (piece + 1) * PIECE; i++) {
         const struct bd_ray *q = &work->queries[i];
-        struct RTCRayHit hit = {.ray = {.org_x = q->origin[0], .org_y = q->origin[1],
-                                        .org_z = q->origin[2], .dir_x = q->direction[0],
-                                        .dir_y = q->direction[1], .dir_z = q->direction[2],
-                                        .tnear = 1e-4f, .tfar = INFINITY, .mask = UINT32_MAX},
+        struct RTCRayHit hit = {.ray = {.org_x = q->origin[0],
+                                        .org_y = q->origin[1],
+                                        .org_z = q->origin[2],
+                                        .dir_x = q->direction[0],
+                                        .dir_y = q->direction[1],
+                                        .dir_z = q->direction[2],
+                                        .tnear = 1e-4f,
+                                        .tfar = INFINITY,
+                                        .mask = UINT32_MAX},
                                 .hit.geomID = RTC_INVALID_GEOMETRY_ID};
         rtcIntersect1(work->embree, &context, &hit);
         work->hits[i] = (struct bd_ray_hit){hit.hit.primID, hit.hit.u, hit.hit.v, hit.ray.tfar};
@@ -144,11 +154,11 @@ static void make_coherent(struct work *work)
         const double z = 1 - 2 * ((double)(i / width) + 0.5) / (double)width;
         const double angle = 2 * 3.14159265358979 * ((double)(i % width) + 0.5) / width;
         const double across = sqrt(fmax(1 - z * z, 0));
-        work->queries[i] = (struct bd_ray){{0.01f, 0.02f, 0.03f},
-                                           BD_NO_TRIANGLE,
-                                           {(float)(across * cos(angle)),
-                                            (float)(across * sin(angle)), (float)z},
-                                           INFINITY};
+        work->queries[i] =
+            (struct bd_ray){{0.01f, 0.02f, 0.03f},
+                            BD_NO_TRIANGLE,
+                            {(float)(across * cos(angle)), (float)(across * sin(angle)), (float)z},
+                            INFINITY};
     }
 }
 

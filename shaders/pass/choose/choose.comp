@@ -49,14 +49,14 @@ const uint NO_VPL = 0xffffffffu;
 
 // The first VPL at which the running sum is more than `target`, and its own part of that; by
 // rounding there may be none, and then it is the last of the group that gives anything.
-uint vpl_at_target(receiver r, float target, uint receivers, uint place, out float own)
+uint vpl_at_target(receiver r, vec3 viewer, float target, uint receivers, uint place, out float own)
 {
     uint group = group_at(target, receivers, place);
     float sum = group > 0u ? prefix[place_of_prefix(group - 1u, receivers, place)] : 0.0;
     uint begin = group * args.vpls.z, end = min(begin + args.vpls.z, args.rays.z), found = NO_VPL;
     own = 0.0;
     for (uint index = begin; index < end; index++) {
-        float part = strength(r, vpl_at(index));
+        float part = strength(r, viewer, vpl_at(index));
         bool takes = part > 0.0 && !(sum > target);
         found = takes ? index : found;
         own = takes ? part : own;
@@ -82,7 +82,7 @@ struct pixel_sums {
 bool choose_one(receiver r, vec3 viewer, uint triangle, pixel_sums p, uint ray, uint index)
 {
     float own, part = p.total / float(args.rays.x);
-    uint vpl = vpl_at_target(r, p.first_target + float(ray) * part, p.receivers, p.place, own);
+    uint vpl = vpl_at_target(r, viewer, p.first_target + float(ray) * part, p.receivers, p.place, own);
     sums light = no_light();
     if (!r.lit || vpl == NO_VPL) {
         store_no_segment(index);
@@ -99,7 +99,7 @@ bool choose_one(receiver r, vec3 viewer, uint triangle, pixel_sums p, uint ray, 
 void choose_near(receiver r, vec3 viewer, pixel_sums p, uint ray, uint index)
 {
     float own, part = p.total / float(args.rays.x);
-    uint vpl = vpl_at_target(r, p.first_target + float(ray) * part, p.receivers, p.place, own);
+    uint vpl = vpl_at_target(r, viewer, p.first_target + float(ray) * part, p.receivers, p.place, own);
     sums light = no_light();
     add_patch(light, r, viewer, vpl);
     store_pick(index, light, part / own);

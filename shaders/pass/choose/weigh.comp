@@ -12,11 +12,12 @@ void main()
     ivec2 pixel = ivec2(at + args.tile.xy);
     uint place = at.y * args.tile.z + at.x, receivers = args.tile.z * args.tile.w;
     receiver r = gbuffer_receiver(pixel);
+    vec3 viewer = direction_to_viewer(r.relative_position);
     uint group = args.vpls.x / args.vpls.z, end = args.vpls.x + args.vpls.y;
     float sum = group > 0u ? prefix[place_of_prefix(group - 1u, receivers, place)] : 0.0;
     for (uint begin = args.vpls.x; begin < end; begin += args.vpls.z, group++) {
         uint group_end = min(begin + args.vpls.z, end);
-        for (uint index = begin; index < group_end; index++) sum += strength(r, vpl_at(index));
+        for (uint index = begin; index < group_end; index++) sum += strength(r, viewer, vpl_at(index));
         prefix[place_of_prefix(group, receivers, place)] = sum;
     }
 }

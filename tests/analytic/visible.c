@@ -1,0 +1,306 @@
+// Indirect light that the scene hides: rays to all VPLs, and to a few of them.
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "world.h"
+
+#define WIDTH  37
+#define HEIGHT 29
+
+static const double down[3] = {0, -1, 0};
+
+// --- asking -----------------------------------------------------------------------------------
+
+struct picture {
+    struct bd_image *layers[BD_LAYER_COUNT];
+    struct bd_report report;
+};
+
+static const struct bd_image *indirect_of(const struct picture *p)
+{
+    return p->layers[BD_LAYER_INDIRECT];
+}
+
+// `settings`: "KEY=VALUE KEY=VALUE".
+static struct picture render(struct world *w, const char *settings, uint64_t seed)
+{
+    struct bd_frame_request request = bd_frame_request_default;
+    snprintf(request.technique, sizeof request.technique, "rsm");
+    request.width_px = WIDTH;
+    request.height_px = HEIGHT;
+    request.layers = 1u << BD_LAYER_INDIRECT;
+    request.seed = seed;
+    request.fresh = w->fresh;
+    char text[200];
+    snprintf(text, sizeof text, "shadow_size=64 rsm_size=64 vpls=150 %s", settings);
+    for (char *rest = NULL, *word = strtok_r(text, " ", &rest); word;
+         word = strtok_r(NULL, " ", &rest))
+        assert_int_equal(bd_param_list_add(&request.params, word, NULL), BD_ERR_OK);
+    struct picture picture = {0};
+    struct bd_fault fault = {0};
+    if (bd_frame_render(&w->renderer, w->scene, &request, NULL, NULL, picture.layers,
+                        &picture.report, &fault))
+        fail_msg("%s: %s", settings, fault.message);
+    return picture;
+}
+
+static void finish(struct picture *picture)
+{
+    world_free_layers(picture->layers);
+}
+
+static size_t sample_count(const struct bd_image *image)
+{
+    return (size_t)image->width_px * image->height_px * image->channel_count;
+}
+
+static bool is_same(const struct picture *a, const struct picture *b)
+{
+    const struct bd_image *x = indirect_of(a), *y = indirect_of(b);
+    return memcmp(x->pixels, y->pixels, sample_count(x) * sizeof *x->pixels) == 0;
+}
+
+static double mean_of(const struct bd_image *image)
+{
+    double sum = 0;
+    for (size_t i = 0; i < sample_count(image); i++) sum += image->pixels[i];
+    return sum / (double)sample_count(image);
+}
+
+static double mean(const struct picture *p)
+{
+    return mean_of(indirect_of(p));
+}
+
+static bool has_run(const struct picture *p, const char *pass)
+{
+    for (uint32_t i = 0; i < p->report.pass_count; i++)
+        if (strcmp(p->report.passes[i].name, pass) == 0)
+            return p->report.passes[i].state == BD_PASS_RAN;
+    return false;
+}
+
+// --- scenes -----------------------------------------------------------------------------------
+
+static void add_camera(struct world *w, const double eye[3], const double target[3], double size)
+{
+    const int32_t camera = world_add_camera(w, eye, target, 1.2);
+    w->scene->cameras[camera].near_m = (float)(1e-3 * size);
+}
+
+enum things { THINGS_NONE, THINGS_WALL };
+
+// Moves everything: vertices keep the digits that 32 bits have.
+static void move(struct world *w, double at)
+{
+    for (uint32_t n = 0; n < w->scene->node_count; n++) {
+        double *m = w->scene->nodes[n].parent_from_node.m;
+        m[12] += at, m[13] -= at, m[14] += at;
+    }
+}
+
+// A box of half a side `size` with two lights; things that hide are a wall across a part of it.
+static void make_box(struct world *w, double size, double at, enum things things, bool glossy)
+{
+    world_clear(w);
+    const int32_t grey = world_add_material(w, 0.5f);
+    w->scene->materials[grey].roughness = glossy ? 0.35f : 1;
+    w->scene->materials[grey].metallic = glossy ? 0.5f : 0;
+    const double centre[3] = {0, 0, 0};
+    world_add_box_room(w, grey, centre, size);
+    const double wall[4][3] = {{-.7 * size, -size, -.1 * size},
+                               {.4 * size, -size, -.1 * size},
+                               {.4 * size, .6 * size, -.1 * size},
+                               {-.7 * size, .6 * size, -.1 * size}};
+    if (things == THINGS_WALL) world_add_quad(w, grey, wall, 3);
+    const double lamp[3] = {.3 * size, .5 * size, .2 * size};
+    const double spot[3] = {-.1 * size, .2 * size, -.5 * size};
+    const double eye[3] = {.8 * size, .4 * size, .9 * size};
+    const double target[3] = {-.2 * size, -.1 * size, 0};
+    world_add_light(w, BD_LIGHT_POINT, lamp, down, (float)(size * size));
+    world_add_light(w, BD_LIGHT_SPOT, spot, down, (float)(size * size));
+    add_camera(w, eye, target, size);
+    move(w, at);
+    world_finish(w);
+}
+
+struct place {
+    double size, at;
+};
+static const struct place places[] = {{1, 0}, {1e-4, 0}, {1e6, 0}, {1, 1e7}};
+
+// --- tests ------------------------------------------------------------------------------------
+
+// In an empty box everything sees everything: no byte changes, whatever surfaces are made of.
+static void nothing_hides_nothing(void **state)
+{
+    struct world *w = *state;
+    for (size_t i = 0; i < 2 * sizeof places / sizeof *places; i++) {
+        make_box(w, places[i / 2].size, places[i / 2].at, THINGS_NONE, i % 2);
+        struct picture none = render(w, "indirect_visibility=none", 0);
+        struct picture rays = render(w, "indirect_visibility=rays rays=1000000", 0);
+        if (!is_same(&none, &rays)) fail_msg("place %zu: a box hides something of itself", i);
+        if (rays.report.counts.rays == 0 || none.report.counts.rays > 0)
+            fail_msg("place %zu: %g rays", i, (double)rays.report.counts.rays);
+        assert_true(none.report.unoccluded && !rays.report.unoccluded);
+        assert_true(!has_run(&none, "bvh") && has_run(&rays, "bvh"));
+        assert_true(has_run(&rays, "choose") && has_run(&rays, "visibility"));
+        assert_false(has_run(&rays, "weigh"));
+        finish(&none), finish(&rays);
+    }
+}
+
+// Nor does a ball, whose VPLs stand off its facets: the mean of a block of texels lies behind them.
+static void a_curved_wall_hides_nothing_of_itself(void **state)
+{
+    struct world *w = *state;
+    static const double lamp[3] = {.2, .3, .1}, eye[3] = {.5, .3, .6}, target[3] = {-.2, -.1, 0};
+    world_clear(w);
+    world_add_sphere_room(w, world_add_material(w, 0.5f), 1, 3);
+    world_add_light(w, BD_LIGHT_POINT, lamp, down, 1);
+    add_camera(w, eye, target, 1);
+    world_finish(w);
+    struct picture none = render(w, "indirect_visibility=none", 0);
+    struct picture rays = render(w, "indirect_visibility=rays rays=1000000", 0);
+    assert_true(is_same(&none, &rays));
+    finish(&none), finish(&rays);
+}
+
+// Hazard 36: a closed room beside one that is lit.
+static void a_closed_room_is_black(void **state)
+{
+    struct world *w = *state;
+    static const char *const settings[] = {"indirect_visibility=rays rays=1000000",
+                                           "indirect_visibility=rays rays=8"};
+    for (size_t i = 0; i < sizeof places / sizeof *places; i++) {
+        const double size = places[i].size, at = places[i].at;
+        const double lit[3] = {0, 0, 0}, closed[3] = {2.1 * size, 0, 0};
+        const double eye[3] = {1.5 * size, .6 * size, .7 * size};
+        world_clear(w);
+        const int32_t grey = world_add_material(w, 0.7f);
+        world_add_box_room(w, grey, lit, size);
+        world_add_box_room(w, grey, closed, size);
+        world_add_light(w, BD_LIGHT_POINT, lit, down, (float)(size * size));
+        add_camera(w, eye, closed, size);
+        move(w, at);
+        world_finish(w);
+        struct picture none = render(w, "indirect_visibility=none", 0);
+        if (!(mean(&none) > 0)) fail_msg("place %zu: nothing leaks", i);
+        finish(&none);
+        for (int s = 0; s < 2; s++) {
+            struct picture rays = render(w, settings[s], 0);
+            if (mean(&rays) != 0) fail_msg("place %zu, %s: %g", i, settings[s], mean(&rays));
+            finish(&rays);
+        }
+    }
+}
+
+static double relative_rmse(const struct bd_image *image, const struct bd_image *truth)
+{
+    double error = 0, sum = 0;
+    for (size_t i = 0; i < sample_count(truth); i++) {
+        const double off = (double)image->pixels[i] - truth->pixels[i];
+        error += off * off;
+        sum += truth->pixels[i];
+    }
+    const double n = (double)sample_count(truth);
+    return sqrt(error / n) / (sum / n);
+}
+
+// The mean over pictures of many seeds, pixel by pixel, is the picture of all rays.
+static void few_rays_are_right_in_the_mean(void **state)
+{
+    enum { SEEDS = 40 };
+    struct world *w = *state;
+    for (int glossy = 0; glossy < 2; glossy++) {
+        make_box(w, 1, 0, THINGS_WALL, glossy);
+        struct picture all = render(w, "indirect_visibility=rays rays=1000000", 0);
+        struct bd_image *sum = bd_image_create(WIDTH, HEIGHT, 3);
+        memset(sum->pixels, 0, sample_count(sum) * sizeof *sum->pixels);
+        double one = 0;
+        for (uint64_t seed = 0; seed < SEEDS; seed++) {
+            struct picture few = render(w, "indirect_visibility=rays rays=6", seed);
+            assert_true(has_run(&few, "weigh"));
+            assert_true(few.report.counts.rays <= 6 * WIDTH * HEIGHT);
+            one += relative_rmse(indirect_of(&few), indirect_of(&all)) / SEEDS;
+            for (size_t i = 0; i < sample_count(sum); i++)
+                sum->pixels[i] += indirect_of(&few)->pixels[i] / SEEDS;
+            finish(&few);
+        }
+        const double many = relative_rmse(sum, indirect_of(&all));
+        printf("    %s: 6 rays %.3g %%, mean of %d %.3g %%\n", glossy ? "glossy" : "rough",
+               100 * one, SEEDS, 100 * many);
+        assert_true(one > 0.02 && one < 0.5 && many < one / 4);
+        ASSERT_REL(mean_of(sum), mean(&all), 2e-3);
+        bd_image_destroy(&sum);
+        finish(&all);
+    }
+}
+
+static void a_wall_hides_light(void **state)
+{
+    struct world *w = *state;
+    make_box(w, 1, 0, THINGS_WALL, false);
+    struct picture none = render(w, "indirect_visibility=none", 0);
+    struct picture all = render(w, "indirect_visibility=rays rays=1000000", 0);
+    assert_true(mean(&all) < 0.97 * mean(&none));
+    for (size_t i = 0; i < sample_count(indirect_of(&all)); i++)
+        assert_true(indirect_of(&all)->pixels[i] <= indirect_of(&none)->pixels[i]);
+    finish(&none), finish(&all);
+}
+
+// Cold and from the memo, at once and in slices of next to nothing.
+static void the_same_bytes_twice(void **state)
+{
+    struct world *w = *state;
+    static const char *const settings[] = {"indirect_visibility=rays rays=1000000",
+                                           "indirect_visibility=rays rays=5"};
+    for (int s = 0; s < 2; s++) {
+        make_box(w, 1, 0, THINGS_WALL, s);
+        struct picture first = render(w, settings[s], 7), again = render(w, settings[s], 7);
+        assert_false(has_run(&again, "gather") || has_run(&again, "bvh"));
+        w->fresh = BD_FRESH_ALL;
+        w->renderer.slicer.forced_units = 70000;
+        struct picture sliced = render(w, settings[s], 7);
+        w->renderer.slicer.forced_units = 0;
+        struct picture other = render(w, settings[s], 8);
+        w->fresh = BD_FRESH_NONE;
+        assert_true(is_same(&first, &again) && is_same(&first, &sliced));
+        assert_int_equal(is_same(&first, &other), s == 0); // a seed means nothing to all of them
+        finish(&first), finish(&again), finish(&sliced), finish(&other);
+    }
+}
+
+// A ray is asked in every direction of a hemisphere: the structure follows what is moved.
+static void the_structure_is_kept_by_what_it_is_made_from(void **state)
+{
+    struct world *w = *state;
+    make_box(w, 1, 0, THINGS_WALL, false);
+    struct picture first = render(w, "indirect_visibility=rays rays=5", 0);
+    struct picture other = render(w, "indirect_visibility=rays rays=5 vpls=60", 0);
+    assert_true(has_run(&first, "bvh") && !has_run(&other, "bvh") && has_run(&other, "gather"));
+    finish(&first), finish(&other);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(nothing_hides_nothing),
+        cmocka_unit_test(a_curved_wall_hides_nothing_of_itself),
+        cmocka_unit_test(a_closed_room_is_black),
+        cmocka_unit_test(a_wall_hides_light),
+        cmocka_unit_test(few_rays_are_right_in_the_mean),
+        cmocka_unit_test(the_same_bytes_twice),
+        cmocka_unit_test(the_structure_is_kept_by_what_it_is_made_from),
+    };
+    return cmocka_run_group_tests(tests, world_open, world_close);
+}
