@@ -182,7 +182,8 @@ static bool is_attribute(const struct bd_exr *exr, const char *key, const char *
 static bool is_filtered(const struct bd_exr *exr)
 {
     const char *parameters = bd_exr_attribute(exr, "parameters");
-    return parameters && bd_cli_parameters_filter(parameters);
+    return is_attribute(exr, "technique", "reference") && parameters &&
+           bd_cli_parameters_filter(parameters);
 }
 
 static void check_noise_filter(struct bd_cli_compare_files *files)

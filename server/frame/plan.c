@@ -96,7 +96,7 @@ static void list_omitted_passes(const struct bd_plan *plan, struct bd_report *re
         if (!why || bd_plan_has(plan, stage)) continue;
         omit(report, row->pass != NULL, row->pass, why);
         for (const struct bd_technique_pass *pass = own; !row->pass && pass->name; pass++)
-            omit(report, !(pass->when & BD_WHEN_RAYS), pass->name, why);
+            omit(report, !(pass->when & ~BD_WHEN_GLOSSY), pass->name, why);
     }
 }
 
@@ -289,6 +289,7 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
                 out->params.indirect_visibility == BD_VISIBILITY_RAYS;
     out->chosen = out->rays && out->params.rays < count_vpls(out, scene) &&
                   out->params.rays <= BD_RAYS_CHOSEN_MAX;
+    out->filtered = out->chosen && out->params.noise_filter && out->params.rays > 1;
     out->shared = request->aa > 1 && out->indirect && !out->rays &&
                   bd_technique_shares(out->technique, &out->params, out->glossy);
     out->normal_maps = f->has_normal_map;

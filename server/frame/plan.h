@@ -23,6 +23,7 @@ struct bd_plan {
     bool indirect;    // the technique's indirect light runs
     bool rays;        // hide indirect light
     bool chosen;      // of some VPLs alone, since there are more of them than rays
+    bool filtered;    // what few rays leave noisy
     bool shared;      // of several sub-frames all but the first take its indirect light over
     bool normal_maps; // some surface has one
     bool glossy;      // receivers with a specular lobe worth its price

@@ -88,7 +88,8 @@ enum bd_err bd_light_filter_create(const struct bd_light_filter_inputs *inputs,
     f->inputs = *inputs;
     f->width = (int)light->width_px;
     f->height = (int)light->height_px;
-    f->level_count = level_count_of(light->height_px);
+    f->level_count = inputs->level_count ? inputs->level_count : level_count_of(light->height_px);
+    BD_ASSERT_CMP(f->level_count, <=, LEVELS_MAX);
     look_at_light(f);
     if (f->is_needed)
         f->planes =
@@ -124,6 +125,7 @@ static float luminance(float r, float g, float b)
 
 static float reflectance(const struct bd_light_filter *f, int x, int y, int channel)
 {
+    if (!f->inputs.albedo) return 1;
     const float albedo = bd_image_at(f->inputs.albedo, (uint32_t)x, (uint32_t)y)[channel];
     return albedo > ALBEDO_LEAST ? albedo : ALBEDO_LEAST;
 }

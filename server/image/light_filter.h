@@ -32,9 +32,10 @@
 // All of one size. Borrowed until the filter is destroyed.
 struct bd_light_filter_inputs {
     const struct bd_image *half[2]; // 3 channels
-    const struct bd_image *albedo;  // 3 channels
+    const struct bd_image *albedo;  // 3 channels; NULL: the light is divided by it already
     const struct bd_image *normal;  // 3 channels, unit; zero where there is no surface
     const struct bd_image *depth;   // 1 channel, > 0, along the view axis
+    uint32_t level_count;           // 0 = by the height; fewer for noise of high frequencies alone
 };
 
 struct bd_light_filter;

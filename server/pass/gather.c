@@ -185,14 +185,16 @@ void bd_indirect_destroy(struct bd_gpu *gpu, struct bd_indirect **indirect)
     bd_tex_destroy(gpu, &(*indirect)->gathered);
     bd_tex_destroy(gpu, &(*indirect)->vector);
     bd_tex_destroy(gpu, &(*indirect)->noise);
+    bd_tex_destroy(gpu, &(*indirect)->noise_glossy);
     free(*indirect);
     *indirect = NULL;
 }
 
 uint64_t bd_indirect_bytes(const struct bd_indirect *indirect)
 {
-    const struct bd_tex *textures[] = {indirect->irradiance, indirect->glossy, indirect->gathered,
-                                       indirect->vector, indirect->noise};
+    const struct bd_tex *textures[] = {indirect->irradiance, indirect->glossy,
+                                       indirect->gathered,   indirect->vector,
+                                       indirect->noise,      indirect->noise_glossy};
     uint64_t bytes = 0;
     for (size_t i = 0; i < sizeof textures / sizeof *textures; i++)
         if (textures[i]) bytes += bd_tex_bytes(textures[i]);

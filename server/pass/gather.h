@@ -42,8 +42,8 @@ struct bd_indirect {
     // RGBA32F, or both NULL: irradiance before the pixel's own normal had its say, and the
     // irradiance vector, for other normals (pass/share.h).
     struct bd_tex *gathered, *vector;
-    // RGBA32F, or NULL: half the difference of the two halves that the irradiance is the sum of.
-    struct bd_tex *noise;
+    // RGBA32F, or NULL: half the difference of the halves whose mean the irradiance is, and glossy.
+    struct bd_tex *noise, *noise_glossy;
     uint64_t fragment_count; // places where light was gathered, or to which it was splatted
     struct bd_subsplat_counts subsplats;
     struct bd_ray_counts rays;

@@ -171,6 +171,7 @@ static enum bd_err gather(const struct chosen *c, const struct bd_tile *tile)
     bd_bind_image(&bindings, 0, c->out->irradiance, false, true);
     bd_bind_image(&bindings, 1, c->out->glossy, false, true);
     bd_bind_image(&bindings, 2, c->out->noise, false, true);
+    bd_bind_image(&bindings, 3, c->out->noise_glossy, false, true);
     bd_slicer_work(c->context->slicer, "gather chosen");
     bd_gpu_pass_begin(c->context->gpu, "gather");
     dispatch(c, c->gather, &args, &bindings);
@@ -207,13 +208,17 @@ static enum bd_err create_out(struct chosen *c, struct bd_fault *fault)
     const struct bd_gather_inputs *gather = c->inputs->gather;
     enum bd_err err =
         bd_indirect_create(c->context->gpu, gather->viewpoint, gather->glossy, &c->out, fault);
-    const struct bd_tex_desc desc = {
+    struct bd_tex_desc desc = {
         .name = "noise of indirect irradiance",
         .format = BD_FORMAT_RGBA32F,
         .width_px = gather->viewpoint->width_px,
         .height_px = gather->viewpoint->height_px,
     };
-    return err ? err : bd_tex_create(c->context->gpu, &desc, &c->out->noise, fault);
+    if (!err) err = bd_tex_create(c->context->gpu, &desc, &c->out->noise, fault);
+    desc.name = "noise of indirect glossy";
+    if (!err && gather->glossy)
+        err = bd_tex_create(c->context->gpu, &desc, &c->out->noise_glossy, fault);
+    return err;
 }
 
 static enum bd_err run(struct chosen *c, struct bd_fault *fault)

@@ -20,7 +20,7 @@ struct bd_gather_chosen_inputs {
     uint64_t seed;
 };
 
-// With `noise`: half the difference of two halves, of the irradiance.
+// With `noise`, and `noise_glossy` where receivers are glossy.
 BD_MUST_CHECK
 enum bd_err bd_gather_chosen_run(const struct bd_pass_context *context,
                                  const struct bd_gather_chosen_inputs *inputs,

@@ -1,34 +1,27 @@
 // Baseline `rsm` (algorithms.md A0.7 N1): one diffuse bounce from a regular grid of VPLs over each
-// light's reflective shadow map, gathered at every pixel, without visibility of the VPLs.
+// light's reflective shadow map, gathered at every pixel, without visibility of the VPLs
+// or with it (pass/gather_chosen.h).
 //
 // Paper:  Dachsbacher and Stamminger 2005 (reflective shadow maps); kernel of Nichols, Shopf and
 //         Wyman 2009, Eq. 1, with the near-field rule of A2.2
-// Exact when: `vpls` grows, nothing stands between VPL and receiver, surfaces that send light on
-//         are diffuse
-// Known:  ignores occlusion of VPLs; metals send no light on (their lobe is not diffuse)
+// Exact when: `vpls` grows, nothing stands between VPL and receiver or indirect_visibility=rays,
+//         surfaces that send light on are diffuse
+// Known:  ignores occlusion of VPLs unless told otherwise; metals send no light on (their lobe is
+// not diffuse)
 
-#include "pass/gather_chosen.h"
 #include "technique/fragment_light.h"
 #include "technique/technique.h"
-
-static enum bd_err gather_indirect(const struct bd_pass_context *context,
-                                   const struct bd_technique_inputs *inputs,
-                                   struct bd_indirect **out, struct bd_fault *fault)
-{
-    struct bd_gather_inputs gather = bd_technique_gather_inputs(inputs);
-    const struct bd_visibility_inputs visibility = {
-        inputs->rays, inputs->pool, (enum bd_rays_alpha)inputs->params->alpha_coverage};
-    if (inputs->rays) gather.visibility = &visibility;
-    const struct bd_gather_chosen_inputs chosen = {&gather, inputs->params->rays, inputs->seed};
-    return inputs->chosen ? bd_gather_chosen_run(context, &chosen, out, fault)
-                          : bd_gather_run(context, &gather, out, fault);
-}
+#include "technique/visible_light.h"
 
 static const struct bd_technique_pass passes[] = {
-    {"weigh", BD_WHEN_CHOSEN}, {"choose", BD_WHEN_RAYS}, {"visibility", BD_WHEN_RAYS}, {"gather", 0}, {NULL, 0}};
+    {"weigh", BD_WHEN_CHOSEN},    {"choose", BD_WHEN_RAYS},
+    {"visibility", BD_WHEN_RAYS}, {"gather", 0},
+    {"filter", BD_WHEN_FILTERED}, {NULL, 0},
+};
 static const struct bd_param_default defaults[] = {
     {BD_PARAM_INDIRECT_VISIBILITY, BD_VISIBILITY_NONE},
     {BD_PARAM_ALPHA, BD_RAYS_ALPHA_MASK},
+    {BD_PARAM_NOISE_FILTER, 1},
 };
 static const char *const ladder[] = {"vpls=16",   "vpls=64",    "vpls=256",   "vpls=1024",
                                      "vpls=4096", "vpls=16384", "vpls=65536", NULL};
@@ -45,6 +38,6 @@ const struct bd_technique bd_technique_rsm = {
     .tolerance = {.direct = 1e-3, .indirect = 1e-2},
     .hazard_codes = "",
     .ladder = ladder,
-    .indirect = gather_indirect,
+    .indirect = bd_visible_light,
     .light_pixels = bd_fragments_gather,
 };

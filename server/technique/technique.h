@@ -25,7 +25,8 @@ enum bd_frame_input {
 
 // Parameters that the frame reads for those inputs, G-buffer and direct light included.
 #define BD_READS_VISIBILITY                                                                        \
-    (BD_READS(BD_PARAM_INDIRECT_VISIBILITY) | BD_READS(BD_PARAM_RAYS) | BD_READS(BD_PARAM_ALPHA))
+    (BD_READS(BD_PARAM_INDIRECT_VISIBILITY) | BD_READS(BD_PARAM_RAYS) | BD_READS(BD_PARAM_ALPHA) | \
+     BD_READS(BD_PARAM_NOISE_FILTER))
 #define BD_READS_VPL_GRID                                                                          \
     (BD_READS(BD_PARAM_BRDF) | BD_READS(BD_PARAM_SHADOW_SIZE) | BD_READS(BD_PARAM_VPLS) |          \
      BD_READS(BD_PARAM_VPL_BUDGET) | BD_READS(BD_PARAM_RSM_SIZE) | BD_READS(BD_PARAM_VPL_KERNEL) | \
@@ -91,6 +92,7 @@ struct bd_technique_inputs {
     const struct bd_rays *rays;                   // indirect_visibility=rays
     struct bd_pool *pool;                         // for them
     bool chosen;                                  // there are fewer of them than VPLs
+    bool filtered;                                // what they leave noisy
     uint64_t seed;                                // of what is chosen
     bool glossy_receivers;
     bool normal_maps; // some surface has one: normals change from pixel to pixel
@@ -110,9 +112,10 @@ typedef enum bd_err bd_light_fragments_fn(const struct bd_pass_context *context,
 
 // What must hold for a pass to run: all of its bits.
 enum bd_when {
-    BD_WHEN_GLOSSY = 1u << 0, // receivers have a specular lobe worth its price
-    BD_WHEN_RAYS = 1u << 1,   // indirect_visibility=rays
-    BD_WHEN_CHOSEN = 1u << 2, // and fewer rays than VPLs
+    BD_WHEN_GLOSSY = 1u << 0,   // receivers have a specular lobe worth its price
+    BD_WHEN_RAYS = 1u << 1,     // indirect_visibility=rays
+    BD_WHEN_CHOSEN = 1u << 2,   // and fewer rays than VPLs
+    BD_WHEN_FILTERED = 1u << 3, // and noise_filter=on
 };
 
 // A pass of the technique's own, which it brackets with bd_gpu_pass_begin and _end.

@@ -228,7 +228,8 @@ static void few_rays_are_right_in_the_mean(void **state)
         memset(sum->pixels, 0, sample_count(sum) * sizeof *sum->pixels);
         double one = 0;
         for (uint64_t seed = 0; seed < SEEDS; seed++) {
-            struct picture few = render(w, "indirect_visibility=rays rays=6", seed);
+            struct picture few =
+                render(w, "indirect_visibility=rays rays=6 noise_filter=off", seed);
             assert_true(has_run(&few, "weigh"));
             assert_true(few.report.counts.rays <= 6 * WIDTH * HEIGHT);
             one += relative_rmse(indirect_of(&few), indirect_of(&all)) / SEEDS;

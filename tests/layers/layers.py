@@ -20,7 +20,7 @@ ROOMS = {
     'rays': ['scene', 'image'],
     'gpu': [],
     'upload': ['scene', 'gpu'],
-    'pass': ['upload', 'rays', 'gpu'],
+    'pass': ['upload', 'rays', 'gpu', 'image'],  # the filter of light
     'technique': ['pass', 'gpu'],
     'frame': ['technique', 'pass', 'upload', 'rays', 'scene', 'gpu', 'image'],
     'reference': ['scene', 'image'],

@@ -10,6 +10,7 @@ layout(std430, binding = BD_STORAGE_PICKS) readonly buffer pick_block { vec4 pic
 layout(binding = 0, rgba32f) uniform image2D irradiance;
 #ifdef BD_GLOSSY
 layout(binding = 1, rgba32f) uniform image2D glossy;
+layout(binding = 3, rgba32f) uniform image2D noise_glossy;
 #endif
 layout(binding = 2, rgba32f) uniform image2D noise;
 
@@ -19,22 +20,24 @@ void main()
     if (any(greaterThanEqual(at, args.tile.zw))) return;
     ivec2 pixel = ivec2(at + args.tile.xy);
     uint first = (at.y * args.tile.z + at.x) * args.rays.x;
-    vec3 even = vec3(0.0), odd = vec3(0.0), lobe = vec3(0.0);
+    vec3 even = vec3(0.0), odd = vec3(0.0), even_lobe = vec3(0.0), odd_lobe = vec3(0.0);
     for (uint i = 0u; i < args.rays.x; i++) {
         uint index = first + i;
-        bool seen = (occluded[index / 32u] >> index % 32u & 1u) == 0u;
-        vec3 light = seen ? picks[index * BD_PICK_VEC4S].rgb : vec3(0.0);
+        if ((occluded[index / 32u] >> index % 32u & 1u) != 0u) continue;
+        vec3 light = picks[index * BD_PICK_VEC4S].rgb, lobe = vec3(0.0);
 #ifdef BD_GLOSSY
-        if (seen) lobe += picks[index * BD_PICK_VEC4S + 1u].rgb;
+        lobe = picks[index * BD_PICK_VEC4S + 1u].rgb;
 #endif
-        if ((i & 1u) == 0u)
-            even += light;
-        else
-            odd += light;
+        bool is_odd = (i & 1u) != 0u;
+        even += is_odd ? vec3(0.0) : light;
+        odd += is_odd ? light : vec3(0.0);
+        even_lobe += is_odd ? vec3(0.0) : lobe;
+        odd_lobe += is_odd ? lobe : vec3(0.0);
     }
     imageStore(irradiance, pixel, vec4(even + odd, 1.0));
     imageStore(noise, pixel, vec4(even - odd, 1.0));
 #ifdef BD_GLOSSY
-    imageStore(glossy, pixel, vec4(lobe, 1.0));
+    imageStore(glossy, pixel, vec4(even_lobe + odd_lobe, 1.0));
+    imageStore(noise_glossy, pixel, vec4(even_lobe - odd_lobe, 1.0));
 #endif
 }

@@ -70,7 +70,7 @@ static void drop(struct picture *p)
 static struct bd_light_filter_inputs inputs_of(const struct picture *p)
 {
     return (struct bd_light_filter_inputs){
-        {p->half[0], p->half[1]}, p->albedo, p->normal, p->depth};
+        {p->half[0], p->half[1]}, p->albedo, p->normal, p->depth, 0};
 }
 
 static void run(struct picture *p)

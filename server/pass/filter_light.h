@@ -1,0 +1,20 @@
+// Smooths what few rays leave noisy, along surfaces and as far as its noise goes
+// (image/light_filter.h): on the processor, whatever the device, whose texture it reads and writes.
+//
+// Cost: some 30 ns a pixel and core; 88 bytes a pixel of memory while it runs.
+//
+// Thread: render thread, and the pool's.
+
+#ifndef BD_PASS_FILTER_LIGHT_H
+#define BD_PASS_FILTER_LIGHT_H
+
+#include "pass/gather.h"
+
+// `inputs` and `rays` are those of what gathered. Of irradiance, and of what glossy receivers have
+// beyond it; each by its own noise, where it has one. BD_ERR_NO_MEMORY leaves the light as it was.
+BD_MUST_CHECK
+enum bd_err bd_filter_light_run(const struct bd_pass_context *context,
+                                const struct bd_gather_inputs *inputs, uint32_t rays,
+                                struct bd_indirect *indirect, struct bd_fault *fault);
+
+#endif
