@@ -20,10 +20,12 @@ def states(frame):
     return {p["name"]: p["state"] for p in frame.report["passes"]}
 
 
-# A tree, clusters, and glossy receivers by blocks and by pixels: between them every stage.
-@pytest.mark.parametrize("technique", ["hisr", "isr", "multires_splat", "rsm"])
-def test_the_renderer_does_what_the_dry_run_said(daemon, technique):
-    look = {**LOOK, "technique": technique}
+# A tree, clusters, glossy receivers by blocks and by pixels, and rays: between them every stage.
+@pytest.mark.parametrize("technique,parameters", [
+    ("hisr", {}), ("isr", {}), ("multires_splat", {}), ("rsm", {}),
+    ("rsm", {"indirect_visibility": "rays", "rays": 9})])
+def test_the_renderer_does_what_the_dry_run_said(daemon, technique, parameters):
+    look = {**LOOK, "technique": technique, "parameters": parameters}
     scene = daemon.scenes.add(SCENES / "two_lights.glb")
     objects = scene.objects()
     scene.render(**look)
