@@ -13,6 +13,9 @@
 #define GROUP_VPLS        8u
 // Groups of a list: so many that a pixel's running sums take no more than its segments may.
 #define GROUPS_MAX 384u
+#define GROUP_VPLS_MAX 16384u
+// The software device ends all loops of an invocation after 65,535 rounds.
+#define ROUNDS_MAX 60000u
 #define TILE_BYTES BD_SEGMENTS_BYTES_MAX
 #define PICK_BYTES ((size_t)BD_PICK_VEC4S * sizeof(struct bd_vec4))
 
@@ -35,7 +38,8 @@ static void lay_out(struct chosen *c)
 {
     const uint32_t count = c->list->count;
     c->group_vpls = GROUP_VPLS;
-    while (bd_divided_up(count, c->group_vpls) > GROUPS_MAX) c->group_vpls *= 2;
+    while (bd_divided_up(count, c->group_vpls) > GROUPS_MAX && c->group_vpls < GROUP_VPLS_MAX)
+        c->group_vpls *= 2;
     c->group_count = bd_divided_up(count, c->group_vpls);
     const size_t of_pixel =
         c->group_count * sizeof(float) + c->inputs->rays * (sizeof(struct bd_segment) + PICK_BYTES);
@@ -138,18 +142,33 @@ static enum bd_err weigh(const struct chosen *c, const struct bd_tile *tile)
     return err;
 }
 
+// So many rays that the search for their VPLs, twice for near ones, ends by itself.
+static uint32_t rays_of_dispatch(const struct chosen *c)
+{
+    const uint32_t rounds_of_ray = 2 * (c->group_vpls + 24);
+    return rounds_of_ray < ROUNDS_MAX ? ROUNDS_MAX / rounds_of_ray : 1;
+}
+
 static enum bd_err choose(const struct chosen *c, const struct bd_tile *tile)
 {
-    const struct bd_choose_args args = args_of(c, tile);
+    struct bd_choose_args args = args_of(c, tile);
     struct bd_bindings bindings = {0};
     bind_lights(c, &bindings);
     bd_bind_storage(&bindings, BD_STORAGE_PICKS, c->picks, false, true);
+    enum bd_err err = BD_ERR_OK;
+    const uint32_t step = rays_of_dispatch(c);
     bd_slicer_work(c->context->slicer, "choose");
-    bd_gpu_pass_begin(c->context->gpu, "choose");
-    dispatch(c, c->choose, &args, &bindings);
-    bd_gpu_pass_end(c->context->gpu);
-    return bd_slicer_checkpoint(c->context->slicer,
-                                pixels_of(tile) * c->inputs->rays * c->group_vpls);
+    for (uint32_t at = 0; !err && at < c->inputs->rays; at += step) {
+        const uint32_t left = c->inputs->rays - at;
+        args.vpls.x = at;
+        args.vpls.y = left < step ? left : step;
+        bd_gpu_pass_begin(c->context->gpu, "choose");
+        dispatch(c, c->choose, &args, &bindings);
+        bd_gpu_pass_end(c->context->gpu);
+        err =
+            bd_slicer_checkpoint(c->context->slicer, pixels_of(tile) * args.vpls.y * c->group_vpls);
+    }
+    return err;
 }
 
 static enum bd_err look(const struct chosen *c, const struct bd_tile *tile, struct bd_fault *fault)

@@ -6,8 +6,8 @@
 
 struct bd_choose_args {
     BD_UVEC4 tile; // of the slice: xy = its first pixel, zw = its width and height
-    BD_UVEC4 vpls; // x = first VPL of the slice, y = VPLs in it; all.comp: z = words a receiver;
-                   // else z = VPLs of a group, w = groups of the whole list
+    BD_UVEC4 vpls; // x = first VPL of the slice, y = VPLs in it (choose.comp: rays); all.comp: z =
+                   // words a receiver; else z = VPLs of a group, w = groups of the whole list
     BD_UVEC4 rays; // x = VPLs that are chosen for a receiver, y = seed, z = VPLs of the whole list
 };
 

@@ -247,6 +247,20 @@ static void few_rays_are_right_in_the_mean(void **state)
     }
 }
 
+// Nearly all of them: more rounds than the software device has in one dispatch.
+static void many_rays_are_nearly_all(void **state)
+{
+    struct world *w = *state;
+    make_box(w, 1, 0, THINGS_WALL, false);
+    struct picture all = render(w, "vpls=3000 indirect_visibility=rays rays=1000000", 0);
+    struct picture many =
+        render(w, "vpls=3000 indirect_visibility=rays rays=2900 noise_filter=off", 0);
+    assert_true(has_run(&many, "weigh"));
+    const double off = relative_rmse(indirect_of(&many), indirect_of(&all));
+    if (off > 2e-3) fail_msg("%g %%", 100 * off);
+    finish(&all), finish(&many);
+}
+
 static void a_wall_hides_light(void **state)
 {
     struct world *w = *state;
@@ -300,6 +314,7 @@ int main(void)
         cmocka_unit_test(a_closed_room_is_black),
         cmocka_unit_test(a_wall_hides_light),
         cmocka_unit_test(few_rays_are_right_in_the_mean),
+        cmocka_unit_test(many_rays_are_nearly_all),
         cmocka_unit_test(the_same_bytes_twice),
         cmocka_unit_test(the_structure_is_kept_by_what_it_is_made_from),
     };

@@ -117,8 +117,9 @@ void main()
     uint triangle = receiver_triangle(pixel), first = p.place * args.rays.x;
     p.total = prefix[place_of_prefix(args.vpls.w - 1u, p.receivers, p.place)];
     p.first_target = place_in_part(uvec2(pixel)) * p.total / float(args.rays.x);
-    for (uint ray = 0u; ray < args.rays.x; ray += 32u) {
-        uint near = 0u, end = min(ray + 32u, args.rays.x);
+    uint rays_end = args.vpls.x + args.vpls.y;
+    for (uint ray = args.vpls.x; ray < rays_end; ray += 32u) {
+        uint near = 0u, end = min(ray + 32u, rays_end);
         for (uint i = ray; i < end; i++)
             if (choose_one(r, viewer, triangle, p, i, first + i)) near |= 1u << (i - ray);
 #ifdef BD_VPL_PATCH
