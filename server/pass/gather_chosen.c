@@ -11,9 +11,9 @@
 
 #define VPLS_PER_DISPATCH 1024u
 #define GROUP_VPLS        8u
-// Groups of a list: so many that a pixel's running sums take no more than its segments may.
-#define GROUPS_MAX 384u
-#define GROUP_VPLS_MAX 16384u
+// Of a list: more of them take longer to be written than larger ones to be searched.
+#define GROUPS_MAX     384u
+#define GROUP_VPLS_MAX 16384u // in which a search still ends by itself
 // The software device ends all loops of an invocation after 65,535 rounds.
 #define ROUNDS_MAX 60000u
 #define TILE_BYTES BD_SEGMENTS_BYTES_MAX
@@ -109,6 +109,7 @@ static void bind_lights(const struct chosen *c, struct bd_bindings *bindings)
     bindings->arrays[BD_UNIT_VPL_QUADS] = c->list->quads;
     bd_bind_storage(bindings, BD_STORAGE_SEGMENTS, c->segments->segments, false, true);
     bd_bind_storage(bindings, BD_STORAGE_PREFIX, c->prefix, true, true);
+    bd_bind_storage(bindings, BD_STORAGE_PICKS, c->picks, false, true);
 }
 
 static double pixels_of(const struct bd_tile *tile)
@@ -122,24 +123,39 @@ static uint32_t vpls_of_dispatch(const struct chosen *c)
     return c->group_vpls > VPLS_PER_DISPATCH ? c->group_vpls : VPLS_PER_DISPATCH;
 }
 
-static enum bd_err weigh(const struct chosen *c, const struct bd_tile *tile)
+// A program for VPLs, or rays, from 0 to `count`: `step` in a dispatch.
+struct parts {
+    const char *pass;
+    const struct bd_program *program;
+    uint32_t count, step;
+    double units; // of each, at a pixel
+};
+
+static enum bd_err run_parts(const struct chosen *c, const struct bd_tile *tile,
+                             const struct parts *parts)
 {
     struct bd_choose_args args = args_of(c, tile);
     struct bd_bindings bindings = {0};
     bind_lights(c, &bindings);
     enum bd_err err = BD_ERR_OK;
-    const uint32_t step = vpls_of_dispatch(c);
-    bd_slicer_work(c->context->slicer, "weigh");
-    for (uint32_t at = 0; !err && at < c->list->count; at += step) {
-        const uint32_t left = c->list->count - at;
+    bd_slicer_work(c->context->slicer, parts->pass);
+    for (uint32_t at = 0; !err && at < parts->count; at += parts->step) {
+        const uint32_t left = parts->count - at;
         args.vpls.x = at;
-        args.vpls.y = left < step ? left : step;
-        bd_gpu_pass_begin(c->context->gpu, "weigh");
-        dispatch(c, c->weigh, &args, &bindings);
+        args.vpls.y = left < parts->step ? left : parts->step;
+        bd_gpu_pass_begin(c->context->gpu, parts->pass);
+        dispatch(c, parts->program, &args, &bindings);
         bd_gpu_pass_end(c->context->gpu);
-        err = bd_slicer_checkpoint(c->context->slicer, pixels_of(tile) * args.vpls.y);
+        err =
+            bd_slicer_checkpoint(c->context->slicer, pixels_of(tile) * args.vpls.y * parts->units);
     }
     return err;
+}
+
+static enum bd_err weigh(const struct chosen *c, const struct bd_tile *tile)
+{
+    const struct parts parts = {"weigh", c->weigh, c->list->count, vpls_of_dispatch(c), 1};
+    return run_parts(c, tile, &parts);
 }
 
 // So many rays that the search for their VPLs, twice for near ones, ends by itself.
@@ -151,24 +167,9 @@ static uint32_t rays_of_dispatch(const struct chosen *c)
 
 static enum bd_err choose(const struct chosen *c, const struct bd_tile *tile)
 {
-    struct bd_choose_args args = args_of(c, tile);
-    struct bd_bindings bindings = {0};
-    bind_lights(c, &bindings);
-    bd_bind_storage(&bindings, BD_STORAGE_PICKS, c->picks, false, true);
-    enum bd_err err = BD_ERR_OK;
-    const uint32_t step = rays_of_dispatch(c);
-    bd_slicer_work(c->context->slicer, "choose");
-    for (uint32_t at = 0; !err && at < c->inputs->rays; at += step) {
-        const uint32_t left = c->inputs->rays - at;
-        args.vpls.x = at;
-        args.vpls.y = left < step ? left : step;
-        bd_gpu_pass_begin(c->context->gpu, "choose");
-        dispatch(c, c->choose, &args, &bindings);
-        bd_gpu_pass_end(c->context->gpu);
-        err =
-            bd_slicer_checkpoint(c->context->slicer, pixels_of(tile) * args.vpls.y * c->group_vpls);
-    }
-    return err;
+    const struct parts parts = {"choose", c->choose, c->inputs->rays, rays_of_dispatch(c),
+                                c->group_vpls};
+    return run_parts(c, tile, &parts);
 }
 
 static enum bd_err look(const struct chosen *c, const struct bd_tile *tile, struct bd_fault *fault)

@@ -15,9 +15,13 @@ enum bd_err bd_segments_create(struct bd_gpu *gpu, size_t count_max, struct bd_s
     BD_ASSERT_CMP(s->count_max * sizeof *s->host, <=, BD_SEGMENTS_BYTES_MAX);
     s->host = malloc(s->count_max * sizeof *s->host);
     s->host_bits = malloc(s->count_max / 8);
-    BD_ASSERT(s->host && s->host_bits);
-    enum bd_err err =
-        bd_buf_create_unset(gpu, "segments", s->count_max * sizeof *s->host, &s->segments, fault);
+    enum bd_err err = BD_ERR_OK;
+    if (!s->host || !s->host_bits)
+        err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "rays", "no memory for %zu segments",
+                           s->count_max);
+    if (!err)
+        err = bd_buf_create_unset(gpu, "segments", s->count_max * sizeof *s->host, &s->segments,
+                                  fault);
     if (!err) err = bd_buf_create_unset(gpu, "occluded", s->count_max / 8, &s->occluded, fault);
     if (err) bd_segments_destroy(gpu, out);
     return err;

@@ -114,6 +114,16 @@ static enum bd_err write_list(struct bd_gpu *gpu, const struct vpl *vpls,
     return BD_ERR_OK;
 }
 
+// Beyond what a shader can index, reads are undefined.
+static enum bd_err room_for(const struct bd_gpu *gpu, size_t count, struct bd_fault *fault)
+{
+    const uint64_t most = bd_gpu_caps(gpu)->array_max_bytes / sizeof((struct vpl *)0)->light;
+    if (count <= most && count <= UINT32_MAX) return BD_ERR_OK;
+    return bd_fault_set(fault, BD_ERR_LIMIT, "vpls",
+                        "%zu over all lights; with few rays this device takes %llu", count,
+                        (unsigned long long)most);
+}
+
 enum bd_err bd_vpl_order_run(const struct bd_pass_context *context,
                              const struct bd_vpl_list *const *lists, uint32_t list_count,
                              struct bd_vpl_list **out, struct bd_fault *fault)
@@ -122,8 +132,9 @@ enum bd_err bd_vpl_order_run(const struct bd_pass_context *context,
     for (uint32_t l = 0; l < list_count; l++) room += lists[l]->count;
     struct vpl *vpls = malloc(room * sizeof *vpls);
     struct entry *entries = malloc(room * sizeof *entries);
-    BD_ASSERT(vpls && entries);
-    enum bd_err err = BD_ERR_OK;
+    enum bd_err err = room_for(context->gpu, room, fault);
+    if (!err && !(vpls && entries))
+        err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "vpls", "no memory to put %zu in order", room);
     for (uint32_t l = 0; !err && l < list_count; l++)
         err = read_list(context->gpu, lists[l], vpls, &count);
     // A list of none would be a case of its own to everybody: one that sends nothing is none.
