@@ -276,6 +276,24 @@ static void light_that_walls_would_hide_is_told(void **state)
     bd_job_release(&job);
 }
 
+// What a frame's rays hide is in the model that it is held to.
+static void rays_are_in_the_model_of_who_traces_them(void **state)
+{
+    (void)state;
+    struct bd_job_request request = request_of("rsm", "vpls=2000");
+    struct bd_fault fault;
+    assert_int_equal(bd_param_list_add(&request.frame.params, "indirect_visibility=rays", &fault),
+                     BD_ERR_OK);
+    request.frame.check_pixels = 300;
+    request.frame.against = BD_AGAINST_MODEL;
+    struct bd_job *job = run(&request);
+    const struct bd_report *report = &bd_job_result(job)->report;
+    assert_true(report->error_count > 0);
+    printf("%g %%\n", 100 * report->errors[0].value);
+    assert_true(report->errors[0].value < 0.02); // 2.9 % against light through walls
+    bd_job_release(&job);
+}
+
 static void out_of_time_the_best_is_given(void **state)
 {
     (void)state;
@@ -421,6 +439,7 @@ int main(void)
         cmocka_unit_test(a_target_is_reached),
         cmocka_unit_test(a_floor_is_told),
         cmocka_unit_test(light_that_walls_would_hide_is_told),
+        cmocka_unit_test(rays_are_in_the_model_of_who_traces_them),
         cmocka_unit_test(out_of_time_the_best_is_given),
         cmocka_unit_test(a_cancelled_check_ends_soon),
         cmocka_unit_test(frames_go_on_beside_a_check),
