@@ -181,6 +181,29 @@ static void random_point(float at[3])
     for (int c = 0; c < 3; c++) at[c] = (float)(0.7 * chance() - 0.35);
 }
 
+// A soup in one of the worlds, and its triangles one by one.
+struct soup {
+    struct stage *stage;
+    struct bd_rays *rays;
+    uint64_t count;
+    bd_dvec3 *corners;
+};
+
+static struct soup begin_soup(size_t w)
+{
+    struct soup soup = {.stage = create_soup(worlds[w].size, worlds[w].offset)};
+    soup.rays = create_rays(soup.stage->scene, w % 2 ? BD_RAYS_REPEATED_MAX : 0);
+    soup.corners = list_triangles(soup.stage->scene, &soup.count);
+    return soup;
+}
+
+static void end_soup(struct soup *soup)
+{
+    free(soup->corners);
+    bd_rays_destroy(&soup->rays);
+    stage_destroy(&soup->stage);
+}
+
 static void first_triangles_are_those_of_all_asked_one_by_one(void **unused)
 {
     (void)unused;
@@ -188,10 +211,7 @@ static void first_triangles_are_those_of_all_asked_one_by_one(void **unused)
     struct bd_ray *queries = calloc(RAYS, sizeof *queries);
     struct bd_ray_hit *hits = calloc(RAYS, sizeof *hits);
     for (size_t w = 0; w < sizeof worlds / sizeof *worlds; w++) {
-        struct stage *stage = create_soup(worlds[w].size, worlds[w].offset);
-        struct bd_rays *rays = create_rays(stage->scene, w % 2 ? BD_RAYS_REPEATED_MAX : 0);
-        uint64_t count;
-        bd_dvec3 *corners = list_triangles(stage->scene, &count);
+        struct soup soup = begin_soup(w);
         for (int i = 0; i < RAYS; i++) {
             float to[3];
             random_point(queries[i].origin);
@@ -200,11 +220,11 @@ static void first_triangles_are_those_of_all_asked_one_by_one(void **unused)
             queries[i].from_triangle = BD_NO_TRIANGLE;
             queries[i].far = i % 2 ? INFINITY : 1;
         }
-        bd_rays_nearest(rays, pool, BD_RAYS_ALPHA_MASK, queries, RAYS, hits);
+        bd_rays_nearest(soup.rays, pool, BD_RAYS_ALPHA_MASK, queries, RAYS, hits);
         int sure = 0, met = 0;
         for (int i = 0; i < RAYS; i++) {
-            const struct judged j =
-                judge(corners, count, queries[i].origin, queries[i].direction, queries[i].far);
+            const struct judged j = judge(soup.corners, soup.count, queries[i].origin,
+                                          queries[i].direction, queries[i].far);
             if (j.is_close) continue;
             sure++, met += j.number != BD_NO_TRIANGLE;
             if (hits[i].triangle != j.number)
@@ -215,9 +235,7 @@ static void first_triangles_are_those_of_all_asked_one_by_one(void **unused)
         }
         if (sure < RAYS * 8 / 10 || met < RAYS / 5 || met == sure)
             fail_msg("world %zu: %d sure, %d of them met", w, sure, met);
-        free(corners);
-        bd_rays_destroy(&rays);
-        stage_destroy(&stage);
+        end_soup(&soup);
     }
     free(queries);
     free(hits);
@@ -231,21 +249,18 @@ static void segments_are_blocked_by_what_lies_between_their_ends(void **unused)
     struct bd_segment *segments = calloc(RAYS + 7, sizeof *segments);
     uint32_t *bits = calloc(RAYS / 32 + 1, sizeof *bits);
     for (size_t w = 0; w < sizeof worlds / sizeof *worlds; w++) {
-        struct stage *stage = create_soup(worlds[w].size, worlds[w].offset);
-        struct bd_rays *rays = create_rays(stage->scene, w % 2 ? BD_RAYS_REPEATED_MAX : 0);
-        uint64_t count;
-        bd_dvec3 *corners = list_triangles(stage->scene, &count);
+        struct soup soup = begin_soup(w);
         for (int i = 0; i < RAYS + 7; i++) {
             random_point(segments[i].from);
             random_point(segments[i].to);
             segments[i].from_triangle = segments[i].to_triangle = BD_NO_TRIANGLE;
         }
-        bd_rays_occluded(rays, pool, BD_RAYS_ALPHA_MASK, segments, RAYS + 7, bits);
+        bd_rays_occluded(soup.rays, pool, BD_RAYS_ALPHA_MASK, segments, RAYS + 7, bits);
         int sure = 0, blocked = 0;
         for (int i = 0; i < RAYS + 7; i++) {
             float direction[3];
             for (int c = 0; c < 3; c++) direction[c] = segments[i].to[c] - segments[i].from[c];
-            const struct judged j = judge(corners, count, segments[i].from, direction, 1);
+            const struct judged j = judge(soup.corners, soup.count, segments[i].from, direction, 1);
             if (j.is_close) continue;
             sure++, blocked += j.number != BD_NO_TRIANGLE;
             assert_int_equal(bits[i / 32] >> i % 32 & 1, j.number != BD_NO_TRIANGLE);
@@ -253,9 +268,7 @@ static void segments_are_blocked_by_what_lies_between_their_ends(void **unused)
         assert_int_equal(bits[(RAYS + 7) / 32] >> (RAYS + 7) % 32, 0);
         if (sure < RAYS * 8 / 10 || blocked < RAYS / 5 || blocked == sure)
             fail_msg("world %zu: %d sure, %d of them blocked", w, sure, blocked);
-        free(corners);
-        bd_rays_destroy(&rays);
-        stage_destroy(&stage);
+        end_soup(&soup);
     }
     free(segments);
     free(bits);
