@@ -1,5 +1,12 @@
 #include "scene/journal_internal.h"
 
+// SQLite's numbers have a sign; a revision beyond it was never written by a daemon, and would be
+// counted back past the first one.
+static bool is_revision(uint64_t revision)
+{
+    return revision >= 1 && revision < INT64_MAX;
+}
+
 bool bd_row_scene(sqlite3_stmt *row, struct bd_journal_scene *out)
 {
     out->scene = bd_column_text(row, 0);
@@ -7,13 +14,14 @@ bool bd_row_scene(sqlite3_stmt *row, struct bd_journal_scene *out)
     out->added_ms = (uint64_t)sqlite3_column_int64(row, 2);
     out->revision = (uint64_t)sqlite3_column_int64(row, 3);
     out->owner = bd_column_text(row, 6);
-    return (uint64_t)sqlite3_column_int64(row, 4) == bd_check_scene(out);
+    return is_revision(out->revision) &&
+           (uint64_t)sqlite3_column_int64(row, 4) == bd_check_scene(out);
 }
 
 bool bd_row_snapshot(sqlite3_stmt *row, int64_t scene, struct bd_journal_snapshot *out)
 {
     out->revision = (uint64_t)sqlite3_column_int64(row, 0);
-    bool is_whole = bd_column_sha256(row, 1, out->sha256);
+    bool is_whole = bd_column_sha256(row, 1, out->sha256) && is_revision(out->revision);
     out->content = bd_column_digests(row, 2);
     out->index = bd_column_bytes(row, 4);
     return is_whole && (uint64_t)sqlite3_column_int64(row, 3) == bd_check_snapshot(scene, out);
@@ -31,7 +39,7 @@ bool bd_row_edit_head(sqlite3_stmt *row, int64_t scene, struct bd_journal_edit *
         .time_ms = (uint64_t)sqlite3_column_int64(row, 5),
         .summary = bd_column_bytes(row, 7),
     };
-    bool is_whole = bd_column_sha256(row, 6, out->snapshot_sha256);
+    bool is_whole = bd_column_sha256(row, 6, out->snapshot_sha256) && is_revision(out->revision);
     uint64_t payload_check = (uint64_t)sqlite3_column_int64(row, 8);
     return is_whole &&
            (uint64_t)sqlite3_column_int64(row, 9) == bd_check_edit(scene, out, payload_check);

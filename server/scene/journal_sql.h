@@ -21,7 +21,7 @@
     X(SET_REVISION, "UPDATE scenes SET revision=?2,chk=?3 WHERE id=?1")                            \
     X(REMOVE_SCENE, "DELETE FROM scenes WHERE id=?1")                                              \
     X(ADD_EDIT, "INSERT INTO edits(scene," EDIT_ALL ")"                                            \
-                " VALUES(?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12,?13,?14,?15,?16,?17)")                 \
+                " VALUES(?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12,?13,?14,?15,?16,?17)")             \
     X(GET_EDIT, "SELECT " EDIT_ALL " FROM edits WHERE scene=?1 AND revision=?2")                   \
     X(FIND_EDIT, "SELECT " EDIT_ALL " FROM edits WHERE scene=?1 AND client_edit_id=?2"             \
                  " AND client_edit_id<>''")                                                        \
@@ -37,7 +37,8 @@
                     " VALUES(?1,?2,?3,?4,?5,?6)")                                                  \
     X(SNAPSHOT_BEFORE, "SELECT " SNAPSHOT_ALL " FROM snapshots WHERE scene=?1 AND revision<=?2"    \
                        " ORDER BY revision DESC LIMIT 1")                                          \
-    X(SNAPSHOT_REVISION, "SELECT max(revision) FROM snapshots WHERE scene=?1 AND revision<=?2")    \
+    X(SNAPSHOT_REVISION, "SELECT max(revision) FROM snapshots WHERE scene=?1"                      \
+                         " AND revision BETWEEN 1 AND ?2")                                         \
     X(CUT_EDITS, "DELETE FROM edits WHERE scene=?1 AND revision>?2")                               \
     X(CUT_SNAPSHOTS, "DELETE FROM snapshots WHERE scene=?1 AND revision>?2")                       \
     X(CUT_NAMES, "DELETE FROM names WHERE scene=?1 AND revision>?2")                               \
