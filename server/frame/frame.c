@@ -50,7 +50,7 @@ static enum bd_err run_light_side(struct bd_frame *frame)
         if (err) return err;
     }
     if (bd_plan_has(frame->plan, BD_STAGE_VPL_CLUSTERS)) count_clusters(frame);
-    return BD_ERR_OK;
+    return bd_stage_run(frame, BD_STAGE_VPL_ORDER, NULL);
 }
 
 // --- layers ---------------------------------------------------------------------------------

@@ -69,6 +69,12 @@ static bool has_tree(const struct bd_plan *plan)
     return plan->indirect && takes(plan, BD_INPUT_VPL_TREE);
 }
 
+// A tree is in order by itself.
+static bool has_order(const struct bd_plan *plan)
+{
+    return plan->chosen && !takes(plan, BD_INPUT_VPL_TREE);
+}
+
 static bool has_fragments(const struct bd_plan *plan)
 {
     return plan->indirect && takes(plan, BD_INPUT_FRAGMENTS);
@@ -112,6 +118,12 @@ static const char *no_tree(const struct bd_plan *plan)
     return takes(plan, BD_INPUT_VPL_TREE) ? no_indirect(plan) : NULL;
 }
 
+static const char *no_order(const struct bd_plan *plan)
+{
+    if (!has_rays(plan)) return no_rays(plan);
+    return plan->chosen ? NULL : "a ray to every VPL";
+}
+
 static const char *no_fragments(const struct bd_plan *plan)
 {
     return takes(plan, BD_INPUT_FRAGMENTS) ? no_indirect(plan) : NULL;
@@ -133,6 +145,7 @@ static const char *no_fragments(const struct bd_plan *plan)
 OUTPUT(shadow_map, shadow_map)
 OUTPUT(rsm, rsm)
 OUTPUT(vpls, vpl_list)
+OUTPUT(order, vpl_list)
 OUTPUT(tree, vpl_tree)
 OUTPUT(gbuffer, gbuffer)
 OUTPUT(direct, tex)
@@ -168,7 +181,8 @@ static void destroy_rays(void *renderer, void *output)
 #define READS_BRDF      (ASPECT(COLOUR) | ASPECT(METALNESS) | ASPECT(ROUGHNESS))
 #define PARAMS_OF_VPL   (PARAM(VPL_KERNEL) | PARAM(NEAR_FIELD))
 #define PARAMS_OF_TESTS (PARAM(DEPTH_TEST) | PARAM(NORMAL_TEST) | PARAM(NEIGHBOURHOOD))
-#define STAGES_OF_VPLS  (STAGE(VPL_GRID) | STAGE(VPL_CLUSTERS) | STAGE(VPL_TREE))
+#define STAGES_OF_VPLS                                                                             \
+    (STAGE(VPL_GRID) | STAGE(VPL_CLUSTERS) | STAGE(VPL_TREE) | STAGE(VPL_ORDER))
 
 const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
     [BD_STAGE_BVH] =
@@ -266,6 +280,14 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
             .from = STAGE(VPL_GRID),
             .params = PARAM(TREE_ROOTS),
             KEEPS(tree, frame_light, bd_run_vpl_tree),
+        },
+    [BD_STAGE_VPL_ORDER] =
+        {
+            .pass = "vpl_order",
+            .is_needed = has_order,
+            .why_not = no_order,
+            .from = STAGE(VPL_GRID) | STAGE(VPL_CLUSTERS),
+            KEEPS(order, frame, bd_run_vpl_order),
         },
     [BD_STAGE_DISCONTINUITY] =
         {

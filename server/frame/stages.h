@@ -53,6 +53,7 @@ struct bd_frame {
     bool anew;           // what earlier frames made is not taken over; set side by side
     struct bd_gpu_scene *scene;
     struct bd_rays *rays;
+    struct bd_vpl_list *order; // the VPLs of all lights
     struct bd_subject subject; // its viewpoint: of the current sub-frame
 
     // Of the current sub-frame: the keys of its stages that ran, and their outputs.
@@ -86,6 +87,7 @@ enum bd_err bd_run_rsm(struct bd_frame *frame, struct bd_frame_light *light);
 enum bd_err bd_run_vpl_grid(struct bd_frame *frame, struct bd_frame_light *light);
 enum bd_err bd_run_vpl_clusters(struct bd_frame *frame, struct bd_frame_light *light);
 enum bd_err bd_run_vpl_tree(struct bd_frame *frame, struct bd_frame_light *light);
+enum bd_err bd_run_vpl_order(struct bd_frame *frame, struct bd_frame_light *light);
 enum bd_err bd_run_discontinuity(struct bd_frame *frame, struct bd_frame_light *light);
 enum bd_err bd_run_fragments(struct bd_frame *frame, struct bd_frame_light *light);
 enum bd_err bd_run_surfaces(struct bd_frame *frame, struct bd_frame_light *light);

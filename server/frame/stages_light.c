@@ -1,7 +1,11 @@
 // How what is made for each light, whoever looks, is run.
 
+#include <stdlib.h>
+
+#include "base/assert.h"
 #include "frame/memo.h"
 #include "frame/stages.h"
+#include "pass/vpl_order.h"
 
 static void release_weights(void *owner, void *output)
 {
@@ -109,4 +113,17 @@ enum bd_err bd_run_vpl_tree(struct bd_frame *frame, struct bd_frame_light *light
         .space = &frame->scene->space,
     };
     return bd_vpl_tree_run(&frame->context, &inputs, &light->tree, frame->fault);
+}
+
+enum bd_err bd_run_vpl_order(struct bd_frame *frame, struct bd_frame_light *light)
+{
+    (void)light;
+    const struct bd_subject *subject = &frame->subject;
+    const struct bd_vpl_list **lists = calloc(subject->light_count + 1, sizeof *lists);
+    BD_ASSERT(lists);
+    for (uint32_t i = 0; i < subject->light_count; i++) lists[i] = subject->lights[i].vpls;
+    enum bd_err err = bd_vpl_order_run(&frame->context, lists, subject->light_count, &frame->order,
+                                       frame->fault);
+    free(lists);
+    return err;
 }

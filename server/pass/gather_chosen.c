@@ -5,7 +5,6 @@
 
 #include "base/assert.h"
 #include "pass/kernels.h"
-#include "pass/vpl_order.h"
 #include "shared/bindings.h"
 #include "shared/choose.h"
 
@@ -24,7 +23,7 @@ struct chosen {
     const struct bd_gather_chosen_inputs *inputs;
     const struct bd_gbuffer *gbuffer;
     struct bd_view view;
-    struct bd_vpl_list *list; // of all lights
+    const struct bd_vpl_list *list;
     uint32_t group_vpls, group_count, pixels_max;
     const struct bd_program *weigh, *choose, *gather;
     struct bd_buf *prefix, *picks;
@@ -243,12 +242,7 @@ static enum bd_err create_out(struct chosen *c, struct bd_fault *fault)
 
 static enum bd_err run(struct chosen *c, struct bd_fault *fault)
 {
-    const struct bd_gather_inputs *gather = c->inputs->gather;
-    bd_gpu_pass_begin(c->context->gpu, "weigh");
-    enum bd_err err =
-        bd_vpl_order_run(c->context, gather->lists, gather->list_count, &c->list, fault);
-    bd_gpu_pass_end(c->context->gpu);
-    if (!err) err = create_out(c, fault);
+    enum bd_err err = create_out(c, fault);
     if (err) return err;
     BD_ASSERT(c->list->count > 0 && c->inputs->rays <= BD_RAYS_CHOSEN_MAX);
     lay_out(c);
@@ -267,6 +261,7 @@ enum bd_err bd_gather_chosen_run(const struct bd_pass_context *context,
     struct chosen c = {
         .context = context,
         .inputs = inputs,
+        .list = inputs->list,
         .gbuffer = gather->gbuffer,
         .view = bd_viewpoint_uniform(gather->viewpoint, &gather->scene->space),
     };
@@ -274,7 +269,6 @@ enum bd_err bd_gather_chosen_run(const struct bd_pass_context *context,
     bd_buf_destroy(context->gpu, &c.prefix);
     bd_buf_destroy(context->gpu, &c.picks);
     bd_segments_destroy(context->gpu, &c.segments);
-    if (c.list) bd_vpl_list_destroy(context->gpu, &c.list);
     if (err && c.out) bd_indirect_destroy(context->gpu, &c.out);
     *out = c.out;
     return err;

@@ -15,7 +15,8 @@
 #define BD_RAYS_CHOSEN_MAX 16384u
 
 struct bd_gather_chosen_inputs {
-    const struct bd_gather_inputs *gather; // with visibility
+    const struct bd_gather_inputs *gather; // with visibility; its lists are not read
+    const struct bd_vpl_list *list;        // of all lights, in order (pass/vpl_order.h); not empty
     uint32_t rays; // a pixel, at most BD_RAYS_CHOSEN_MAX
     uint64_t seed;
 };

@@ -85,6 +85,7 @@ struct bd_technique_inputs {
     const struct bd_params *params;
     const struct bd_vpl_list *const *vpl_lists; // BD_INPUT_VPL_GRID or _CLUSTERS; one a light
     const struct bd_vpl_tree *const *vpl_trees; // BD_INPUT_VPL_TREE; one a light
+    const struct bd_vpl_list *vpls_in_order; // of all lights, where some are chosen; else NULL
     uint32_t light_count;
     const struct bd_discontinuity *discontinuity; // BD_INPUT_FRAGMENTS
     const struct bd_fragments *fragments;         // BD_INPUT_FRAGMENTS
