@@ -1,49 +1,299 @@
 #include "pass/choose.h"
 
+#include <math.h>
+#include <stdlib.h>
+
 #include "base/assert.h"
+#include "pass/kernels.h"
 #include "shared/bindings.h"
-#include "shared/choose.h"
+
+#define VPLS_PER_DISPATCH 1024u
+#define GROUP_VPLS        8u
+// Of a list: more of them take longer to be written than larger ones to be searched.
+#define GROUPS_MAX     384u
+#define GROUP_VPLS_MAX 16384u // in which a search still ends by itself
+// The software device ends all loops of an invocation after 65,535 rounds.
+#define ROUNDS_MAX    60000u
+#define PICK_BYTES    ((size_t)BD_PICK_VEC4S * sizeof(struct bd_vec4))
+#define FRAGMENTS_ROW 64u // fragments of a slice are in rows of so many
+
+static void bind_vpls(const struct bd_vpl_list *list, struct bd_bindings *bindings)
+{
+    bindings->arrays[BD_UNIT_VPLS] = list->vpls;
+    bindings->arrays[BD_UNIT_VPL_QUADS] = list->quads;
+}
+
+// --- all ----------------------------------------------------------------------------------------
 
 static uint32_t words_of(uint32_t vpl_count)
 {
     return (vpl_count + 31) / 32;
 }
 
-uint32_t bd_choose_all_pixels_max(uint32_t vpl_count)
+uint32_t bd_choose_all_max(uint32_t vpl_count)
 {
-    const size_t of_pixel = 32 * (size_t)words_of(vpl_count) * sizeof(struct bd_segment);
-    return (uint32_t)(BD_SEGMENTS_BYTES_MAX / of_pixel);
+    const size_t of_receiver = 32 * (size_t)words_of(vpl_count) * sizeof(struct bd_segment);
+    return (uint32_t)(BD_SEGMENTS_BYTES_MAX / of_receiver);
 }
 
-enum bd_err bd_choose_all(const struct bd_pass_context *context,
-                          const struct bd_choose_inputs *inputs, const struct bd_tile *tile,
-                          uint32_t first_vpl, uint32_t vpl_count, struct bd_segments *segments,
-                          struct bd_fault *fault)
+static enum bd_err ask_all(const struct bd_pass_context *context, const struct bd_askers *askers,
+                           const struct bd_askers_slice *slice, const struct bd_vpl_list *list,
+                           uint32_t first_vpl, uint32_t vpl_count, struct bd_segments *segments,
+                           struct bd_fault *fault)
 {
-    struct bd_program_source source = {.compute = "pass/choose/all.comp"};
-    if (inputs->near_patches) bd_define(&source.defines, "BD_VPL_PATCH", 1);
-    struct bd_program *program;
-    enum bd_err err = bd_program_get(context->gpu, &source, &program, fault);
+    struct bd_defines defines = {0};
+    const struct bd_program *program;
+    bd_askers_define(askers, &defines);
+    if (askers->near_patches) bd_define(&defines, "BD_VPL_PATCH", 1);
+    enum bd_err err =
+        bd_compute_get(context->gpu, "pass/choose/all.comp", &defines, &program, fault);
     if (err) return err;
-    const struct bd_choose_args args = {
-        .tile = {tile->x, tile->y, tile->width, tile->height},
-        .vpls = {first_vpl, vpl_count, words_of(vpl_count), 0},
-    };
-    BD_ASSERT_CMP((size_t)tile->width * tile->height, <=, bd_choose_all_pixels_max(vpl_count));
-    struct bd_bindings bindings = {0};
-    bd_gbuffer_bind(inputs->gbuffer, &bindings);
-    bindings.textures[BD_UNIT_GBUFFER_TRIANGLE].tex = inputs->gbuffer->triangle;
-    bindings.arrays[BD_UNIT_VPLS] = inputs->list->vpls;
-    bindings.arrays[BD_UNIT_VPL_QUADS] = inputs->list->quads;
-    bindings.storage[BD_STORAGE_SEGMENTS].buf = segments->segments;
-    bindings.storage[BD_STORAGE_SEGMENTS].write = true;
-    bindings.uniforms[BD_UNIFORM_VIEW].bytes = inputs->view;
-    bindings.uniforms[BD_UNIFORM_VIEW].size_bytes = sizeof *inputs->view;
-    bindings.uniforms[BD_UNIFORM_ARGS].bytes = &args;
-    bindings.uniforms[BD_UNIFORM_ARGS].size_bytes = sizeof args;
-    uint32_t group[3];
-    bd_program_group_size(program, group);
-    bd_gpu_dispatch(context->gpu, program, &bindings, (tile->width + group[0] - 1) / group[0],
-                    (tile->height + group[1] - 1) / group[1], 1);
+    struct bd_asking asking;
+    bd_askers_bind(askers, slice, &asking);
+    asking.args.vpls = (struct bd_uvec4){first_vpl, vpl_count, words_of(vpl_count), 0};
+    bind_vpls(list, &asking.bindings);
+    bd_bind_storage(&asking.bindings, BD_STORAGE_SEGMENTS, segments->segments, false, true);
+    bd_askers_dispatch(context->gpu, program, &asking);
     return BD_ERR_OK;
+}
+
+enum bd_err bd_choose_all(const struct bd_pass_context *context, const struct bd_askers *askers,
+                          const struct bd_askers_slice *slice, const struct bd_vpl_list *list,
+                          uint32_t first_vpl, uint32_t vpl_count,
+                          const struct bd_visibility_inputs *visibility,
+                          struct bd_segments *segments, struct bd_fault *fault)
+{
+    const size_t receivers = bd_askers_count(askers, slice);
+    BD_ASSERT_CMP(receivers, <=, bd_choose_all_max(vpl_count));
+    bd_gpu_pass_begin(context->gpu, "choose");
+    enum bd_err err = ask_all(context, askers, slice, list, first_vpl, vpl_count, segments, fault);
+    bd_gpu_pass_end(context->gpu);
+    if (err) return err;
+    bd_gpu_pass_begin(context->gpu, "visibility");
+    err = bd_visibility_run(context, visibility, segments,
+                            (size_t)words_of(vpl_count) * 32 * receivers, fault);
+    bd_gpu_pass_end(context->gpu);
+    return err;
+}
+
+// --- a few: how much at once --------------------------------------------------------------------
+
+struct bd_chooser {
+    const struct bd_pass_context *context;
+    struct bd_chooser_inputs inputs;
+    uint32_t width, height; // of the picture
+    uint32_t group_vpls, group_count, receivers_max;
+    const struct bd_program *weigh, *choose;
+    struct bd_buf *prefix, *picks;
+    struct bd_segments *segments;
+    struct bd_askers_slice slice; // the last one
+};
+
+static void lay_out(struct bd_chooser *c)
+{
+    const uint32_t count = c->inputs.list->count;
+    c->group_vpls = GROUP_VPLS;
+    while (bd_divided_up(count, c->group_vpls) > GROUPS_MAX && c->group_vpls < GROUP_VPLS_MAX)
+        c->group_vpls *= 2;
+    c->group_count = bd_divided_up(count, c->group_vpls);
+    const size_t of_receiver = (c->group_count + c->inputs.spread) * sizeof(float) +
+                               c->inputs.rays * (sizeof(struct bd_segment) + PICK_BYTES);
+    const struct bd_fragments *fragments = c->inputs.askers.fragments;
+    const size_t receivers =
+        fragments ? (size_t)fragments->count + FRAGMENTS_ROW : (size_t)c->width * c->height;
+    size_t most = BD_SEGMENTS_BYTES_MAX / of_receiver;
+    if (most > receivers) most = receivers;
+    // A tile is eight pixels square at least, whatever that takes.
+    c->receivers_max = most < 64 ? 64 : (uint32_t)most;
+}
+
+static enum bd_err make_room(struct bd_chooser *c, struct bd_fault *fault)
+{
+    struct bd_gpu *gpu = c->context->gpu;
+    const size_t receivers = c->receivers_max, sums = c->group_count + c->inputs.spread;
+    enum bd_err err = bd_buf_create_unset(gpu, "sums over vpls", receivers * sums * sizeof(float),
+                                          &c->prefix, fault);
+    if (!err)
+        err = bd_buf_create_unset(gpu, "vpls chosen", receivers * c->inputs.rays * PICK_BYTES,
+                                  &c->picks, fault);
+    if (!err) err = bd_segments_create(gpu, receivers * c->inputs.rays, &c->segments, fault);
+    return err;
+}
+
+static enum bd_err get_programs(struct bd_chooser *c, struct bd_fault *fault)
+{
+    struct bd_defines defines = {0}, weigh;
+    struct bd_gpu *gpu = c->context->gpu;
+    bd_askers_define(&c->inputs.askers, &defines);
+    if (c->inputs.glossy) bd_define(&defines, "BD_GLOSSY", 1);
+    if (c->inputs.askers.near_patches) bd_define(&defines, "BD_VPL_PATCH", 1);
+    weigh = defines;
+    if (c->inputs.spread) bd_define(&weigh, "BD_SPREAD", 1);
+    enum bd_err err = bd_compute_get(gpu, "pass/choose/weigh.comp", &weigh, &c->weigh, fault);
+    return err ? err : bd_compute_get(gpu, "pass/choose/choose.comp", &defines, &c->choose, fault);
+}
+
+enum bd_err bd_chooser_create(const struct bd_pass_context *context,
+                              const struct bd_chooser_inputs *inputs, struct bd_chooser **out,
+                              struct bd_fault *fault)
+{
+    struct bd_chooser *c = *out = calloc(1, sizeof *c);
+    BD_ASSERT(c);
+    BD_ASSERT(inputs->list->count > 0 && inputs->rays <= BD_RAYS_CHOSEN_MAX);
+    c->context = context;
+    c->inputs = *inputs;
+    c->width = inputs->askers.viewpoint->width_px;
+    c->height = inputs->askers.viewpoint->height_px;
+    lay_out(c);
+    enum bd_err err = get_programs(c, fault);
+    if (!err) err = make_room(c, fault);
+    if (err) bd_chooser_destroy(context->gpu, out);
+    return err;
+}
+
+void bd_chooser_destroy(struct bd_gpu *gpu, struct bd_chooser **chooser)
+{
+    struct bd_chooser *c = *chooser;
+    *chooser = NULL;
+    if (!c) return;
+    bd_buf_destroy(gpu, &c->prefix);
+    bd_buf_destroy(gpu, &c->picks);
+    bd_segments_destroy(gpu, &c->segments);
+    free(c);
+}
+
+struct bd_ray_counts bd_chooser_rays(const struct bd_chooser *chooser)
+{
+    return chooser->segments->traced;
+}
+
+// --- a few: a slice -----------------------------------------------------------------------------
+
+static size_t receivers_of(const struct bd_chooser *c)
+{
+    return bd_askers_count(&c->inputs.askers, &c->slice);
+}
+
+// A whole number of groups.
+static uint32_t vpls_of_dispatch(const struct bd_chooser *c)
+{
+    return c->group_vpls > VPLS_PER_DISPATCH ? c->group_vpls : VPLS_PER_DISPATCH;
+}
+
+static void bind(const struct bd_chooser *c, struct bd_asking *asking)
+{
+    const struct bd_chooser_inputs *in = &c->inputs;
+    bd_askers_bind(&in->askers, &c->slice, asking);
+    asking->args.vpls = (struct bd_uvec4){0, in->list->count, c->group_vpls, c->group_count};
+    asking->args.rays =
+        (struct bd_uvec4){in->rays, (uint32_t)(in->seed ^ in->seed >> 32), in->list->count, 0};
+}
+
+static void bind_choice(const struct bd_chooser *c, struct bd_asking *asking)
+{
+    bind_vpls(c->inputs.list, &asking->bindings);
+    bd_bind_storage(&asking->bindings, BD_STORAGE_SEGMENTS, c->segments->segments, false, true);
+    bd_bind_storage(&asking->bindings, BD_STORAGE_PREFIX, c->prefix, true, true);
+    bd_bind_storage(&asking->bindings, BD_STORAGE_PICKS, c->picks, false, true);
+}
+
+// A program for VPLs, or rays, from 0 to `count`: `step` in a dispatch.
+struct parts {
+    const char *pass;
+    const struct bd_program *program;
+    uint32_t count, step;
+    double units; // of each, at a receiver
+};
+
+static enum bd_err run_parts(const struct bd_chooser *c, const struct parts *parts)
+{
+    struct bd_asking asking;
+    bind(c, &asking);
+    bind_choice(c, &asking);
+    enum bd_err err = BD_ERR_OK;
+    bd_slicer_work(c->context->slicer, parts->pass);
+    for (uint32_t at = 0; !err && at < parts->count; at += parts->step) {
+        const uint32_t left = parts->count - at;
+        asking.args.vpls.x = at;
+        asking.args.vpls.y = left < parts->step ? left : parts->step;
+        bd_gpu_pass_begin(c->context->gpu, parts->pass);
+        bd_askers_dispatch(c->context->gpu, parts->program, &asking);
+        bd_gpu_pass_end(c->context->gpu);
+        err = bd_slicer_checkpoint(c->context->slicer,
+                                   (double)receivers_of(c) * asking.args.vpls.y * parts->units);
+    }
+    return err;
+}
+
+static enum bd_err weigh(const struct bd_chooser *c)
+{
+    const struct parts parts = {"weigh", c->weigh, c->inputs.list->count, vpls_of_dispatch(c), 1};
+    return run_parts(c, &parts);
+}
+
+// So many rays that the search for their VPLs, twice for near ones, ends by itself.
+static uint32_t rays_of_dispatch(const struct bd_chooser *c)
+{
+    const uint32_t rounds_of_ray = 2 * (c->group_vpls + 24);
+    return rounds_of_ray < ROUNDS_MAX ? ROUNDS_MAX / rounds_of_ray : 1;
+}
+
+static enum bd_err choose(const struct bd_chooser *c)
+{
+    const struct parts parts = {"choose", c->choose, c->inputs.rays, rays_of_dispatch(c),
+                                c->group_vpls};
+    return run_parts(c, &parts);
+}
+
+static enum bd_err look(const struct bd_chooser *c, struct bd_fault *fault)
+{
+    bd_gpu_pass_begin(c->context->gpu, "visibility");
+    enum bd_err err = bd_visibility_run(c->context, c->inputs.visibility, c->segments,
+                                        receivers_of(c) * c->inputs.rays, fault);
+    bd_gpu_pass_end(c->context->gpu);
+    return err;
+}
+
+// --- a few: all slices --------------------------------------------------------------------------
+
+// Of the slicer's next slice, so that what it needs fits, and one dispatch is a slice.
+static double units_of_receiver(const struct bd_chooser *c)
+{
+    return fmax(vpls_of_dispatch(c), bd_slicer_units(c->context->slicer) / c->receivers_max);
+}
+
+static bool next_fragments(struct bd_chooser *c)
+{
+    const uint32_t done = c->slice.first + c->slice.count;
+    const uint32_t left = c->inputs.askers.fragments->count - done;
+    const uint32_t rows_max = c->receivers_max / FRAGMENTS_ROW;
+    uint32_t count = bd_list_slice(c->context->slicer, units_of_receiver(c), left);
+    if (count > rows_max * FRAGMENTS_ROW) count = rows_max * FRAGMENTS_ROW;
+    c->slice = (struct bd_askers_slice){
+        {0, 0, FRAGMENTS_ROW, bd_divided_up(count, FRAGMENTS_ROW)}, done, count};
+    return count > 0;
+}
+
+static bool next_slice(struct bd_chooser *c)
+{
+    bd_slicer_work(c->context->slicer, "weigh");
+    if (c->inputs.askers.fragments) return next_fragments(c);
+    return bd_slicer_next_tile(c->context->slicer, units_of_receiver(c), c->width, c->height,
+                               &c->slice.tile);
+}
+
+bool bd_chooser_next(struct bd_chooser *c, struct bd_askers_slice *slice, struct bd_asking *asking,
+                     enum bd_err *err, struct bd_fault *fault)
+{
+    *err = BD_ERR_OK;
+    if (!next_slice(c)) return false;
+    *err = weigh(c);
+    if (!*err) *err = choose(c);
+    if (!*err) *err = look(c, fault);
+    *slice = c->slice;
+    bind(c, asking);
+    bd_bind_storage(&asking->bindings, BD_STORAGE_OCCLUDED, c->segments->occluded, true, false);
+    bd_bind_storage(&asking->bindings, BD_STORAGE_PICKS, c->picks, true, false);
+    bd_bind_storage(&asking->bindings, BD_STORAGE_PREFIX, c->prefix, true, false);
+    return !*err;
 }

@@ -1,28 +1,101 @@
-// Which VPLs a receiver asks about: segments from receivers to VPLs, for pass/visibility.h.
+// Which VPLs receivers ask about: segments to all of a range, or to a few of them in proportion to
+// what they would give if nothing stood between, and the answers (pass/visibility.h).
+//
+// Unbiased for what a ray to every VPL would give, which it becomes as rays become as many. Noise
+// falls with rays^-.8 or so: VPLs are in order (pass/vpl_order.h). Cost: that of a gather, and as
+// many rays a receiver.
+// Madow 1949 (systematic sampling); Walter, Arbree, Bala, Greenberg 2006 (few of many lights).
+//
+// Thread: render thread.
 
 #ifndef BD_PASS_CHOOSE_H
 #define BD_PASS_CHOOSE_H
 
+#include "pass/fragments.h"
 #include "pass/gbuffer.h"
 #include "pass/visibility.h"
 #include "pass/vpl_grid.h"
+#include "shared/choose.h"
 
-struct bd_choose_inputs {
+// More would not fit beside one another in a slice; ask all VPLs then.
+#define BD_RAYS_CHOSEN_MAX 16384u
+
+// Who asks, in slices: pixels of a picture, or fragments of a list.
+struct bd_askers {
+    const struct bd_viewpoint *viewpoint;
+    const struct bd_render_space *space;
     const struct bd_gbuffer *gbuffer;
-    const struct bd_view *view;
-    const struct bd_vpl_list *list;
-    bool near_patches; // as bd_gather_inputs
+    bool near_patches; // some VPL asks for the exact near field
+    // NULL: pixels.
+    const struct bd_fragments *fragments;
+    const struct bd_discontinuity *discontinuity; // of the fragments
+    uint32_t finest_level;                        // as bd_gather_fragments_inputs
+    bool vector;                                  // the irradiance vector is asked for, too
 };
 
-// Pixels of a tile whose segments to so many VPLs fit; at least 64.
-uint32_t bd_choose_all_pixels_max(uint32_t vpl_count);
+// A slice of them: pixels of the tile, or `count` fragments from `first` on, in rows as wide as the
+// tile.
+struct bd_askers_slice {
+    struct bd_tile tile;
+    uint32_t first, count;
+};
 
-// Every pixel of the tile asks about every VPL of the range. Pixels in rows; of each, 32 segments
-// for each word of answers, VPLs in order.
+// How many receivers those are.
+size_t bd_askers_count(const struct bd_askers *askers, const struct bd_askers_slice *slice);
+
+// What is bound for a shader whose askers they are (shaders/common/asker.glsl), and its dispatch.
+// `bindings` keep pointers into `args`.
+struct bd_asking {
+    struct bd_view view;
+    struct bd_choose_args args;
+    struct bd_bindings bindings;
+};
+void bd_askers_bind(const struct bd_askers *askers, const struct bd_askers_slice *slice,
+                    struct bd_asking *out);
+void bd_askers_dispatch(struct bd_gpu *gpu, const struct bd_program *program,
+                        struct bd_asking *asking);
+// For a program whose askers they are.
+void bd_askers_define(const struct bd_askers *askers, struct bd_defines *defines);
+
+// --- all ----------------------------------------------------------------------------------------
+
+// Receivers of a slice whose segments to so many VPLs fit; at least 64.
+uint32_t bd_choose_all_max(uint32_t vpl_count);
+
+// Every receiver of the slice asks about every VPL of the range, and is answered. Of each, in rows,
+// 32 segments for each word of answers, VPLs in order.
 BD_MUST_CHECK
-enum bd_err bd_choose_all(const struct bd_pass_context *context,
-                          const struct bd_choose_inputs *inputs, const struct bd_tile *tile,
-                          uint32_t first_vpl, uint32_t vpl_count, struct bd_segments *segments,
-                          struct bd_fault *fault);
+enum bd_err bd_choose_all(const struct bd_pass_context *context, const struct bd_askers *askers,
+                          const struct bd_askers_slice *slice, const struct bd_vpl_list *list,
+                          uint32_t first_vpl, uint32_t vpl_count,
+                          const struct bd_visibility_inputs *visibility,
+                          struct bd_segments *segments, struct bd_fault *fault);
+
+// --- a few --------------------------------------------------------------------------------------
+
+struct bd_chooser_inputs {
+    struct bd_askers askers;
+    const struct bd_vpl_list *list; // of all lights, in order (pass/vpl_order.h); not empty
+    uint32_t rays;                  // a receiver, at most BD_RAYS_CHOSEN_MAX
+    uint64_t seed;
+    bool glossy; // VPLs are chosen by what the whole BRDF makes of them, and lobes are asked for
+    bool spread; // how far off interpolated light may be, too; wants `askers.vector`
+    const struct bd_visibility_inputs *visibility;
+};
+
+struct bd_chooser;
+
+BD_MUST_CHECK
+enum bd_err bd_chooser_create(const struct bd_pass_context *context,
+                              const struct bd_chooser_inputs *inputs, struct bd_chooser **out,
+                              struct bd_fault *fault);
+void bd_chooser_destroy(struct bd_gpu *gpu, struct bd_chooser **chooser);
+
+// Chooses for the next slice, and has the answers: `asking` then has all that a program with
+// shaders/common/chosen_light.glsl is bound to, which is dispatched before the next slice.
+// False when there are no more, or at an error: see *err.
+bool bd_chooser_next(struct bd_chooser *chooser, struct bd_askers_slice *slice,
+                     struct bd_asking *asking, enum bd_err *err, struct bd_fault *fault);
+struct bd_ray_counts bd_chooser_rays(const struct bd_chooser *chooser);
 
 #endif

@@ -4,7 +4,6 @@
 #include <stdlib.h>
 
 #include "base/assert.h"
-#include "pass/choose.h"
 #include "shared/bindings.h"
 #include "shared/gather.h"
 
@@ -52,19 +51,11 @@ static void dispatch(const struct gather *g, const struct bd_vpl_list *list,
 static enum bd_err look(const struct gather *g, const struct bd_vpl_list *list,
                         const struct bd_gather_args *args, struct bd_fault *fault)
 {
-    const struct bd_choose_inputs inputs = {g->inputs->gbuffer, &g->view, list,
-                                            g->inputs->near_patches};
-    const struct bd_tile tile = {args->tile.x, args->tile.y, args->tile.z, args->tile.w};
-    const size_t of_pixel = (args->vpls.y + 31) / 32 * 32;
-    bd_gpu_pass_begin(g->context->gpu, "choose");
-    enum bd_err err =
-        bd_choose_all(g->context, &inputs, &tile, args->vpls.x, args->vpls.y, g->segments, fault);
-    bd_gpu_pass_end(g->context->gpu);
-    if (err) return err;
-    bd_gpu_pass_begin(g->context->gpu, "visibility");
-    err = bd_visibility_run(g->context, g->inputs->visibility, g->segments,
-                            of_pixel * tile.width * tile.height, fault);
-    bd_gpu_pass_end(g->context->gpu);
+    const struct bd_askers askers = bd_gather_askers(g->inputs);
+    const struct bd_askers_slice slice = {
+        .tile = {args->tile.x, args->tile.y, args->tile.z, args->tile.w}};
+    enum bd_err err = bd_choose_all(g->context, &askers, &slice, list, args->vpls.x, args->vpls.y,
+                                    g->inputs->visibility, g->segments, fault);
     bd_slicer_work(g->context->slicer, g->kind);
     return err;
 }
@@ -74,7 +65,7 @@ static double units_of_pixel(const struct gather *g, uint32_t vpl_count)
 {
     const double units = vpl_count * (g->inputs->glossy ? GLOSSY_UNITS : 1);
     if (!g->segments) return units;
-    return fmax(units, bd_slicer_units(g->context->slicer) / bd_choose_all_pixels_max(vpl_count));
+    return fmax(units, bd_slicer_units(g->context->slicer) / bd_choose_all_max(vpl_count));
 }
 
 static enum bd_err gather_range(const struct gather *g, const struct bd_vpl_list *list,
@@ -131,6 +122,16 @@ static enum bd_err gather_all(struct gather *g, struct bd_fault *fault)
     for (uint32_t i = 0; !err && i < g->inputs->list_count; i++)
         err = gather_list(g, g->inputs->lists[i], &first, fault);
     return err;
+}
+
+struct bd_askers bd_gather_askers(const struct bd_gather_inputs *inputs)
+{
+    return (struct bd_askers){
+        .viewpoint = inputs->viewpoint,
+        .space = &inputs->scene->space,
+        .gbuffer = inputs->gbuffer,
+        .near_patches = inputs->near_patches,
+    };
 }
 
 enum bd_err bd_gather_run(const struct bd_pass_context *context,

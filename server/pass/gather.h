@@ -10,6 +10,7 @@
 
 #include <stdbool.h>
 
+#include "pass/choose.h"
 #include "pass/gbuffer.h"
 #include "pass/pass.h"
 #include "pass/visibility.h"
@@ -48,6 +49,9 @@ struct bd_indirect {
     struct bd_subsplat_counts subsplats;
     struct bd_ray_counts rays;
 };
+
+// Its pixels, as those who ask what they see.
+struct bd_askers bd_gather_askers(const struct bd_gather_inputs *inputs);
 
 BD_MUST_CHECK
 enum bd_err bd_gather_run(const struct bd_pass_context *context,

@@ -5,22 +5,23 @@
 
 layout(binding = BD_UNIT_BLOCK_REPRESENTATIVE) uniform usampler2D representative;
 
-receiver representative_receiver(uint level, ivec2 block)
+ivec2 representative_pixel(uint level, ivec2 block)
 {
     uint pixel = texelFetch(representative, in_stack(level, block), 0).x;
-    return gbuffer_receiver(ivec2(BD_PIXEL_X(pixel), BD_PIXEL_Y(pixel)));
+    return ivec2(BD_PIXEL_X(pixel), BD_PIXEL_Y(pixel));
 }
 
 // The mean of the pixels around the block's centre, so that the sample lies there and not half a
 // pixel beside it; where they are not one surface, the pixel that stands for the block. On curved
 // surfaces and over creases the mean lies beneath the surface, where the surface's own VPLs would
 // light it: so only the part of the way to it along one pixel's plane counts, and that pixel's
-// geometric normal.
-receiver centre_receiver(uint level, ivec2 block)
+// geometric normal. `pixel` = that one.
+receiver centre_receiver(uint level, ivec2 block, out ivec2 pixel)
 {
     ivec4 pixels = pixels_of_block(level, block);
     ivec2 low = (pixels.xy + pixels.zw) >> 1, high = (pixels.xy + pixels.zw + 1) >> 1;
     receiver r = gbuffer_receiver(low);
+    pixel = low;
     receiver four[4] = receiver[4](r, gbuffer_receiver(ivec2(high.x, low.y)),
                                    gbuffer_receiver(ivec2(low.x, high.y)), gbuffer_receiver(high));
     vec3 to_centre = vec3(0.0), normal = vec3(0.0);
@@ -30,7 +31,10 @@ receiver centre_receiver(uint level, ivec2 block)
         normal += 0.25 * four[i].normal;
         whole = whole && four[i].lit && is_one_surface(r, four[i]);
     }
-    if (!whole) return representative_receiver(level, block);
+    if (!whole) {
+        pixel = representative_pixel(level, block);
+        return gbuffer_receiver(pixel);
+    }
     vec3 along = to_centre - r.normal_geometric * dot(to_centre, r.normal_geometric);
     r.relative_position += along;
     r.position = view.position.xyz + r.relative_position;
@@ -53,13 +57,21 @@ light_spread spread_of_block(uint level, receiver r, uint finest_level)
 }
 #endif
 
-receiver block_receiver(uint level, ivec2 block)
+// `pixel`: one that lies on the block's surface, near where the receiver is.
+receiver block_receiver(uint level, ivec2 block, out ivec2 pixel)
 {
+    pixel = block;
     if (level == 0u) return gbuffer_receiver(block);
-    receiver r = centre_receiver(level, block);
+    receiver r = centre_receiver(level, block, pixel);
 #ifdef BD_VECTOR
     // Each pixel's own shading normal has its say later; here one would speak for all.
     r.normal = r.normal_geometric;
 #endif
     return r;
+}
+
+receiver block_receiver(uint level, ivec2 block)
+{
+    ivec2 pixel;
+    return block_receiver(level, block, pixel);
 }

@@ -4,8 +4,12 @@
 // representative texel, since a mean of texels may lie within a curved wall. Both ends are lifted
 // off their surfaces by what a position loses on its way through G-buffer and map, so that
 // neighbours in the same plane do not hide them.
+#include "common/asker.glsl"
 #include "common/vpl_gather.glsl"
 #include "shared/rays.h"
+#ifdef BD_FRAGMENTS
+#include "common/block_receiver.glsl"
+#endif
 
 layout(binding = BD_UNIT_GBUFFER_TRIANGLE) uniform usampler2D gbuffer_triangle;
 layout(std430, binding = BD_STORAGE_SEGMENTS) writeonly buffer segment_block { uvec4 segments[]; };
@@ -24,8 +28,32 @@ void store_segment(uint index, vec3 from, uint from_triangle, vec3 to)
 // One that asks nothing.
 void store_no_segment(uint index) { store_segment(index, vec3(0.0), BD_NO_TRIANGLE, vec3(0.0)); }
 
-void store_segment_to(uint index, receiver r, uint triangle, uint vpl)
+// What is lit, and a pixel on its surface: a block's receiver lies between pixels, on a curved
+// surface off it, so that rays start from the pixel.
+receiver asker_receiver(asker_place place, out ivec2 pixel)
 {
+#ifdef BD_FRAGMENTS
+    return block_receiver(place.level, place.block, pixel);
+#else
+    pixel = place.block;
+    return gbuffer_receiver(pixel);
+#endif
+}
+
+// Where a receiver's rays start, and which triangle that is on.
+struct ray_start {
+    receiver at;
+    uint triangle;
+};
+
+ray_start ray_start_at(ivec2 pixel)
+{
+    return ray_start(gbuffer_receiver(pixel), texelFetch(gbuffer_triangle, pixel, 0).x - 1u);
+}
+
+void store_segment_to(uint index, ray_start start, uint vpl)
+{
+    receiver r = start.at;
     vec4 u = BD_LOAD(vpl_quads, vpl * BD_VPL_QUAD_VEC4S);
     vec4 v = BD_LOAD(vpl_quads, vpl * BD_VPL_QUAD_VEC4S + 1u);
     vec3 position = BD_LOAD(vpls, vpl * BD_VPL_VEC4S).xyz;
@@ -34,7 +62,7 @@ void store_segment_to(uint index, receiver r, uint triangle, uint vpl)
     vec3 to = position - u.xyz * along_u - v.xyz * v.w;
     float lift = LIFT * max(largest(view.position.xyz), max(largest(r.position), largest(to)));
     lift += LIFT_LEAST;
-    store_segment(index, r.position + r.normal_geometric * lift, triangle, to + normal * lift);
+    store_segment(index, r.position + r.normal_geometric * lift, start.triangle, to + normal * lift);
 }
 
 // Whether the receiver would have light of it if nothing stood between them.
@@ -49,5 +77,3 @@ bool is_reached(receiver r, virtual_light vpl)
 #endif
     return r.lit && reached && vpl.flux != vec3(0.0);
 }
-
-uint receiver_triangle(ivec2 pixel) { return texelFetch(gbuffer_triangle, pixel, 0).x - 1u; }

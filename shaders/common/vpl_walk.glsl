@@ -1,7 +1,6 @@
 // How much a VPL would give a receiver if nothing stood between them, for choosing in proportion to
 // it, and running sums of that over groups of VPLs in the order of the list.
 #include "common/segments.glsl"
-#include "shared/choose.h"
 
 layout(std430, binding = BD_STORAGE_PREFIX) buffer prefix_block { float prefix[]; };
 
@@ -45,4 +44,4 @@ float strength(receiver r, vec3 viewer, virtual_light vpl)
 }
 
 // Where the sum over the groups up to `group` is kept.
-uint place_of_prefix(uint group, uint receivers, uint place) { return group * receivers + place; }
+uint place_of_prefix(uint group, uint place) { return group * asker_count() + place; }

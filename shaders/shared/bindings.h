@@ -26,7 +26,7 @@
 #define BD_UNIT_GBUFFER_MATERIAL 3
 #define BD_UNIT_GBUFFER_TRIANGLE 4
 #define BD_UNIT_GBUFFER_EMISSION 5
-#define BD_UNIT_TREE_NODES       4 // array, shared/vpl_tree.h
+#define BD_UNIT_TREE_NODES       8 // array, shared/vpl_tree.h
 #define BD_UNIT_TRIANGLES        6 // array, three vec4s a triangle
 #define BD_UNIT_SHADOW_IDS       7
 #define BD_UNIT_VPLS             6 // array, shared/vpl.h
@@ -66,11 +66,11 @@
 #define BD_IMAGE_GLOSSY_SLOPE_Y 3
 #define BD_IMAGE_GLOSSY         4
 
-// Storage blocks of choose and gather.
-#define BD_STORAGE_SEGMENTS 0
-#define BD_STORAGE_OCCLUDED 1
-#define BD_STORAGE_PREFIX   2
-#define BD_STORAGE_PICKS    3
+// Storage blocks of choose and of who gathers what it chose, beside those of gather_tree.
+#define BD_STORAGE_SEGMENTS 3
+#define BD_STORAGE_OCCLUDED 4
+#define BD_STORAGE_PREFIX   5
+#define BD_STORAGE_PICKS    6
 
 // Storage blocks of gather_fragments.
 #define BD_STORAGE_FRAGMENTS 0

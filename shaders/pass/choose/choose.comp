@@ -1,11 +1,10 @@
-// VPLs for a pixel in proportion to what they would give it, by systematic sampling over the
+// VPLs for a receiver in proportion to what they would give it, by systematic sampling over the
 // running sums: one from each of as many equal parts as there are rays, all at the same place of
 // their part. Neighbouring pixels take other places (Bayer 1973), and so does every seed and
 // sub-frame.
 #include "common/vpl_walk.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(std140, binding = BD_UNIFORM_ARGS) uniform args_block { bd_choose_args args; };
 layout(std430, binding = BD_STORAGE_PICKS) writeonly buffer pick_block { vec4 picks[]; };
 
 // Jarzynski and Olano 2020: PCG in one dimension.
@@ -32,12 +31,12 @@ float place_in_part(uvec2 pixel)
 }
 
 // The first group whose running sum is more than `target`; the last where none is.
-uint group_at(float target, uint receivers, uint place)
+uint group_at(float target, uint place)
 {
     uint low = 0u, high = args.vpls.w - 1u;
     while (low < high) {
         uint middle = (low + high) / 2u;
-        if (prefix[place_of_prefix(middle, receivers, place)] > target)
+        if (prefix[place_of_prefix(middle, place)] > target)
             high = middle;
         else
             low = middle + 1u;
@@ -49,10 +48,10 @@ const uint NO_VPL = 0xffffffffu;
 
 // The first VPL at which the running sum is more than `target`, and its own part of that; by
 // rounding there may be none, and then it is the last of the group that gives anything.
-uint vpl_at_target(receiver r, vec3 viewer, float target, uint receivers, uint place, out float own)
+uint vpl_at_target(receiver r, vec3 viewer, float target, uint place, out float own)
 {
-    uint group = group_at(target, receivers, place);
-    float sum = group > 0u ? prefix[place_of_prefix(group - 1u, receivers, place)] : 0.0;
+    uint group = group_at(target, place);
+    float sum = group > 0u ? prefix[place_of_prefix(group - 1u, place)] : 0.0;
     uint begin = group * args.vpls.z, end = min(begin + args.vpls.z, args.rays.z), found = NO_VPL;
     own = 0.0;
     for (uint index = begin; index < end; index++) {
@@ -65,67 +64,73 @@ uint vpl_at_target(receiver r, vec3 viewer, float target, uint receivers, uint p
     return found;
 }
 
-void store_pick(uint index, sums light, float stands_for)
+void store_pick(uint index, receiver r, sums light, float stands_for)
 {
     picks[index * BD_PICK_VEC4S] = vec4(light.diffuse * stands_for, 0.0);
 #ifdef BD_GLOSSY
     picks[index * BD_PICK_VEC4S + 1u] = vec4(light.glossy * stands_for, 0.0);
 #endif
+#ifdef BD_VECTOR
+    picks[index * BD_PICK_VEC4S + 1u] = vec4(irradiance_vector(light, r.normal) * stands_for, 0.0);
+#endif
 }
 
-struct pixel_sums {
+// What a receiver chooses by.
+struct choice {
+    receiver r;
+    vec3 viewer;
     float total, first_target;
-    uint receivers, place;
+    uint place;
 };
 
 // One ray's VPL. True where it must be integrated as a patch, which is left to be done.
-bool choose_one(receiver r, vec3 viewer, uint triangle, pixel_sums p, uint ray, uint index)
+bool choose_one(choice c, ray_start start, uint ray, uint index)
 {
-    float own, part = p.total / float(args.rays.x);
-    uint vpl = vpl_at_target(r, viewer, p.first_target + float(ray) * part, p.receivers, p.place, own);
+    float own, part = c.total / float(args.rays.x);
+    uint vpl = vpl_at_target(c.r, c.viewer, c.first_target + float(ray) * part, c.place, own);
     sums light = no_light();
-    if (!r.lit || vpl == NO_VPL) {
+    if (!c.r.lit || vpl == NO_VPL) {
         store_no_segment(index);
-        store_pick(index, light, 0.0);
+        store_pick(index, c.r, light, 0.0);
         return false;
     }
-    bool far = add_far(light, r, viewer, vpl_at(vpl));
-    store_segment_to(index, r, triangle, vpl);
-    store_pick(index, light, part / own);
+    bool far = add_far(light, c.r, c.viewer, vpl_at(vpl));
+    store_segment_to(index, start, vpl);
+    store_pick(index, c.r, light, part / own);
     return !far;
 }
 
 #ifdef BD_VPL_PATCH
-void choose_near(receiver r, vec3 viewer, pixel_sums p, uint ray, uint index)
+void choose_near(choice c, uint ray, uint index)
 {
-    float own, part = p.total / float(args.rays.x);
-    uint vpl = vpl_at_target(r, viewer, p.first_target + float(ray) * part, p.receivers, p.place, own);
+    float own, part = c.total / float(args.rays.x);
+    uint vpl = vpl_at_target(c.r, c.viewer, c.first_target + float(ray) * part, c.place, own);
     sums light = no_light();
-    add_patch(light, r, viewer, vpl);
-    store_pick(index, light, part / own);
+    add_patch(light, c.r, c.viewer, vpl);
+    store_pick(index, c.r, light, part / own);
 }
 #endif
 
 void main()
 {
-    uvec2 at = gl_GlobalInvocationID.xy;
-    if (any(greaterThanEqual(at, args.tile.zw))) return;
-    ivec2 pixel = ivec2(at + args.tile.xy);
-    pixel_sums p = pixel_sums(0.0, 0.0, args.tile.z * args.tile.w, at.y * args.tile.z + at.x);
-    receiver r = gbuffer_receiver(pixel);
-    vec3 viewer = direction_to_viewer(r.relative_position);
-    uint triangle = receiver_triangle(pixel), first = p.place * args.rays.x;
-    p.total = prefix[place_of_prefix(args.vpls.w - 1u, p.receivers, p.place)];
-    p.first_target = place_in_part(uvec2(pixel)) * p.total / float(args.rays.x);
+    asker_place asker = asker_place_at(gl_GlobalInvocationID.xy);
+    if (!asker.exists) return;
+    ivec2 pixel;
+    receiver r = asker_receiver(asker, pixel);
+    float total = prefix[place_of_prefix(args.vpls.w - 1u, asker.index)];
+    float first_target = place_in_part(uvec2(asker.block)) * total / float(args.rays.x);
+    choice c = choice(r, direction_to_viewer(r.relative_position), total, first_target, asker.index);
+    ray_start start = ray_start_at(pixel);
+    uint first = asker.index * args.rays.x;
     uint rays_end = args.vpls.x + args.vpls.y;
     for (uint ray = args.vpls.x; ray < rays_end; ray += 32u) {
         uint near = 0u, end = min(ray + 32u, rays_end);
         for (uint i = ray; i < end; i++)
-            if (choose_one(r, viewer, triangle, p, i, first + i)) near |= 1u << (i - ray);
+            if (choose_one(c, start, i, first + i)) near |= 1u << (i - ray);
 #ifdef BD_VPL_PATCH
         while (near != 0u) {
             uint i = ray + uint(findLSB(near));
-            choose_near(r, viewer, p, i, first + i);
+            choose_near(c, i, first + i);
             near &= near - 1u;
         }
 #endif

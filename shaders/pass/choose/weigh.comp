@@ -1,23 +1,51 @@
-// Sums over groups of VPLs of what each would give a pixel if nothing stood between them: running
+// Sums over groups of VPLs of what each would give a receiver if nothing stood between them: running
 // sums, from the first VPL of the list on. Slices of the list follow one another.
+//
+// BD_SPREAD: behind those, how far off interpolated light may be (common/light_spread.glsl).
 #include "common/vpl_walk.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(std140, binding = BD_UNIFORM_ARGS) uniform args_block { bd_choose_args args; };
+
+#ifdef BD_SPREAD
+void weigh_spread(inout light_spread spread, receiver r, virtual_light vpl)
+{
+    vec3 to_vpl = vpl.position_area.xyz - r.position;
+    add_spread(spread, r.normal_geometric, to_vpl, dot(to_vpl, to_vpl),
+               vec4(vpl.normal_near.xyz, vpl.position_area.w), all_channels(vpl.flux));
+}
+
+void keep_spread(light_spread spread, uint place)
+{
+    uint at = place_of_prefix(args.vpls.w, place);
+    prefix[at] = spread.sum + (args.vpls.x > 0u ? prefix[at] : 0.0);
+}
+#endif
 
 void main()
 {
-    uvec2 at = gl_GlobalInvocationID.xy;
-    if (any(greaterThanEqual(at, args.tile.zw))) return;
-    ivec2 pixel = ivec2(at + args.tile.xy);
-    uint place = at.y * args.tile.z + at.x, receivers = args.tile.z * args.tile.w;
-    receiver r = gbuffer_receiver(pixel);
+    asker_place asker = asker_place_at(gl_GlobalInvocationID.xy);
+    if (!asker.exists) return;
+    ivec2 pixel;
+    receiver r = asker_receiver(asker, pixel);
+    uint place = asker.index;
     vec3 viewer = direction_to_viewer(r.relative_position);
     uint group = args.vpls.x / args.vpls.z, end = args.vpls.x + args.vpls.y;
-    float sum = group > 0u ? prefix[place_of_prefix(group - 1u, receivers, place)] : 0.0;
+#ifdef BD_SPREAD
+    light_spread spread = spread_of_block(asker.level, r, args.fragments.z);
+#endif
+    float sum = group > 0u ? prefix[place_of_prefix(group - 1u, place)] : 0.0;
     for (uint begin = args.vpls.x; begin < end; begin += args.vpls.z, group++) {
         uint group_end = min(begin + args.vpls.z, end);
-        for (uint index = begin; index < group_end; index++) sum += strength(r, viewer, vpl_at(index));
-        prefix[place_of_prefix(group, receivers, place)] = sum;
+        for (uint index = begin; index < group_end; index++) {
+            virtual_light vpl = vpl_at(index);
+            sum += strength(r, viewer, vpl);
+#ifdef BD_SPREAD
+            if (r.lit) weigh_spread(spread, r, vpl);
+#endif
+        }
+        prefix[place_of_prefix(group, place)] = sum;
     }
+#ifdef BD_SPREAD
+    keep_spread(spread, place);
+#endif
 }

@@ -1,0 +1,36 @@
+// Who asks which VPLs it sees: pixels of a tile; with BD_FRAGMENTS blocks of a list, in rows as wide
+// as the tile.
+#include "shared/choose.h"
+#include "shared/bindings.h"
+#ifdef BD_FRAGMENTS
+#include "shared/multires.h"
+#endif
+
+layout(std140, binding = BD_UNIFORM_ARGS) uniform args_block { bd_choose_args args; };
+#ifdef BD_FRAGMENTS
+layout(std430, binding = BD_STORAGE_FRAGMENTS) readonly buffer fragments_block { uint fragments[]; };
+#endif
+
+// Where an answer is kept: among those of the slice, and in the picture.
+struct asker_place {
+    bool exists;
+    uint index;  // in the slice
+    uint level;  // 0: a pixel
+    ivec2 block; // of that level
+};
+
+asker_place asker_place_at(uvec2 at)
+{
+    bool exists = all(lessThan(at, args.tile.zw));
+    uint index = at.y * args.tile.z + at.x;
+#ifdef BD_FRAGMENTS
+    exists = exists && index < args.fragments.y;
+    uint fragment = exists ? fragments[args.fragments.x + index] : 0u;
+    return asker_place(exists, index, BD_FRAGMENT_LEVEL(fragment),
+                       ivec2(BD_FRAGMENT_X(fragment), BD_FRAGMENT_Y(fragment)));
+#else
+    return asker_place(exists, index, 0u, ivec2(at + args.tile.xy));
+#endif
+}
+
+uint asker_count() { return args.tile.z * args.tile.w; } // with those that do not exist
