@@ -7,12 +7,21 @@
 void bd_askers_define(const struct bd_askers *askers, struct bd_defines *defines)
 {
     if (askers->fragments) bd_define(defines, "BD_FRAGMENTS", 1);
+    if (askers->lobes_alone) bd_define(defines, "BD_LOBES_ALONE", 1);
     if (askers->vector) bd_define(defines, "BD_VECTOR", 1);
 }
 
 size_t bd_askers_count(const struct bd_askers *askers, const struct bd_askers_slice *slice)
 {
     return askers->fragments ? slice->count : (size_t)slice->tile.width * slice->tile.height;
+}
+
+#define ROW_OF_LIST 64u
+
+struct bd_askers_slice bd_askers_of_list(uint32_t first, uint32_t count)
+{
+    return (struct bd_askers_slice){
+        {0, 0, ROW_OF_LIST, bd_divided_up(count, ROW_OF_LIST)}, first, count};
 }
 
 static void bind_fragments(const struct bd_askers *askers, struct bd_bindings *bindings)

@@ -269,8 +269,7 @@ static bool next_fragments(struct bd_chooser *c)
     const uint32_t rows_max = c->receivers_max / FRAGMENTS_ROW;
     uint32_t count = bd_list_slice(c->context->slicer, units_of_receiver(c), left);
     if (count > rows_max * FRAGMENTS_ROW) count = rows_max * FRAGMENTS_ROW;
-    c->slice = (struct bd_askers_slice){
-        {0, 0, FRAGMENTS_ROW, bd_divided_up(count, FRAGMENTS_ROW)}, done, count};
+    c->slice = bd_askers_of_list(done, count);
     return count > 0;
 }
 

@@ -26,6 +26,7 @@ struct bd_askers {
     const struct bd_render_space *space;
     const struct bd_gbuffer *gbuffer;
     bool near_patches; // some VPL asks for the exact near field
+    bool lobes_alone;  // receivers without a specular lobe ask nothing
     // NULL: pixels.
     const struct bd_fragments *fragments;
     const struct bd_discontinuity *discontinuity; // of the fragments
@@ -40,6 +41,7 @@ struct bd_askers_slice {
     uint32_t first, count;
 };
 
+struct bd_askers_slice bd_askers_of_list(uint32_t first, uint32_t count);
 // How many receivers those are.
 size_t bd_askers_count(const struct bd_askers *askers, const struct bd_askers_slice *slice);
 

@@ -83,7 +83,7 @@ static enum bd_err gather_range(const struct gather *g, const struct bd_vpl_list
         };
         if (g->segments) err = look(g, list, &args, fault);
         if (err) return err;
-        bd_gpu_pass_begin(g->context->gpu, "gather");
+        bd_gpu_pass_begin(g->context->gpu, bd_gather_pass(g->inputs));
         dispatch(g, list, &args);
         bd_gpu_pass_end(g->context->gpu);
         const double pixels = (double)tile.width * tile.height;
@@ -112,6 +112,7 @@ static enum bd_err gather_all(struct gather *g, struct bd_fault *fault)
     if (g->inputs->near_patches) bd_define(&source.defines, "BD_VPL_PATCH", 1);
     if (g->inputs->glossy) bd_define(&source.defines, "BD_GLOSSY", 1);
     if (g->segments) bd_define(&source.defines, "BD_VISIBLE", 1);
+    if (g->inputs->lobes_alone) bd_define(&source.defines, "BD_LOBES_ALONE", 1);
     struct bd_program *program;
     enum bd_err err = bd_program_get(g->context->gpu, &source, &program, fault);
     if (err) return err;
@@ -131,6 +132,7 @@ struct bd_askers bd_gather_askers(const struct bd_gather_inputs *inputs)
         .space = &inputs->scene->space,
         .gbuffer = inputs->gbuffer,
         .near_patches = inputs->near_patches,
+        .lobes_alone = inputs->lobes_alone,
     };
 }
 

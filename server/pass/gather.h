@@ -24,6 +24,7 @@ struct bd_gather_inputs {
     uint32_t list_count;
     bool near_patches; // some VPL asks for the exact near field
     bool glossy;       // receivers have a specular lobe worth its price
+    bool lobes_alone;  // of which the others are left out, in a pass "glossy"
     const struct bd_visibility_inputs *visibility; // NULL: nothing hides any of it
 };
 
@@ -49,6 +50,12 @@ struct bd_indirect {
     struct bd_subsplat_counts subsplats;
     struct bd_ray_counts rays;
 };
+
+// In the report.
+static inline const char *bd_gather_pass(const struct bd_gather_inputs *inputs)
+{
+    return inputs->lobes_alone ? "glossy" : "gather";
+}
 
 // Its pixels, as those who ask what they see.
 struct bd_askers bd_gather_askers(const struct bd_gather_inputs *inputs);

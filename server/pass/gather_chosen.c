@@ -19,7 +19,7 @@ static enum bd_err gather_slice(const struct gather *g, const struct bd_askers_s
     bd_bind_image(&asking->bindings, 2, g->out->noise, false, true);
     bd_bind_image(&asking->bindings, 3, g->out->noise_glossy, false, true);
     bd_slicer_work(g->context->slicer, "gather chosen");
-    bd_gpu_pass_begin(g->context->gpu, "gather");
+    bd_gpu_pass_begin(g->context->gpu, bd_gather_pass(g->inputs->gather));
     bd_askers_dispatch(g->context->gpu, g->program, asking);
     bd_gpu_pass_end(g->context->gpu);
     const double pixels = (double)slice->tile.width * slice->tile.height;

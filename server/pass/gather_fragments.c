@@ -19,6 +19,7 @@ struct gather {
     bool fine;                               // the texture of level 0, or the stack
     uint32_t first_fragment, fragment_count; // of the visit by list
     uint32_t ranges_done;                    // of VPLs, over all lists
+    struct bd_segments *segments;            // of a slice; NULL without visibility
 };
 
 // --- what both visits share -------------------------------------------------------------------
@@ -63,14 +64,16 @@ static struct bd_program_source with_defines(const struct gather *g,
     if (has_vector(g)) bd_define(&source.defines, "BD_VECTOR", 1);
     if (g->inputs->spread && !g->fine) bd_define(&source.defines, "BD_SPREAD", 1);
     if (g->fine) bd_define(&source.defines, "BD_FINE", 1);
+    if (g->segments) bd_define(&source.defines, "BD_VISIBLE", 1);
     return source;
 }
 
 // Calls `visit` for every range of VPLs, in the order of the sums.
-static enum bd_err for_each_range(struct gather *g,
-                                  enum bd_err (*visit)(struct gather *g,
-                                                       const struct bd_vpl_list *list,
-                                                       uint32_t first, uint32_t count))
+static enum bd_err
+for_each_range(struct gather *g,
+               enum bd_err (*visit)(struct gather *g, const struct bd_vpl_list *list,
+                                    uint32_t first, uint32_t count, struct bd_fault *fault),
+               struct bd_fault *fault)
 {
     g->ranges_done = 0;
     for (uint32_t l = 0; l < g->inputs->list_count; l++) {
@@ -78,7 +81,7 @@ static enum bd_err for_each_range(struct gather *g,
         for (uint32_t at = 0; at < list->count; at += VPLS_PER_DISPATCH) {
             uint32_t left = list->count - at;
             enum bd_err err =
-                visit(g, list, at, left < VPLS_PER_DISPATCH ? left : VPLS_PER_DISPATCH);
+                visit(g, list, at, left < VPLS_PER_DISPATCH ? left : VPLS_PER_DISPATCH, fault);
             if (err) return err;
             g->ranges_done++;
         }
@@ -103,8 +106,34 @@ static uint32_t fragments_of_slice(const struct gather *g, double units_per_frag
     return left / group[0] < whole ? left : whole * group[0];
 }
 
+struct bd_askers bd_fragment_askers(const struct bd_gather_fragments_inputs *inputs)
+{
+    return (struct bd_askers){
+        .viewpoint = inputs->viewpoint,
+        .space = &inputs->scene->space,
+        .gbuffer = inputs->gbuffer,
+        .near_patches = inputs->near_patches,
+        .fragments = inputs->fragments,
+        .discontinuity = inputs->discontinuity,
+        .finest_level = inputs->finest_level,
+        .vector = inputs->vector,
+    };
+}
+
+// What the fragments of the slice see of the range.
+static enum bd_err look(const struct gather *g, const struct bd_vpl_list *list,
+                        const struct bd_gather_fragments_args *args, struct bd_fault *fault)
+{
+    const struct bd_askers askers = bd_fragment_askers(g->inputs);
+    const struct bd_askers_slice slice = bd_askers_of_list(args->fragments.x, args->fragments.y);
+    enum bd_err err = bd_choose_all(g->context, &askers, &slice, list, args->vpls.x, args->vpls.y,
+                                    g->inputs->visibility, g->segments, fault);
+    bd_slicer_work(g->context->slicer, "gather_fragments");
+    return err;
+}
+
 static enum bd_err visit_list(struct gather *g, const struct bd_vpl_list *list, uint32_t first_vpl,
-                              uint32_t vpl_count)
+                              uint32_t vpl_count, struct bd_fault *fault)
 {
     const struct bd_fragments *fragments = g->inputs->fragments;
     const uint32_t end = g->first_fragment + g->fragment_count;
@@ -114,16 +143,24 @@ static enum bd_err visit_list(struct gather *g, const struct bd_vpl_list *list, 
     bd_program_group_size(g->program, group);
     for (uint32_t at = g->first_fragment; at < end;) {
         uint32_t count = fragments_of_slice(g, units_per_fragment, end - at);
+        if (g->segments && count > bd_choose_all_max(vpl_count))
+            count = bd_choose_all_max(vpl_count);
         const struct bd_gather_fragments_args args = {
             .fragments = {at, count, g->ranges_done == 0, g->inputs->finest_level},
-            .vpls = {first_vpl, vpl_count, 0, 0},
+            .vpls = {first_vpl, vpl_count, bd_divided_up(vpl_count, 32), 0},
         };
+        enum bd_err err = g->segments ? look(g, list, &args, fault) : BD_ERR_OK;
+        if (err) return err;
         struct bd_bindings bindings = bind_common(g, &args);
         bind_vpls(list, &bindings);
         bd_bind_storage(&bindings, BD_STORAGE_FRAGMENTS, fragments->list, true, false);
+        if (g->segments)
+            bd_bind_storage(&bindings, BD_STORAGE_OCCLUDED, g->segments->occluded, true, false);
+        bd_gpu_pass_begin(g->context->gpu, "gather");
         bd_gpu_dispatch(g->context->gpu, g->program, &bindings, (count + group[0] - 1) / group[0],
                         1, 1);
-        enum bd_err err = bd_slicer_checkpoint(g->context->slicer, units_per_fragment * count);
+        bd_gpu_pass_end(g->context->gpu);
+        err = bd_slicer_checkpoint(g->context->slicer, units_per_fragment * count);
         if (err) return err;
         at += count;
     }
@@ -144,7 +181,7 @@ static enum bd_err gather_list(struct gather *g, bool fine, struct bd_fault *fau
     enum bd_err err = bd_program_get(g->context->gpu, &source, &program, fault);
     if (err) return err;
     g->program = program;
-    return for_each_range(g, visit_list);
+    return for_each_range(g, visit_list, fault);
 }
 
 // --- the mask -----------------------------------------------------------------------------------
@@ -211,14 +248,16 @@ static enum bd_err visit_target(struct gather *g, bool fine, const struct bd_vpl
 }
 
 static enum bd_err visit_fine(struct gather *g, const struct bd_vpl_list *list, uint32_t first_vpl,
-                              uint32_t vpl_count)
+                              uint32_t vpl_count, struct bd_fault *fault)
 {
+    (void)fault;
     return visit_target(g, true, list, first_vpl, vpl_count);
 }
 
 static enum bd_err visit_coarse(struct gather *g, const struct bd_vpl_list *list,
-                                uint32_t first_vpl, uint32_t vpl_count)
+                                uint32_t first_vpl, uint32_t vpl_count, struct bd_fault *fault)
 {
+    (void)fault;
     return visit_target(g, false, list, first_vpl, vpl_count);
 }
 
@@ -242,10 +281,12 @@ static enum bd_err gather_behind_mask(struct gather *g, bool fine, struct bd_fau
     if (!err) err = bd_tex_create(g->context->gpu, &desc, &target.depth.tex, fault);
     if (err) return err;
     g->program = program;
+    bd_gpu_pass_begin(g->context->gpu, "gather");
     bd_gpu_target_begin(g->context->gpu, &target);
     err = draw_mask(g, fine, fault);
-    if (!err) err = for_each_range(g, fine ? visit_fine : visit_coarse);
+    if (!err) err = for_each_range(g, fine ? visit_fine : visit_coarse, fault);
     bd_gpu_target_end(g->context->gpu);
+    bd_gpu_pass_end(g->context->gpu);
     bd_tex_destroy(g->context->gpu, &target.depth.tex);
     return err;
 }
@@ -254,14 +295,14 @@ static enum bd_err gather_behind_mask(struct gather *g, bool fine, struct bd_fau
 
 static enum bd_err gather_all(struct gather *g, struct bd_fault *fault)
 {
-    bool by_list = g->inputs->visit == BD_FRAGMENT_VISIT_LIST;
+    bool by_list = g->inputs->visit == BD_FRAGMENT_VISIT_LIST || g->inputs->visibility;
     enum bd_err (*gather)(struct gather * g, bool fine, struct bd_fault *fault) =
         by_list ? gather_list : gather_behind_mask;
     enum bd_err err = gather(g, true, fault);
     return err ? err : gather(g, false, fault);
 }
 
-static enum bd_light_vectors vectors_of(const struct bd_gather_fragments_inputs *inputs)
+enum bd_light_vectors bd_fragment_vectors(const struct bd_gather_fragments_inputs *inputs)
 {
     if (!inputs->vector) return BD_LIGHT_VECTORS_NONE;
     return inputs->finest_level > 0 ? BD_LIGHT_VECTORS_OF_BLOCKS : BD_LIGHT_VECTORS_ALL;
@@ -280,9 +321,14 @@ enum bd_err bd_gather_fragments_run(const struct bd_pass_context *context,
     if (inputs->into)
         g.out = inputs->into;
     else
-        err = bd_multires_light_create(context->gpu, &inputs->fragments->layout, vectors_of(inputs),
-                                       &g.out, fault);
+        err = bd_multires_light_create(context->gpu, &inputs->fragments->layout,
+                                       bd_fragment_vectors(inputs), &g.out, fault);
+    if (!err && inputs->visibility)
+        err = bd_segments_create(context->gpu, BD_SEGMENTS_BYTES_MAX / sizeof(struct bd_segment),
+                                 &g.segments, fault);
     if (!err) err = gather_all(&g, fault);
+    if (!err && g.segments) bd_ray_counts_add(&g.out->rays, g.segments->traced);
+    bd_segments_destroy(context->gpu, &g.segments);
     if (err) {
         if (!inputs->into) bd_multires_light_destroy(context->gpu, &g.out);
         return err;

@@ -1,5 +1,6 @@
 // Gather at fragments: each sums every VPL at the point that stands for its block (Nichols, Shopf
-// and Wyman 2009, 3.2; algorithms.md A2.2). Demodulated irradiance, without visibility.
+// and Wyman 2009, 3.2; algorithms.md A2.2). Demodulated irradiance; without visibility, or of the
+// VPLs that the fragment sees.
 //
 // That point is the block's centre, between the pixels around it, or where those are not one
 // surface the pixel that stands for the block. With the irradiance vector, blocks are lit for their
@@ -30,6 +31,7 @@ struct bd_gather_fragments_inputs {
     enum bd_fragment_visit visit;
     // With vectors: how far off interpolated light may be (shaders/common/light_spread.glsl), too.
     bool spread;
+    const struct bd_visibility_inputs *visibility; // NULL: nothing hides any; else visit by list
     uint32_t finest_level;          // whose blocks, and those below, may hold several surfaces
     struct bd_multires_light *into; // NULL, or earlier light that these fragments are added to
 };
@@ -51,7 +53,13 @@ struct bd_multires_light {
     // fragment's normal is the sum of its irradiance. a of the latter = the spread of light, if
     // asked for.
     struct bd_tex *fine_vector, *coarse_vector;
+    struct bd_ray_counts rays; // that were traced for it so far
 };
+
+// Its fragments, as those who ask what they see.
+struct bd_askers bd_fragment_askers(const struct bd_gather_fragments_inputs *inputs);
+// Whose vectors such a light has.
+enum bd_light_vectors bd_fragment_vectors(const struct bd_gather_fragments_inputs *inputs);
 
 BD_MUST_CHECK
 enum bd_err bd_gather_fragments_run(const struct bd_pass_context *context,

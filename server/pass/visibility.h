@@ -24,6 +24,12 @@ struct bd_ray_counts {
     double ms;
 };
 
+static inline void bd_ray_counts_add(struct bd_ray_counts *sum, struct bd_ray_counts more)
+{
+    sum->count += more.count;
+    sum->ms += more.ms;
+}
+
 // Segments of a slice and their answers. Segments whose ends are one point ask nothing and are not
 // blocked.
 struct bd_segments {

@@ -3,6 +3,7 @@
 #include <math.h>
 
 #include "base/assert.h"
+#include "pass/gather_chosen_fragments.h"
 #include "pass/splat_fragments.h"
 #include "pass/upsample.h"
 
@@ -45,8 +46,13 @@ enum bd_err bd_fragments_gather(const struct bd_pass_context *context,
                                 const struct bd_unlit *unlit, struct bd_multires_light **out,
                                 struct bd_fault *fault)
 {
-    const struct bd_gather_fragments_inputs gather = gather_inputs(inputs, unlit);
-    return bd_gather_fragments_run(context, &gather, out, fault);
+    struct bd_gather_fragments_inputs gather = gather_inputs(inputs, unlit);
+    const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
+    const struct bd_gather_chosen_fragments_inputs chosen = {&gather, inputs->vpls_in_order,
+                                                             inputs->params->rays, inputs->seed};
+    if (inputs->rays) gather.visibility = &visibility;
+    if (!inputs->chosen) return bd_gather_fragments_run(context, &gather, out, fault);
+    return bd_gather_chosen_fragments_run(context, &chosen, out, fault);
 }
 
 enum bd_err bd_fragments_splat(const struct bd_pass_context *context,
@@ -55,11 +61,14 @@ enum bd_err bd_fragments_splat(const struct bd_pass_context *context,
                                struct bd_fault *fault)
 {
     const struct bd_gather_fragments_inputs splat = gather_inputs(inputs, unlit);
-    return bd_splat_fragments_run(context, &splat, out, fault);
+    bd_gpu_pass_begin(context->gpu, "splat");
+    enum bd_err err = bd_splat_fragments_run(context, &splat, out, fault);
+    bd_gpu_pass_end(context->gpu);
+    return err;
 }
 
 static enum bd_err split(const struct bd_pass_context *context,
-                         const struct bd_technique_inputs *inputs,
+                         const struct bd_technique_inputs *inputs, const char *pass,
                          const struct bd_fragments *parents, const struct bd_multires_light *light,
                          struct bd_fragments **out, struct bd_fault *fault)
 {
@@ -69,14 +78,18 @@ static enum bd_err split(const struct bd_pass_context *context,
         .space = &inputs->scene->space,
     };
     const struct bd_light_of_blocks blocks = {light->coarse, light->coarse_vector};
-    return bd_fragments_refine(context, &seen, inputs->discontinuity, inputs->fragments, parents,
-                               &blocks, inputs->params->light_threshold, out, fault);
+    bd_gpu_pass_begin(context->gpu, pass);
+    enum bd_err err =
+        bd_fragments_refine(context, &seen, inputs->discontinuity, inputs->fragments, parents,
+                            &blocks, inputs->params->light_threshold, out, fault);
+    bd_gpu_pass_end(context->gpu);
+    return err;
 }
 
 // Splits what light changes too much over, and lights the parts, until nothing is left to be split.
 // Pixels are not split, so there are fewer lists than levels.
 static enum bd_err refine(const struct bd_pass_context *context,
-                          const struct bd_technique_inputs *inputs,
+                          const struct bd_technique_inputs *inputs, const char *pass,
                           bd_light_fragments_fn *light_fragments, struct lit *lit,
                           struct bd_fault *fault)
 {
@@ -85,7 +98,7 @@ static enum bd_err refine(const struct bd_pass_context *context,
     while (!err && last->count > last->level_count[0]) {
         BD_ASSERT(lit->part_count < BD_MULTIRES_LEVEL_MAX);
         struct bd_fragments *parts;
-        err = split(context, inputs, last, lit->light, &parts, fault);
+        err = split(context, inputs, pass, last, lit->light, &parts, fault);
         if (err) return err;
         lit->parts[lit->part_count++] = parts;
         last = parts;
@@ -122,10 +135,8 @@ static enum bd_err light(const struct bd_pass_context *context,
 {
     const struct bd_unlit unlit = {.fragments = inputs->fragments,
                                    .spread = is_refined(inputs->params)};
-    bd_gpu_pass_begin(context->gpu, pass);
     enum bd_err err = light_fragments(context, inputs, &unlit, &lit->light, fault);
-    if (!err && unlit.spread) err = refine(context, inputs, light_fragments, lit, fault);
-    bd_gpu_pass_end(context->gpu);
+    if (!err && unlit.spread) err = refine(context, inputs, pass, light_fragments, lit, fault);
     return err;
 }
 
@@ -149,8 +160,10 @@ static enum bd_err upsample(const struct bd_pass_context *context,
     bd_gpu_pass_begin(context->gpu, "upsample");
     enum bd_err err = bd_upsample_run(context, &upsample, out, fault);
     bd_gpu_pass_end(context->gpu);
-    if (!err) (*out)->fragment_count = fragment_count(inputs, lit);
-    return err;
+    if (err) return err;
+    (*out)->fragment_count = fragment_count(inputs, lit);
+    (*out)->rays = lit->light->rays;
+    return BD_ERR_OK;
 }
 
 enum bd_err bd_fragment_light(const struct bd_pass_context *context,

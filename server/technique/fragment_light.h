@@ -10,15 +10,15 @@
 // Whether irradiance vectors are asked for: not of light without room for them.
 bool bd_fragments_have_vectors(const struct bd_params *params, const struct bd_unlit *unlit);
 
-// Each fragment sums all VPLs.
+// Each fragment sums all VPLs, or those that it sees.
 BD_MUST_CHECK
 bd_light_fragments_fn bd_fragments_gather;
 // Each VPL is drawn to all fragments. Tells no spread.
 BD_MUST_CHECK
 bd_light_fragments_fn bd_fragments_splat;
 
-// Lights them in a pass of that name, then upsamples. Wants BD_INPUT_FRAGMENTS. With a
-// light_threshold those that light changes too much over are split and lit in their parts.
+// Lights them, then upsamples; what is done between is counted to `pass`. Wants BD_INPUT_FRAGMENTS.
+// With a light_threshold those that light changes too much over are split and lit in their parts.
 BD_MUST_CHECK
 enum bd_err bd_fragment_light(const struct bd_pass_context *context,
                               const struct bd_technique_inputs *inputs, const char *pass,

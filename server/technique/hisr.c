@@ -34,7 +34,10 @@ static enum bd_err gather(const struct bd_pass_context *context,
         .finest_level = params->finest_level,
         .into = unlit->into,
     };
-    return bd_gather_tree_fragments_run(context, &gather, out, fault);
+    bd_gpu_pass_begin(context->gpu, "gather");
+    enum bd_err err = bd_gather_tree_fragments_run(context, &gather, out, fault);
+    bd_gpu_pass_end(context->gpu);
+    return err;
 }
 
 static enum bd_err light_fragments(const struct bd_pass_context *context,

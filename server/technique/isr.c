@@ -15,7 +15,13 @@ static enum bd_err light_fragments(const struct bd_pass_context *context,
     return bd_fragment_light(context, inputs, "gather", bd_fragments_gather, out, fault);
 }
 
-static const struct bd_technique_pass passes[] = {{"gather", 0}, {"upsample", 0}, {NULL, 0}};
+static const struct bd_technique_pass passes[] = {{"weigh", BD_WHEN_CHOSEN},
+                                                  {"choose", BD_WHEN_RAYS},
+                                                  {"visibility", BD_WHEN_RAYS},
+                                                  {"gather", 0},
+                                                  {"upsample", 0},
+                                                  {NULL, 0}};
+static const struct bd_param_default defaults[] = {BD_DEFAULT_VISIBILITY};
 static const char *const ladder[] = {
     "vpls=64 cluster_levels=1 depth_threshold=0.2 normal_threshold=1",
     "vpls=256 cluster_levels=2 depth_threshold=0.1 normal_threshold=0.5",
@@ -37,10 +43,12 @@ const struct bd_technique bd_technique_isr = {
     .model = {.indirect_bounces = 1, .lights = BD_LIGHTS_PUNCTUAL},
     .inputs = BD_INPUT_VPL_CLUSTERS | BD_INPUT_FRAGMENTS,
     .passes = passes,
-    .params_read = BD_READS_VPL_GRID | BD_READS_FRAGMENTS | BD_READS(BD_PARAM_LIGHT_THRESHOLD) |
-                   BD_READS(BD_PARAM_VISIT) | BD_READS(BD_PARAM_CLUSTER_LEVELS) |
-                   BD_READS(BD_PARAM_CLUSTER_DEPTH_THRESHOLD) |
+    .params_read = BD_READS_VPL_GRID | BD_READS_VISIBILITY | BD_READS_FRAGMENTS |
+                   BD_READS(BD_PARAM_LIGHT_THRESHOLD) | BD_READS(BD_PARAM_VISIT) |
+                   BD_READS(BD_PARAM_CLUSTER_LEVELS) | BD_READS(BD_PARAM_CLUSTER_DEPTH_THRESHOLD) |
                    BD_READS(BD_PARAM_CLUSTER_NORMAL_THRESHOLD) | BD_READS(BD_PARAM_SUB_FRAMES),
+    .defaults = defaults,
+    .default_count = sizeof defaults / sizeof *defaults,
     .tolerance = {.direct = 1e-3, .indirect = 1e-2},
     .hazard_codes = "TN",
     .ladder = ladder,

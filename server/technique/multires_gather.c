@@ -11,11 +11,13 @@
 #include "technique/fragment_light.h"
 #include "technique/glossy_light.h"
 #include "technique/technique.h"
+#include "technique/visible_light.h"
 
 static enum bd_err gather_glossy(const struct bd_pass_context *context,
                                  const struct bd_technique_inputs *inputs,
                                  struct bd_indirect *indirect, struct bd_fault *fault)
 {
+    if (inputs->rays) return bd_visible_lobes(context, inputs, indirect, fault);
     return bd_glossy_light(context, inputs, BD_GLOSSY_LIGHT_AT_PIXELS, indirect, fault);
 }
 
@@ -30,8 +32,14 @@ static enum bd_err gather_fragments(const struct bd_pass_context *context,
     return err;
 }
 
-static const struct bd_technique_pass passes[] = {
-    {"gather", 0}, {"upsample", 0}, {"glossy", BD_WHEN_GLOSSY}, {NULL, 0}};
+static const struct bd_technique_pass passes[] = {{"weigh", BD_WHEN_CHOSEN},
+                                                  {"choose", BD_WHEN_RAYS},
+                                                  {"visibility", BD_WHEN_RAYS},
+                                                  {"gather", 0},
+                                                  {"upsample", 0},
+                                                  {"glossy", BD_WHEN_GLOSSY},
+                                                  {"filter", BD_WHEN_FILTERED | BD_WHEN_GLOSSY},
+                                                  {NULL, 0}};
 // Flat walls stay few blocks whatever the thresholds are: towards the top it is how large a block
 // may be that makes them more.
 static const char *const ladder[] = {
@@ -62,6 +70,8 @@ static const struct bd_param_default defaults[] = {
     {BD_PARAM_DEPTH_THRESHOLD, 0.01},
     {BD_PARAM_FINEST, 1}, // 2 pixels
     {BD_PARAM_LIGHT_THRESHOLD, 0.05},
+    BD_DEFAULT_VISIBILITY,
+    {BD_PARAM_NOISE_FILTER, 1},
 };
 
 const struct bd_technique bd_technique_multires_gather = {
@@ -70,7 +80,8 @@ const struct bd_technique bd_technique_multires_gather = {
     .model = {.indirect_bounces = 1, .lights = BD_LIGHTS_PUNCTUAL, .glossy_receivers = true},
     .inputs = BD_INPUT_VPL_GRID | BD_INPUT_FRAGMENTS,
     .passes = passes,
-    .params_read = BD_READS_VPL_GRID | BD_READS_FRAGMENTS | BD_READS(BD_PARAM_LIGHT_THRESHOLD) |
+    .params_read = BD_READS_VPL_GRID | BD_READS_VISIBILITY | BD_READS_FRAGMENTS |
+                   BD_READS(BD_PARAM_NOISE_FILTER) | BD_READS(BD_PARAM_LIGHT_THRESHOLD) |
                    BD_READS(BD_PARAM_VISIT) | BD_READS(BD_PARAM_SUB_FRAMES),
     .tolerance = {.direct = 1e-3, .indirect = 1e-2},
     .hazard_codes = "TN",

@@ -19,8 +19,7 @@ static const struct bd_technique_pass passes[] = {
     {"filter", BD_WHEN_FILTERED}, {NULL, 0},
 };
 static const struct bd_param_default defaults[] = {
-    {BD_PARAM_INDIRECT_VISIBILITY, BD_VISIBILITY_NONE},
-    {BD_PARAM_ALPHA, BD_RAYS_ALPHA_MASK},
+    BD_DEFAULT_VISIBILITY,
     {BD_PARAM_NOISE_FILTER, 1},
 };
 static const char *const ladder[] = {"vpls=16",   "vpls=64",    "vpls=256",   "vpls=1024",
@@ -32,7 +31,8 @@ const struct bd_technique bd_technique_rsm = {
     .model = {.indirect_bounces = 1, .lights = BD_LIGHTS_PUNCTUAL, .glossy_receivers = true},
     .inputs = BD_INPUT_VPL_GRID,
     .passes = passes,
-    .params_read = BD_READS_VPL_GRID | BD_READS_VISIBILITY | BD_READS(BD_PARAM_SUB_FRAMES),
+    .params_read = BD_READS_VPL_GRID | BD_READS_VISIBILITY | BD_READS(BD_PARAM_NOISE_FILTER) |
+                   BD_READS(BD_PARAM_SUB_FRAMES),
     .defaults = defaults,
     .default_count = sizeof defaults / sizeof *defaults,
     .tolerance = {.direct = 1e-3, .indirect = 1e-2},

@@ -27,9 +27,8 @@ static enum bd_err light_missing(const struct bd_pass_context *context,
     const struct bd_unlit unlit = {.fragments = shared->missing, .into = &into};
     struct bd_multires_light *same;
     if (shared->missing->count == 0) return BD_ERR_OK;
-    bd_gpu_pass_begin(context->gpu, bd_technique_light_pass(technique));
     enum bd_err err = technique->light_pixels(context, &own, &unlit, &same, fault);
-    bd_gpu_pass_end(context->gpu);
+    if (!err) bd_ray_counts_add(&shared->indirect->rays, into.rays);
     return err;
 }
 

@@ -25,8 +25,13 @@ enum bd_frame_input {
 
 // Parameters that the frame reads for those inputs, G-buffer and direct light included.
 #define BD_READS_VISIBILITY                                                                        \
-    (BD_READS(BD_PARAM_INDIRECT_VISIBILITY) | BD_READS(BD_PARAM_RAYS) | BD_READS(BD_PARAM_ALPHA) | \
-     BD_READS(BD_PARAM_NOISE_FILTER))
+    (BD_READS(BD_PARAM_INDIRECT_VISIBILITY) | BD_READS(BD_PARAM_RAYS) | BD_READS(BD_PARAM_ALPHA))
+// Their defaults, where rays may hide indirect light (the reference's are others).
+#define BD_DEFAULT_VISIBILITY                                                                      \
+    {BD_PARAM_INDIRECT_VISIBILITY, BD_VISIBILITY_NONE},                                            \
+    {                                                                                              \
+        BD_PARAM_ALPHA, BD_RAYS_ALPHA_MASK                                                         \
+    }
 #define BD_READS_VPL_GRID                                                                          \
     (BD_READS(BD_PARAM_BRDF) | BD_READS(BD_PARAM_SHADOW_SIZE) | BD_READS(BD_PARAM_VPLS) |          \
      BD_READS(BD_PARAM_VPL_BUDGET) | BD_READS(BD_PARAM_RSM_SIZE) | BD_READS(BD_PARAM_VPL_KERNEL) | \
@@ -106,6 +111,7 @@ struct bd_unlit {
     struct bd_multires_light *into; // NULL, or earlier light that these fragments are added to
 };
 
+// Brackets its passes itself.
 typedef enum bd_err bd_light_fragments_fn(const struct bd_pass_context *context,
                                           const struct bd_technique_inputs *inputs,
                                           const struct bd_unlit *unlit,
@@ -167,6 +173,14 @@ static inline const char *bd_technique_light_pass(const struct bd_technique *tec
     const struct bd_technique_pass *pass = technique->passes;
     while (pass->when) pass++;
     return pass->name;
+}
+
+// Of indirect_visibility=rays.
+static inline struct bd_visibility_inputs
+bd_technique_visibility(const struct bd_technique_inputs *inputs)
+{
+    return (struct bd_visibility_inputs){inputs->rays, inputs->pool,
+                                         (enum bd_rays_alpha)inputs->params->alpha_coverage};
 }
 
 // For those that light every pixel from the lists.

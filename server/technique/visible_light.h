@@ -12,4 +12,12 @@ enum bd_err bd_visible_light(const struct bd_pass_context *context,
                              const struct bd_technique_inputs *inputs, struct bd_indirect **out,
                              struct bd_fault *fault);
 
+// What the whole BRDF reflects beyond that, added as `glossy` of light that has irradiance; at
+// pixels with a specular lobe. Its pass is glossy, where that of the other is gather; with a few
+// rays its noise is filtered, too.
+BD_MUST_CHECK
+enum bd_err bd_visible_lobes(const struct bd_pass_context *context,
+                             const struct bd_technique_inputs *inputs, struct bd_indirect *indirect,
+                             struct bd_fault *fault);
+
 #endif

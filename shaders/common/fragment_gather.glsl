@@ -1,4 +1,5 @@
 // The light that a block of pixels gathers, and where it is kept. BD_FINE: of pixels, level 0.
+// BD_VISIBLE: of VPLs that it sees.
 #include "common/block_receiver.glsl"
 #include "shared/gather_fragments.h"
 
@@ -6,6 +7,10 @@ layout(std140, binding = BD_UNIFORM_ARGS) uniform args_block { bd_gather_fragmen
 layout(binding = 0, rgba32f) uniform image2D light;
 #ifdef BD_VECTOR
 layout(binding = 1, rgba32f) uniform image2D vectors;
+#endif
+
+#ifdef BD_VISIBLE
+layout(std430, binding = BD_STORAGE_OCCLUDED) readonly buffer occluded_block { uint occluded[]; };
 #endif
 
 // What earlier ranges left there. A macro, since no function may be given an image with a format.
@@ -18,8 +23,8 @@ float earlier_spread(ivec2 at)
 }
 #endif
 
-// Adds a range of VPLs at a fragment.
-void gather_at(uint level, ivec2 block)
+// Adds a range of VPLs at a fragment, the one of that index in the slice.
+void gather_at(uint level, ivec2 block, uint index)
 {
     receiver r = block_receiver(level, block);
     sums s = no_light();
@@ -27,8 +32,12 @@ void gather_at(uint level, ivec2 block)
     s.spread = spread_of_block(level, r, args.fragments.w);
 #endif
     uint end = args.vpls.x + (r.lit ? args.vpls.y : 0u);
-    for (uint at = args.vpls.x; at < end; at += 32u)
+    for (uint at = args.vpls.x; at < end; at += 32u) {
+#ifdef BD_VISIBLE
+        hidden = occluded[index * args.vpls.z + (at - args.vpls.x) / 32u];
+#endif
         gather_block(s, r, vec3(0.0), at, min(at + 32u, end));
+    }
 #ifdef BD_FINE
     ivec2 at = block;
 #else

@@ -20,6 +20,16 @@ struct receiver {
 // reflect by base colour / pi alone.
 bool has_glossy_lobe(float metallic, float roughness) { return metallic > 0.0 || roughness < 0.6; }
 
+// Whose light is asked for. BD_LOBES_ALONE: what a lobe reflects is all that is missing.
+bool is_asked(receiver r)
+{
+#ifdef BD_LOBES_ALONE
+    return r.lit && has_glossy_lobe(r.metallic, r.roughness);
+#else
+    return r.lit;
+#endif
+}
+
 // Something is there, and light can reach it.
 bool material_is_lit(vec4 material) { return material.w > 0.0 && material.z == 0.0; }
 

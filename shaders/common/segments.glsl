@@ -33,11 +33,13 @@ void store_no_segment(uint index) { store_segment(index, vec3(0.0), BD_NO_TRIANG
 receiver asker_receiver(asker_place place, out ivec2 pixel)
 {
 #ifdef BD_FRAGMENTS
-    return block_receiver(place.level, place.block, pixel);
+    receiver r = block_receiver(place.level, place.block, pixel);
 #else
     pixel = place.block;
-    return gbuffer_receiver(pixel);
+    receiver r = gbuffer_receiver(pixel);
 #endif
+    r.lit = is_asked(r);
+    return r;
 }
 
 // Where a receiver's rays start, and which triangle that is on.

@@ -7,7 +7,8 @@
 struct bd_gather_fragments_args {
     BD_UVEC4 fragments; // x = first of the slice, y = how many, z = 1 if nothing was added before,
                         // w = finest level, whose blocks may hold several surfaces
-    BD_UVEC4 vpls;      // x = first VPL of the slice, y = VPLs in it
+    BD_UVEC4 vpls;      // x = first VPL of the slice, y = VPLs in it, z = words of answers a
+                        // fragment
     BD_VEC4 depth;      // x = of the draw behind the mask
 };
 

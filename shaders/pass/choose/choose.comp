@@ -117,7 +117,7 @@ void main()
     if (!asker.exists) return;
     ivec2 pixel;
     receiver r = asker_receiver(asker, pixel);
-    float total = prefix[place_of_prefix(args.vpls.w - 1u, asker.index)];
+    float total = r.lit ? prefix[place_of_prefix(args.vpls.w - 1u, asker.index)] : 0.0;
     float first_target = place_in_part(uvec2(asker.block)) * total / float(args.rays.x);
     choice c = choice(r, direction_to_viewer(r.relative_position), total, first_target, asker.index);
     ray_start start = ray_start_at(pixel);

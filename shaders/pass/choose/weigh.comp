@@ -29,7 +29,7 @@ void main()
     receiver r = asker_receiver(asker, pixel);
     uint place = asker.index;
     vec3 viewer = direction_to_viewer(r.relative_position);
-    uint group = args.vpls.x / args.vpls.z, end = args.vpls.x + args.vpls.y;
+    uint group = args.vpls.x / args.vpls.z, end = args.vpls.x + (r.lit ? args.vpls.y : 0u);
 #ifdef BD_SPREAD
     light_spread spread = spread_of_block(asker.level, r, args.fragments.z);
 #endif
@@ -40,7 +40,7 @@ void main()
             virtual_light vpl = vpl_at(index);
             sum += strength(r, viewer, vpl);
 #ifdef BD_SPREAD
-            if (r.lit) weigh_spread(spread, r, vpl);
+            weigh_spread(spread, r, vpl);
 #endif
         }
         prefix[place_of_prefix(group, place)] = sum;

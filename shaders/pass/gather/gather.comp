@@ -26,7 +26,7 @@ void main()
     vec3 viewer = direction_to_viewer(r.relative_position);
     bool first = args.vpls.z != 0u;
     sums s = no_light();
-    uint end = args.vpls.x + (r.lit ? args.vpls.y : 0u);
+    uint end = args.vpls.x + (is_asked(r) ? args.vpls.y : 0u);
 #ifdef BD_VISIBLE
     uint place = gl_GlobalInvocationID.y * args.tile.z + gl_GlobalInvocationID.x;
     uint word = place * ((args.vpls.y + 31u) / 32u);

@@ -8,5 +8,6 @@ void main()
 {
     if (gl_GlobalInvocationID.x >= args.fragments.y) return;
     uint fragment = fragments[args.fragments.x + gl_GlobalInvocationID.x];
-    gather_at(BD_FRAGMENT_LEVEL(fragment), ivec2(BD_FRAGMENT_X(fragment), BD_FRAGMENT_Y(fragment)));
+    gather_at(BD_FRAGMENT_LEVEL(fragment), ivec2(BD_FRAGMENT_X(fragment), BD_FRAGMENT_Y(fragment)),
+              gl_GlobalInvocationID.x);
 }

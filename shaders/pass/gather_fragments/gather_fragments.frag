@@ -8,5 +8,5 @@ layout(early_fragment_tests) in;
 void main()
 {
     block_at at = block_at_texel(ivec2(gl_FragCoord.xy));
-    if (at.exists) gather_at(at.level, at.block);
+    if (at.exists) gather_at(at.level, at.block, 0u);
 }
