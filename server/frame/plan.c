@@ -290,7 +290,7 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
     out->chosen = out->rays && out->params.rays < count_vpls(out, scene) &&
                   out->params.rays <= BD_RAYS_CHOSEN_MAX;
     out->filtered = out->chosen && out->params.noise_filter && out->params.rays > 1;
-    out->shared = request->aa > 1 && out->indirect && !out->rays &&
+    out->shared = request->aa > 1 && out->indirect &&
                   bd_technique_shares(out->technique, &out->params, out->glossy);
     out->normal_maps = f->has_normal_map;
     out->emission = f->has_emissive || f->has_unlit;

@@ -147,19 +147,25 @@ enum bd_err bd_run_indirect(struct bd_frame *frame, struct bd_frame_light *light
     return with_inputs(frame, light_indirectly);
 }
 
-// What the first sub-frame saw nothing of is lit by the technique's pass that lights, as glossy
-// receivers are.
+// Of a sub-frame that shares light: its missing pixels are lit by themselves, and so are lobes.
+// Both may choose and ask; neither upsamples.
+static bool has_lit_by(const struct bd_frame *frame, const struct bd_technique_pass *pass)
+{
+    const bool lights = frame->indirect->fragment_count > 0, lobes = frame->plan->glossy;
+    if (pass->when & BD_WHEN_GLOSSY) return lobes;
+    if (pass->when & BD_WHEN_FILTERED) return false;
+    if (pass->when) return lights || lobes;
+    return lights && strcmp(pass->name, bd_technique_light_pass(frame->plan->technique)) == 0;
+}
+
 enum bd_err bd_run_share(struct bd_frame *frame, struct bd_frame_light *light)
 {
     (void)light;
     const struct bd_technique *technique = frame->plan->technique;
     enum bd_err err = with_inputs(frame, share_light);
     if (err) return err;
-    if (frame->indirect->fragment_count > 0)
-        bd_stage_mark(frame, bd_technique_light_pass(technique), BD_PASS_RAN);
     for (const struct bd_technique_pass *pass = technique->passes; pass->name; pass++)
-        if (frame->plan->glossy && pass->when & BD_WHEN_GLOSSY)
-            bd_stage_mark(frame, pass->name, BD_PASS_RAN);
+        if (has_lit_by(frame, pass)) bd_stage_mark(frame, pass->name, BD_PASS_RAN);
     return BD_ERR_OK;
 }
 
