@@ -30,18 +30,34 @@ static const struct bd_image *indirect_of(const struct picture *p)
     return p->layers[BD_LAYER_INDIRECT];
 }
 
-// `settings`: "KEY=VALUE KEY=VALUE".
-static struct picture render(struct world *w, const char *settings, uint64_t seed)
+// Those who ask. Blocks are lit by one of their pixels' rays where they are more than that.
+struct way {
+    const char *technique, *settings;
+    bool is_of_blocks;
+};
+static const struct way ways[] = {
+    {"rsm", "", false},
+    {"multires_gather", "coarsest=4", true},
+    {"multires_gather", "coarsest=4 light_threshold=0.01 finest=2", true},
+    {"isr", "coarsest=4 cluster_levels=1", true},
+};
+#define WAY_COUNT (sizeof ways / sizeof *ways)
+
+// `settings`: "KEY=VALUE KEY=VALUE", after those of the way.
+static struct picture render_by(struct world *w, const struct way *way, const char *settings,
+                                uint64_t seed, uint32_t aa)
 {
     struct bd_frame_request request = bd_frame_request_default;
-    snprintf(request.technique, sizeof request.technique, "rsm");
+    snprintf(request.technique, sizeof request.technique, "%s", way->technique);
+    request.aa = aa;
     request.width_px = WIDTH;
     request.height_px = HEIGHT;
     request.layers = 1u << BD_LAYER_INDIRECT;
     request.seed = seed;
     request.fresh = w->fresh;
     char text[200];
-    snprintf(text, sizeof text, "shadow_size=64 rsm_size=64 vpls=150 %s", settings);
+    snprintf(text, sizeof text, "shadow_size=64 rsm_size=64 vpls=150 %s %s", way->settings,
+             settings);
     for (char *rest = NULL, *word = strtok_r(text, " ", &rest); word;
          word = strtok_r(NULL, " ", &rest))
         assert_int_equal(bd_param_list_add(&request.params, word, NULL), BD_ERR_OK);
@@ -49,8 +65,13 @@ static struct picture render(struct world *w, const char *settings, uint64_t see
     struct bd_fault fault = {0};
     if (bd_frame_render(&w->renderer, w->scene, &request, NULL, NULL, picture.layers,
                         &picture.report, &fault))
-        fail_msg("%s: %s", settings, fault.message);
+        fail_msg("%s %s: %s", way->technique, text, fault.message);
     return picture;
+}
+
+static struct picture render(struct world *w, const char *settings, uint64_t seed)
+{
+    return render_by(w, &ways[0], settings, seed, 1);
 }
 
 static void finish(struct picture *picture)
@@ -67,6 +88,18 @@ static bool is_same(const struct picture *a, const struct picture *b)
 {
     const struct bd_image *x = indirect_of(a), *y = indirect_of(b);
     return memcmp(x->pixels, y->pixels, sample_count(x) * sizeof *x->pixels) == 0;
+}
+
+static double relative_rmse(const struct bd_image *image, const struct bd_image *truth)
+{
+    double error = 0, sum = 0;
+    for (size_t i = 0; i < sample_count(truth); i++) {
+        const double off = (double)image->pixels[i] - truth->pixels[i];
+        error += off * off;
+        sum += truth->pixels[i];
+    }
+    const double n = (double)sample_count(truth);
+    return sqrt(error / n) / (sum / n);
 }
 
 static double mean_of(const struct bd_image *image)
@@ -140,23 +173,36 @@ static const struct place places[] = {{1, 0}, {1e-4, 0}, {1e6, 0}, {1, 1e7}};
 
 // --- tests ------------------------------------------------------------------------------------
 
+// Lobes beside blocks are summed by another kernel.
+static bool is_as_good_as_same(const struct way *way, bool glossy, const struct picture *a,
+                               const struct picture *b)
+{
+    if (!way->is_of_blocks || !glossy) return is_same(a, b);
+    return relative_rmse(indirect_of(a), indirect_of(b)) < 1e-6;
+}
+
+static void check_box(struct world *w, const struct way *way, size_t place, bool glossy)
+{
+    make_box(w, places[place].size, places[place].at, THINGS_NONE, glossy);
+    struct picture none = render_by(w, way, "indirect_visibility=none", 0, 1);
+    struct picture rays = render_by(w, way, "indirect_visibility=rays rays=1000000", 0, 1);
+    if (!is_as_good_as_same(way, glossy, &rays, &none))
+        fail_msg("%s, place %zu: a box hides something of itself", way->technique, place);
+    if (rays.report.counts.rays == 0 || none.report.counts.rays > 0)
+        fail_msg("%s, place %zu: %g rays", way->technique, place, (double)rays.report.counts.rays);
+    assert_true(none.report.unoccluded && !rays.report.unoccluded);
+    assert_true(!has_run(&none, "bvh") && has_run(&rays, "bvh"));
+    assert_true(has_run(&rays, "choose") && has_run(&rays, "visibility"));
+    assert_false(has_run(&rays, "weigh") || has_run(&rays, "vpl_order"));
+    finish(&none), finish(&rays);
+}
+
 // In an empty box everything sees everything: no byte changes, whatever surfaces are made of.
 static void nothing_hides_nothing(void **state)
 {
-    struct world *w = *state;
-    for (size_t i = 0; i < 2 * sizeof places / sizeof *places; i++) {
-        make_box(w, places[i / 2].size, places[i / 2].at, THINGS_NONE, i % 2);
-        struct picture none = render(w, "indirect_visibility=none", 0);
-        struct picture rays = render(w, "indirect_visibility=rays rays=1000000", 0);
-        if (!is_same(&none, &rays)) fail_msg("place %zu: a box hides something of itself", i);
-        if (rays.report.counts.rays == 0 || none.report.counts.rays > 0)
-            fail_msg("place %zu: %g rays", i, (double)rays.report.counts.rays);
-        assert_true(none.report.unoccluded && !rays.report.unoccluded);
-        assert_true(!has_run(&none, "bvh") && has_run(&rays, "bvh"));
-        assert_true(has_run(&rays, "choose") && has_run(&rays, "visibility"));
-        assert_false(has_run(&rays, "weigh"));
-        finish(&none), finish(&rays);
-    }
+    for (size_t way = 0; way < WAY_COUNT; way++)
+        for (size_t place = 0; place < sizeof places / sizeof *places; place++)
+            for (int glossy = 0; glossy < 2; glossy++) check_box(*state, &ways[way], place, glossy);
 }
 
 // Nor does a ball, whose VPLs stand off its facets: the mean of a block of texels lies behind them.
@@ -169,10 +215,12 @@ static void a_curved_wall_hides_nothing_of_itself(void **state)
     world_add_light(w, BD_LIGHT_POINT, lamp, down, 1);
     add_camera(w, eye, target, 1);
     world_finish(w);
-    struct picture none = render(w, "indirect_visibility=none", 0);
-    struct picture rays = render(w, "indirect_visibility=rays rays=1000000", 0);
-    assert_true(is_same(&none, &rays));
-    finish(&none), finish(&rays);
+    for (size_t i = 0; i < WAY_COUNT; i++) {
+        struct picture none = render_by(w, &ways[i], "indirect_visibility=none", 0, 1);
+        struct picture rays = render_by(w, &ways[i], "indirect_visibility=rays rays=1000000", 0, 1);
+        if (!is_same(&none, &rays)) fail_msg("%s", ways[i].technique);
+        finish(&none), finish(&rays);
+    }
 }
 
 // Hazard 36: a closed room beside one that is lit.
@@ -196,55 +244,60 @@ static void a_closed_room_is_black(void **state)
         struct picture none = render(w, "indirect_visibility=none", 0);
         if (!(mean(&none) > 0)) fail_msg("place %zu: nothing leaks", i);
         finish(&none);
-        for (int s = 0; s < 2; s++) {
-            struct picture rays = render(w, settings[s], 0);
-            if (mean(&rays) != 0) fail_msg("place %zu, %s: %g", i, settings[s], mean(&rays));
+        for (size_t s = 0; s < 2 * WAY_COUNT; s++) {
+            const struct way *way = &ways[s / 2];
+            struct picture rays = render_by(w, way, settings[s % 2], 0, 1);
+            if (mean(&rays) != 0)
+                fail_msg("%s, place %zu, %s: %g", way->technique, i, settings[s % 2], mean(&rays));
             finish(&rays);
         }
     }
 }
 
-static double relative_rmse(const struct bd_image *image, const struct bd_image *truth)
+#define SEEDS 40
+
+static void check_mean(struct world *w, const struct way *way, bool glossy)
 {
-    double error = 0, sum = 0;
-    for (size_t i = 0; i < sample_count(truth); i++) {
-        const double off = (double)image->pixels[i] - truth->pixels[i];
-        error += off * off;
-        sum += truth->pixels[i];
+    const bool has_filter = strcmp(way->technique, "isr") != 0;
+    char settings[80];
+    snprintf(settings, sizeof settings, "indirect_visibility=rays rays=6%s",
+             has_filter ? " noise_filter=off" : "");
+    make_box(w, 1, 0, THINGS_WALL, glossy);
+    struct picture all = render_by(w, way, "indirect_visibility=rays rays=1000000", 0, 1);
+    struct bd_image *sum = bd_image_create(WIDTH, HEIGHT, 3);
+    memset(sum->pixels, 0, sample_count(sum) * sizeof *sum->pixels);
+    double one = 0;
+    for (uint64_t seed = 0; seed < SEEDS; seed++) {
+        struct picture few = render_by(w, way, settings, seed, 1);
+        assert_true(has_run(&few, "weigh") && has_run(&few, "vpl_order") == (seed == 0));
+        assert_true(few.report.counts.rays <= (glossy ? 12 : 6) * WIDTH * HEIGHT);
+        one += relative_rmse(indirect_of(&few), indirect_of(&all)) / SEEDS;
+        for (size_t i = 0; i < sample_count(sum); i++)
+            sum->pixels[i] += indirect_of(&few)->pixels[i] / SEEDS;
+        finish(&few);
     }
-    const double n = (double)sample_count(truth);
-    return sqrt(error / n) / (sum / n);
+    const double many = relative_rmse(sum, indirect_of(&all));
+    printf("    %s %s, %s: 6 rays %.3g %%, mean of %d %.3g %%\n", way->technique, way->settings,
+           glossy ? "glossy" : "rough", 100 * one, SEEDS, 100 * many);
+    assert_true(one > 0.01 && one < 0.5 && many < one / 4);
+    // Interpolation holds light between its neighbours, which is not linear.
+    ASSERT_REL(mean_of(sum), mean(&all), way->is_of_blocks ? 4e-3 : 2e-3);
+    bd_image_destroy(&sum);
+    finish(&all);
 }
 
-// The mean over pictures of many seeds, pixel by pixel, is the picture of all rays.
+// The mean over pictures of many seeds, pixel by pixel, is the picture of all rays. Blocks that
+// light decides on are others for each seed: those are left out.
 static void few_rays_are_right_in_the_mean(void **state)
 {
-    enum { SEEDS = 40 };
-    struct world *w = *state;
+    static const struct way of_blocks = {"multires_gather", "coarsest=4 light_threshold=inf", true};
+    static const struct way of_clusters = {"isr", "coarsest=4 light_threshold=inf cluster_levels=1",
+                                           true};
     for (int glossy = 0; glossy < 2; glossy++) {
-        make_box(w, 1, 0, THINGS_WALL, glossy);
-        struct picture all = render(w, "indirect_visibility=rays rays=1000000", 0);
-        struct bd_image *sum = bd_image_create(WIDTH, HEIGHT, 3);
-        memset(sum->pixels, 0, sample_count(sum) * sizeof *sum->pixels);
-        double one = 0;
-        for (uint64_t seed = 0; seed < SEEDS; seed++) {
-            struct picture few =
-                render(w, "indirect_visibility=rays rays=6 noise_filter=off", seed);
-            assert_true(has_run(&few, "weigh"));
-            assert_true(few.report.counts.rays <= 6 * WIDTH * HEIGHT);
-            one += relative_rmse(indirect_of(&few), indirect_of(&all)) / SEEDS;
-            for (size_t i = 0; i < sample_count(sum); i++)
-                sum->pixels[i] += indirect_of(&few)->pixels[i] / SEEDS;
-            finish(&few);
-        }
-        const double many = relative_rmse(sum, indirect_of(&all));
-        printf("    %s: 6 rays %.3g %%, mean of %d %.3g %%\n", glossy ? "glossy" : "rough",
-               100 * one, SEEDS, 100 * many);
-        assert_true(one > 0.02 && one < 0.5 && many < one / 4);
-        ASSERT_REL(mean_of(sum), mean(&all), 2e-3);
-        bd_image_destroy(&sum);
-        finish(&all);
+        check_mean(*state, &ways[0], glossy);
+        check_mean(*state, &of_blocks, glossy);
     }
+    check_mean(*state, &of_clusters, false);
 }
 
 // Nearly all of them, chosen in several dispatches.
@@ -295,6 +348,26 @@ static void the_same_bytes_twice(void **state)
     }
 }
 
+// Later sub-frames take the first one's light over: what it saw nothing of asks for itself.
+static void sub_frames_share_what_was_asked(void **state)
+{
+    struct world *w = *state;
+    static const char all[] = "indirect_visibility=rays rays=1000000 sub_frames=own";
+    for (size_t i = 0; i < WAY_COUNT; i++) {
+        make_box(w, 1, 0, THINGS_WALL, false);
+        struct picture own = render_by(w, &ways[i], all, 0, 4);
+        struct picture shared = render_by(w, &ways[i], "indirect_visibility=rays rays=60", 0, 4);
+        struct picture first = render_by(w, &ways[i], "indirect_visibility=rays rays=60", 0, 1);
+        const double off = relative_rmse(indirect_of(&shared), indirect_of(&own));
+        const double rays = (double)shared.report.counts.rays / (double)first.report.counts.rays;
+        printf("    %s %s: %.3g %% off, %.3g times the rays of one\n", ways[i].technique,
+               ways[i].settings, 100 * off, rays);
+        assert_true(has_run(&shared, "share") && !has_run(&own, "share"));
+        assert_true(rays > 1 && rays < 2.5 && off < 0.06);
+        finish(&own), finish(&shared), finish(&first);
+    }
+}
+
 // A ray is asked in every direction of a hemisphere: the structure follows what is moved.
 static void the_structure_is_kept_by_what_it_is_made_from(void **state)
 {
@@ -316,6 +389,7 @@ int main(void)
         cmocka_unit_test(few_rays_are_right_in_the_mean),
         cmocka_unit_test(many_rays_are_nearly_all),
         cmocka_unit_test(the_same_bytes_twice),
+        cmocka_unit_test(sub_frames_share_what_was_asked),
         cmocka_unit_test(the_structure_is_kept_by_what_it_is_made_from),
     };
     return cmocka_run_group_tests(tests, world_open, world_close);
