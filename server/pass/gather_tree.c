@@ -69,7 +69,7 @@ static void dispatch(const struct gather_tree *g, uint32_t light, bool estimate,
     const struct bd_program *program = estimate ? g->estimate_program : g->program;
     struct bd_bindings bindings = {
         .uniforms[BD_UNIFORM_VIEW] = {&g->view, sizeof g->view},
-        .uniforms[BD_UNIFORM_ARGS] = {args, sizeof *args},
+        .uniforms[BD_UNIFORM_TREE] = {args, sizeof *args},
         .storage[BD_STORAGE_ESTIMATES] = {.buf = g->estimates, .read = true, .write = estimate},
         .storage[BD_STORAGE_NEXT_ROOTS] = {.buf = g->next_roots, .read = true, .write = !estimate},
     };

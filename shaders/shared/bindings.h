@@ -10,6 +10,7 @@
 #define BD_UNIFORM_MATERIAL 2 // shared/material.h, raster passes
 #define BD_UNIFORM_LIGHT    3 // shared/light.h
 #define BD_UNIFORM_MULTIRES 2 // shared/multires.h, passes over blocks
+#define BD_UNIFORM_TREE     3 // shared/gather_tree.h, passes that walk trees
 
 // Textures and arrays of the raster passes (gbuffer, shadow_map, rsm).
 #define BD_UNIT_INSTANCES          0 // array, shared/instance.h
