@@ -82,22 +82,33 @@ struct bd_chooser {
     const struct bd_pass_context *context;
     struct bd_chooser_inputs inputs;
     uint32_t width, height; // of the picture
-    uint32_t group_vpls, group_count, receivers_max;
+    uint32_t group_vpls, group_count; // of the list
+    uint32_t sum_count;               // a receiver
+    uint32_t receivers_max;
     const struct bd_program *weigh, *choose;
     struct bd_buf *prefix, *picks;
     struct bd_segments *segments;
     struct bd_askers_slice slice; // the last one
 };
 
-static void lay_out(struct bd_chooser *c)
+static void group_list(struct bd_chooser *c)
 {
     const uint32_t count = c->inputs.list->count;
     c->group_vpls = GROUP_VPLS;
     while (bd_divided_up(count, c->group_vpls) > GROUPS_MAX && c->group_vpls < GROUP_VPLS_MAX)
         c->group_vpls *= 2;
     c->group_count = bd_divided_up(count, c->group_vpls);
-    const size_t of_receiver = (c->group_count + c->inputs.spread) * sizeof(float) +
-                               c->inputs.rays * (sizeof(struct bd_segment) + PICK_BYTES);
+    c->sum_count = c->group_count + c->inputs.spread;
+}
+
+static void lay_out(struct bd_chooser *c)
+{
+    if (c->inputs.choice)
+        c->sum_count = c->inputs.choice->sum_count;
+    else
+        group_list(c);
+    const size_t of_receiver =
+        c->sum_count * sizeof(float) + c->inputs.rays * (sizeof(struct bd_segment) + PICK_BYTES);
     const struct bd_fragments *fragments = c->inputs.askers.fragments;
     const size_t receivers =
         fragments ? (size_t)fragments->count + FRAGMENTS_ROW : (size_t)c->width * c->height;
@@ -110,9 +121,9 @@ static void lay_out(struct bd_chooser *c)
 static enum bd_err make_room(struct bd_chooser *c, struct bd_fault *fault)
 {
     struct bd_gpu *gpu = c->context->gpu;
-    const size_t receivers = c->receivers_max, sums = c->group_count + c->inputs.spread;
-    enum bd_err err = bd_buf_create_unset(gpu, "sums over vpls", receivers * sums * sizeof(float),
-                                          &c->prefix, fault);
+    const size_t receivers = c->receivers_max;
+    enum bd_err err = bd_buf_create_unset(
+        gpu, "sums over vpls", receivers * c->sum_count * sizeof(float), &c->prefix, fault);
     if (!err)
         err = bd_buf_create_unset(gpu, "vpls chosen", receivers * c->inputs.rays * PICK_BYTES,
                                   &c->picks, fault);
@@ -122,6 +133,7 @@ static enum bd_err make_room(struct bd_chooser *c, struct bd_fault *fault)
 
 static enum bd_err get_programs(struct bd_chooser *c, struct bd_fault *fault)
 {
+    if (c->inputs.choice) return BD_ERR_OK;
     struct bd_defines defines = {0}, weigh;
     struct bd_gpu *gpu = c->context->gpu;
     bd_askers_define(&c->inputs.askers, &defines);
@@ -139,7 +151,8 @@ enum bd_err bd_chooser_create(const struct bd_pass_context *context,
 {
     struct bd_chooser *c = *out = calloc(1, sizeof *c);
     BD_ASSERT(c);
-    BD_ASSERT(inputs->list->count > 0 && inputs->rays <= BD_RAYS_CHOSEN_MAX);
+    BD_ASSERT(inputs->choice || inputs->list->count > 0);
+    BD_ASSERT_CMP(inputs->rays, <=, BD_RAYS_CHOSEN_MAX);
     c->context = context;
     c->inputs = *inputs;
     c->width = inputs->askers.viewpoint->width_px;
@@ -184,17 +197,21 @@ static void bind(const struct bd_chooser *c, struct bd_asking *asking)
 {
     const struct bd_chooser_inputs *in = &c->inputs;
     bd_askers_bind(&in->askers, &c->slice, asking);
+    asking->args.rays = (struct bd_uvec4){in->rays, (uint32_t)(in->seed ^ in->seed >> 32), 0, 0};
+    if (in->choice) {
+        asking->args.vpls.w = in->choice->spread_row;
+        return;
+    }
     asking->args.vpls = (struct bd_uvec4){0, in->list->count, c->group_vpls, c->group_count};
-    asking->args.rays =
-        (struct bd_uvec4){in->rays, (uint32_t)(in->seed ^ in->seed >> 32), in->list->count, 0};
+    asking->args.rays.z = in->list->count;
 }
 
 static void bind_choice(const struct bd_chooser *c, struct bd_asking *asking)
 {
-    bind_vpls(c->inputs.list, &asking->bindings);
+    if (c->inputs.list) bind_vpls(c->inputs.list, &asking->bindings);
     bd_bind_storage(&asking->bindings, BD_STORAGE_SEGMENTS, c->segments->segments, false, true);
     bd_bind_storage(&asking->bindings, BD_STORAGE_PREFIX, c->prefix, true, true);
-    bd_bind_storage(&asking->bindings, BD_STORAGE_PICKS, c->picks, false, true);
+    bd_bind_storage(&asking->bindings, BD_STORAGE_PICKS, c->picks, true, true);
 }
 
 // A program for VPLs, or rays, from 0 to `count`: `step` in a dispatch.
@@ -245,6 +262,19 @@ static enum bd_err choose(const struct bd_chooser *c)
     return run_parts(c, &parts);
 }
 
+static enum bd_err ask(const struct bd_chooser *c, struct bd_fault *fault)
+{
+    const struct bd_choice *choice = c->inputs.choice;
+    if (choice) {
+        struct bd_asking asking;
+        bind(c, &asking);
+        bind_choice(c, &asking);
+        return choice->run(choice->user, &c->slice, &asking, fault);
+    }
+    enum bd_err err = weigh(c);
+    return err ? err : choose(c);
+}
+
 static enum bd_err look(const struct bd_chooser *c, struct bd_fault *fault)
 {
     bd_gpu_pass_begin(c->context->gpu, "visibility");
@@ -259,7 +289,8 @@ static enum bd_err look(const struct bd_chooser *c, struct bd_fault *fault)
 // Of the slicer's next slice, so that what it needs fits, and one dispatch is a slice.
 static double units_of_receiver(const struct bd_chooser *c)
 {
-    return fmax(vpls_of_dispatch(c), bd_slicer_units(c->context->slicer) / c->receivers_max);
+    const double units = c->inputs.choice ? c->inputs.choice->units : vpls_of_dispatch(c);
+    return fmax(units, bd_slicer_units(c->context->slicer) / c->receivers_max);
 }
 
 static bool next_fragments(struct bd_chooser *c)
@@ -286,8 +317,7 @@ bool bd_chooser_next(struct bd_chooser *c, struct bd_askers_slice *slice, struct
 {
     *err = BD_ERR_OK;
     if (!next_slice(c)) return false;
-    *err = weigh(c);
-    if (!*err) *err = choose(c);
+    *err = ask(c, fault);
     if (!*err) *err = look(c, fault);
     *slice = c->slice;
     bind(c, asking);

@@ -75,9 +75,21 @@ enum bd_err bd_choose_all(const struct bd_pass_context *context, const struct bd
 
 // --- a few --------------------------------------------------------------------------------------
 
+// Another way to choose than over a list: over cuts of trees (pass/choose_tree.h).
+struct bd_choice {
+    uint32_t sum_count;  // floats a receiver that it keeps in the buffer of sums
+    uint32_t spread_row; // of them, where the spread of light is
+    double units;        // of its work a receiver, for slices
+    // Leaves segments and picks of the slice, to which all buffers are bound.
+    enum bd_err (*run)(void *user, const struct bd_askers_slice *slice, struct bd_asking *asking,
+                       struct bd_fault *fault);
+    void *user;
+};
+
 struct bd_chooser_inputs {
     struct bd_askers askers;
     const struct bd_vpl_list *list; // of all lights, in order (pass/vpl_order.h); not empty
+    const struct bd_choice *choice; // or this, instead of the list
     uint32_t rays;                  // a receiver, at most BD_RAYS_CHOSEN_MAX
     uint64_t seed;
     bool glossy; // VPLs are chosen by what the whole BRDF makes of them, and lobes are asked for

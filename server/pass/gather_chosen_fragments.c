@@ -40,6 +40,7 @@ static enum bd_err run(struct gather *g, struct bd_fault *fault)
     const struct bd_chooser_inputs choose = {
         .askers = bd_fragment_askers(gather),
         .list = g->inputs->list,
+        .choice = g->inputs->choice,
         .rays = g->inputs->rays,
         .seed = g->inputs->seed,
         .spread = gather->spread,

@@ -10,6 +10,7 @@
 struct bd_gather_chosen_fragments_inputs {
     const struct bd_gather_fragments_inputs *gather; // with visibility; its lists are not read
     const struct bd_vpl_list *list; // of all lights, in order (pass/vpl_order.h); not empty
+    const struct bd_choice *choice; // or this, instead of the list
     uint32_t rays;                  // a fragment, at most BD_RAYS_CHOSEN_MAX
     uint64_t seed;
 };

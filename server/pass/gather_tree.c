@@ -5,23 +5,13 @@
 
 #include "base/assert.h"
 #include "pass/kernels.h"
+#include "pass/tree_walk.h"
 #include "shared/bindings.h"
 #include "shared/gather_tree.h"
 
-_Static_assert(BD_TREE_LIGHTCUTS == BD_TREE_CRITERION_LIGHTCUTS, "C and GLSL agree");
-_Static_assert(BD_TREE_BOUND == BD_TREE_CRITERION_BOUND, "C and GLSL agree");
-_Static_assert(BD_TREE_LEVEL == BD_TREE_CRITERION_LEVEL, "C and GLSL agree");
-_Static_assert(BD_TREE_PRINTED == BD_TREE_CRITERION_PRINTED, "C and GLSL agree");
-
-// Nodes that a receiver visits in a round, at most: all of the largest root. A fixed number,
-// because it sets the order of the sums. A leaf costs an invocation a dozen rounds of its loops if
-// it is near.
-#define LEAVES_PER_ROUND (BD_TREE_ROOT_LEAVES_MAX * BD_TREE_ROOT_LEAVES_MAX)
-#define NODES_PER_ROUND  ((4 * LEAVES_PER_ROUND - 1) / 3)
 // A first guess at a receiver's cut, in the slicer's units; then each slice teaches the next.
 #define UNITS_PER_RECEIVER 2000.0
 
-#define ESTIMATE_STEPS    65536.0 // of the frame's mean irradiance
 #define FRAGMENTS_PER_ROW 64u     // a work group
 #define GROUPS_MAX        65535u  // of a dispatch along one axis
 
@@ -30,9 +20,7 @@ struct gather_tree {
     const struct bd_gather_tree_inputs *inputs;
     const struct bd_program *program, *estimate_program;
     struct bd_view view;
-    double mean_irradiance; // of the frame
-    struct bd_buf *estimates, *next_roots;
-    uint32_t round; // counted over all lights, from 1
+    struct bd_tree_walk walk;
     // Receivers by rows: a row of pixels each, or a work group of fragments. One of the two is
     // made.
     uint32_t row_count, row_width;
@@ -63,33 +51,21 @@ static void bind_blocks(const struct gather_tree *g, struct bd_bindings *binding
     bindings->uniforms[BD_UNIFORM_MULTIRES].size_bytes = sizeof fragments->layout;
 }
 
-static void dispatch(const struct gather_tree *g, uint32_t light, bool estimate,
+static void dispatch(const struct gather_tree *g, const struct bd_tree_roots *roots,
                      const struct bd_gather_tree_args *args)
 {
-    const struct bd_program *program = estimate ? g->estimate_program : g->program;
-    struct bd_bindings bindings = {
-        .uniforms[BD_UNIFORM_VIEW] = {&g->view, sizeof g->view},
-        .uniforms[BD_UNIFORM_TREE] = {args, sizeof *args},
-        .storage[BD_STORAGE_ESTIMATES] = {.buf = g->estimates, .read = true, .write = estimate},
-        .storage[BD_STORAGE_NEXT_ROOTS] = {.buf = g->next_roots, .read = true, .write = !estimate},
-    };
+    const struct bd_program *program = roots->estimate ? g->estimate_program : g->program;
+    struct bd_bindings bindings = {.uniforms[BD_UNIFORM_VIEW] = {&g->view, sizeof g->view}};
     bd_gbuffer_bind(g->inputs->gbuffer, &bindings);
-    bindings.arrays[BD_UNIT_VPLS] = g->inputs->leaves[light]->vpls;
-    bindings.arrays[BD_UNIT_VPL_QUADS] = g->inputs->leaves[light]->quads;
-    bindings.arrays[BD_UNIT_TREE_NODES] = g->inputs->trees[light]->nodes;
+    bd_tree_walk_bind(&g->walk, roots, args, &bindings);
     if (g->blocks) bind_blocks(g, &bindings);
-    if (!estimate) bind_outputs(g, &bindings);
+    if (!roots->estimate) bind_outputs(g, &bindings);
     uint32_t group[3];
     bd_program_group_size(program, group);
     uint32_t across = g->blocks ? args->rows.y : args->blocks.z;
     uint32_t down = g->blocks ? 1 : args->rows.y;
     bd_gpu_dispatch(g->context->gpu, program, &bindings, (across + group[0] - 1) / group[0],
                     (down + group[1] - 1) / group[1], 1);
-}
-
-static size_t receivers(const struct gather_tree *g)
-{
-    return (size_t)g->row_width * g->row_count;
 }
 
 // Rows of fragments in a slice. One is a work group, so there may be fewer than eight.
@@ -100,43 +76,17 @@ static uint32_t fragment_rows(const struct gather_tree *g, double units_per_row,
     return fit < 1 ? 1 : fit < most ? (uint32_t)fit : most;
 }
 
-// Some of a tree's roots; a round of all of them, or the estimate by a few.
-struct roots {
-    uint32_t light, first, count;
-    bool estimate;
-    bool goes_on; // from where the round before ended
-    bool anew;    // nothing was added yet
-};
-
-static struct bd_gather_tree_args args_of(const struct gather_tree *g, const struct roots *roots)
-{
-    const struct bd_vpl_tree *tree = g->inputs->trees[roots->light];
-    const uint32_t root_leaves = tree->leaf_side / tree->root_side;
-    const double per_m2 = pow(g->inputs->scene->space.render_per_m, -2);
-    return (struct bd_gather_tree_args){
-        .rows = {0, 0, roots->anew, roots->goes_on},
-        .tree = {roots->first, roots->count, tree->root_side, bd_vpl_tree_level_count(tree)},
-        .cut = {(uint32_t)g->inputs->criterion, NODES_PER_ROUND,
-                (4 * root_leaves * root_leaves - 1) / 3, g->round},
-        .tau = {(float)g->inputs->tau, (float)(g->inputs->tau * g->mean_irradiance),
-                (float)(BD_TREE_ESTIMATE_MIN * g->mean_irradiance),
-                (float)(ESTIMATE_STEPS / g->mean_irradiance)},
-        .light = {(float)(tree->intensity * tree->face_extent), (float)tree->face_extent,
-                  (float)per_m2, 0},
-        .blocks = {g->inputs->finest_level, 0, 0, 0},
-    };
-}
-
 // Fragments from a first one on.
-static enum bd_err light_fragments(struct gather_tree *g, const struct roots *roots, double units)
+static enum bd_err light_fragments(struct gather_tree *g, const struct bd_tree_roots *roots,
+                                   double units)
 {
-    struct bd_gather_tree_args args = args_of(g, roots);
+    struct bd_gather_tree_args args = bd_tree_walk_args(&g->walk, roots);
     for (uint32_t row = 0; row < g->row_count;) {
         uint32_t rows = fragment_rows(g, units * FRAGMENTS_PER_ROW, g->row_count - row);
         const uint32_t first = row * FRAGMENTS_PER_ROW, left = g->inputs->fragments->count - first;
         args.rows.x = first;
         args.rows.y = rows * FRAGMENTS_PER_ROW < left ? rows * FRAGMENTS_PER_ROW : left;
-        dispatch(g, roots->light, roots->estimate, &args);
+        dispatch(g, roots, &args);
         enum bd_err err = bd_slicer_checkpoint(g->context->slicer, units * args.rows.y);
         if (err) return err;
         row += rows;
@@ -144,16 +94,17 @@ static enum bd_err light_fragments(struct gather_tree *g, const struct roots *ro
     return BD_ERR_OK;
 }
 
-static enum bd_err light_pixels(struct gather_tree *g, const struct roots *roots, double units)
+static enum bd_err light_pixels(struct gather_tree *g, const struct bd_tree_roots *roots,
+                                double units)
 {
-    struct bd_gather_tree_args args = args_of(g, roots);
+    struct bd_gather_tree_args args = bd_tree_walk_args(&g->walk, roots);
     struct bd_tile tile = {0};
     while (bd_slicer_next_tile(g->context->slicer, units, g->row_width, g->row_count, &tile)) {
         args.rows.x = tile.y;
         args.rows.y = tile.height;
         args.blocks.y = tile.x;
         args.blocks.z = tile.width;
-        dispatch(g, roots->light, roots->estimate, &args);
+        dispatch(g, roots, &args);
         enum bd_err err =
             bd_slicer_checkpoint(g->context->slicer, units * tile.width * tile.height);
         if (err) return err;
@@ -162,59 +113,14 @@ static enum bd_err light_pixels(struct gather_tree *g, const struct roots *roots
 }
 
 // What a receiver's cut costs is not known before: the next slice is as long as this one says.
-static enum bd_err gather_roots(struct gather_tree *g, const struct roots *roots)
+static enum bd_err gather_roots(void *user, const struct bd_tree_roots *roots)
 {
+    struct gather_tree *g = user;
     double units = roots->estimate ? roots->count : UNITS_PER_RECEIVER;
     bd_slicer_work(g->context->slicer, roots->estimate ? "gather_tree estimate"
                                        : g->blocks     ? "gather_tree fragments"
                                                        : "gather_tree");
     return g->blocks ? light_fragments(g, roots, units) : light_pixels(g, roots, units);
-}
-
-static uint32_t root_count(const struct bd_vpl_tree *tree)
-{
-    return tree->root_side * tree->root_side * tree->face_count;
-}
-
-static enum bd_err estimate(struct gather_tree *g, uint32_t light)
-{
-    struct roots roots = {.light = light, .estimate = true};
-    for (const uint32_t end = root_count(g->inputs->trees[light]); roots.first < end;) {
-        roots.count = end - roots.first < LEAVES_PER_ROUND ? end - roots.first : LEAVES_PER_ROUND;
-        roots.anew = light == 0 && roots.first == 0;
-        enum bd_err err = gather_roots(g, &roots);
-        if (err) return err;
-        roots.first += roots.count;
-    }
-    return BD_ERR_OK;
-}
-
-// Rounds until each receiver has been through the tree: one, unless tau is very small.
-static enum bd_err gather_tree(struct gather_tree *g, uint32_t light)
-{
-    const struct bd_vpl_tree *tree = g->inputs->trees[light];
-    struct roots roots = {.light = light, .count = root_count(tree), .anew = light == 0};
-    BD_ASSERT_CMP(tree->leaf_side / tree->root_side, <=, BD_TREE_ROOT_LEAVES_MAX);
-    uint32_t unfinished = 0;
-    do {
-        g->round++;
-        enum bd_err err = gather_roots(g, &roots);
-        if (!err)
-            err = bd_buf_read(g->context->gpu, g->next_roots, 0, &unfinished, sizeof unfinished);
-        if (err) return err;
-        roots.goes_on = true;
-        roots.anew = false;
-    } while (unfinished == g->round);
-    return BD_ERR_OK;
-}
-
-static enum bd_err gather_all(struct gather_tree *g)
-{
-    enum bd_err err = BD_ERR_OK;
-    if (g->inputs->criterion == BD_TREE_LIGHTCUTS)
-        for (uint32_t i = 0; !err && i < g->inputs->tree_count; i++) err = estimate(g, i);
-    for (uint32_t i = 0; !err && i < g->inputs->tree_count; i++) err = gather_tree(g, i);
-    return err;
 }
 
 static enum bd_err get_programs(struct gather_tree *g, struct bd_fault *fault)
@@ -238,13 +144,6 @@ static enum bd_err get_programs(struct gather_tree *g, struct bd_fault *fault)
     return err;
 }
 
-static double mean_irradiance(const struct bd_gather_tree_inputs *inputs)
-{
-    double flux = 0, radius = inputs->scene->space.radius;
-    for (uint32_t i = 0; i < inputs->tree_count; i++) flux += inputs->trees[i]->flux;
-    return flux / (4 * M_PI * radius * radius);
-}
-
 static struct gather_tree gather_tree_of(const struct bd_pass_context *context,
                                          const struct bd_gather_tree_inputs *inputs)
 {
@@ -252,21 +151,24 @@ static struct gather_tree gather_tree_of(const struct bd_pass_context *context,
         .context = context,
         .inputs = inputs,
         .view = bd_viewpoint_uniform(inputs->viewpoint, &inputs->scene->space),
-        .mean_irradiance = mean_irradiance(inputs),
     };
+}
+
+static enum bd_err gather_all(struct gather_tree *g)
+{
+    enum bd_err err = bd_tree_walk_estimate(&g->walk, gather_roots, g);
+    for (uint32_t i = 0; !err && i < g->inputs->tree_count; i++)
+        err = bd_tree_walk_light(g->context->gpu, &g->walk, i, gather_roots, g);
+    return err;
 }
 
 static enum bd_err run(struct gather_tree *g, struct bd_fault *fault)
 {
-    const size_t bytes = (receivers(g) + 1) * sizeof(uint32_t);
-    enum bd_err err =
-        bd_buf_create(g->context->gpu, "tree estimates", bytes, NULL, &g->estimates, fault);
-    if (!err)
-        err = bd_buf_create(g->context->gpu, "tree walks", bytes, NULL, &g->next_roots, fault);
-    if (!err) err = get_programs(g, fault);
+    const size_t receivers = (size_t)g->row_width * g->row_count;
+    enum bd_err err = get_programs(g, fault);
+    if (!err) err = bd_tree_walk_begin(g->context->gpu, g->inputs, receivers, &g->walk, fault);
     if (!err) err = gather_all(g);
-    bd_buf_destroy(g->context->gpu, &g->next_roots);
-    bd_buf_destroy(g->context->gpu, &g->estimates);
+    bd_tree_walk_end(g->context->gpu, &g->walk);
     return err;
 }
 

@@ -20,8 +20,8 @@ bool bd_fragments_have_vectors(const struct bd_params *params, const struct bd_u
            (!unlit->into || unlit->into->coarse_vector);
 }
 
-static struct bd_gather_fragments_inputs gather_inputs(const struct bd_technique_inputs *inputs,
-                                                       const struct bd_unlit *unlit)
+struct bd_gather_fragments_inputs bd_fragment_inputs(const struct bd_technique_inputs *inputs,
+                                                     const struct bd_unlit *unlit)
 {
     const struct bd_params *params = inputs->params;
     return (struct bd_gather_fragments_inputs){
@@ -46,10 +46,14 @@ enum bd_err bd_fragments_gather(const struct bd_pass_context *context,
                                 const struct bd_unlit *unlit, struct bd_multires_light **out,
                                 struct bd_fault *fault)
 {
-    struct bd_gather_fragments_inputs gather = gather_inputs(inputs, unlit);
+    struct bd_gather_fragments_inputs gather = bd_fragment_inputs(inputs, unlit);
     const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
-    const struct bd_gather_chosen_fragments_inputs chosen = {&gather, inputs->vpls_in_order,
-                                                             inputs->params->rays, inputs->seed};
+    const struct bd_gather_chosen_fragments_inputs chosen = {
+        .gather = &gather,
+        .list = inputs->vpls_in_order,
+        .rays = inputs->params->rays,
+        .seed = inputs->seed,
+    };
     if (inputs->rays) gather.visibility = &visibility;
     if (!inputs->chosen) return bd_gather_fragments_run(context, &gather, out, fault);
     return bd_gather_chosen_fragments_run(context, &chosen, out, fault);
@@ -60,7 +64,7 @@ enum bd_err bd_fragments_splat(const struct bd_pass_context *context,
                                const struct bd_unlit *unlit, struct bd_multires_light **out,
                                struct bd_fault *fault)
 {
-    const struct bd_gather_fragments_inputs splat = gather_inputs(inputs, unlit);
+    const struct bd_gather_fragments_inputs splat = bd_fragment_inputs(inputs, unlit);
     bd_gpu_pass_begin(context->gpu, "splat");
     enum bd_err err = bd_splat_fragments_run(context, &splat, out, fault);
     bd_gpu_pass_end(context->gpu);

@@ -10,6 +10,10 @@
 // Whether irradiance vectors are asked for: not of light without room for them.
 bool bd_fragments_have_vectors(const struct bd_params *params, const struct bd_unlit *unlit);
 
+// Of a list of fragments; without visibility.
+struct bd_gather_fragments_inputs bd_fragment_inputs(const struct bd_technique_inputs *inputs,
+                                                     const struct bd_unlit *unlit);
+
 // Each fragment sums all VPLs, or those that it sees.
 BD_MUST_CHECK
 bd_light_fragments_fn bd_fragments_gather;

@@ -7,10 +7,36 @@
 // Known:  what is known of `multires_gather`; a cut changes from one fragment to the next, and
 //         where the light is smooth that shows as steps of up to `tau`
 
-#include "pass/gather_tree.h"
+#include "pass/choose_tree.h"
+#include "pass/gather_chosen_fragments.h"
 #include "pass/upsample.h"
 #include "technique/fragment_light.h"
 
+// Of nodes of its cut that each fragment sees.
+static enum bd_err gather_chosen(const struct bd_pass_context *context,
+                                 const struct bd_technique_inputs *inputs,
+                                 const struct bd_unlit *unlit,
+                                 const struct bd_gather_tree_inputs *trees,
+                                 struct bd_multires_light **out, struct bd_fault *fault)
+{
+    struct bd_gather_fragments_inputs gather = bd_fragment_inputs(inputs, unlit);
+    const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
+    struct bd_tree_choice *choice;
+    gather.visibility = &visibility;
+    enum bd_err err = bd_tree_choice_create(context, trees, inputs->params->rays, &choice, fault);
+    if (err) return err;
+    const struct bd_gather_chosen_fragments_inputs chosen = {
+        .gather = &gather,
+        .choice = bd_tree_choice_get(choice),
+        .rays = inputs->params->rays,
+        .seed = inputs->seed,
+    };
+    err = bd_gather_chosen_fragments_run(context, &chosen, out, fault);
+    bd_tree_choice_destroy(&choice);
+    return err;
+}
+
+// Where all leaves are asked, no tree is of use.
 static enum bd_err gather(const struct bd_pass_context *context,
                           const struct bd_technique_inputs *inputs, const struct bd_unlit *unlit,
                           struct bd_multires_light **out, struct bd_fault *fault)
@@ -34,6 +60,8 @@ static enum bd_err gather(const struct bd_pass_context *context,
         .finest_level = params->finest_level,
         .into = unlit->into,
     };
+    if (inputs->chosen) return gather_chosen(context, inputs, unlit, &gather, out, fault);
+    if (inputs->rays) return bd_fragments_gather(context, inputs, unlit, out, fault);
     bd_gpu_pass_begin(context->gpu, "gather");
     enum bd_err err = bd_gather_tree_fragments_run(context, &gather, out, fault);
     bd_gpu_pass_end(context->gpu);
@@ -47,7 +75,12 @@ static enum bd_err light_fragments(const struct bd_pass_context *context,
     return bd_fragment_light(context, inputs, "gather", gather, out, fault);
 }
 
-static const struct bd_technique_pass passes[] = {{"gather", 0}, {"upsample", 0}, {NULL, 0}};
+static const struct bd_technique_pass passes[] = {{"weigh", BD_WHEN_CHOSEN},
+                                                  {"choose", BD_WHEN_RAYS},
+                                                  {"visibility", BD_WHEN_RAYS},
+                                                  {"gather", 0},
+                                                  {"upsample", 0},
+                                                  {NULL, 0}};
 static const char *const ladder[] = {
     "vpls=1024 tau=0.1 depth_threshold=0.2 normal_threshold=1",
     "vpls=4096 tau=0.05 depth_threshold=0.1 normal_threshold=0.5",
@@ -61,7 +94,7 @@ static const char *const ladder[] = {
 
 // The paper's tree: a leaf for each texel of a map of 256 squared. Its time hardly grows with the
 // number of leaves.
-static const struct bd_param_default defaults[] = {{BD_PARAM_VPLS, 65536}};
+static const struct bd_param_default defaults[] = {{BD_PARAM_VPLS, 65536}, BD_DEFAULT_VISIBILITY};
 
 const struct bd_technique bd_technique_hisr = {
     .name = "hisr",
@@ -70,9 +103,10 @@ const struct bd_technique bd_technique_hisr = {
     .model = {.indirect_bounces = 1, .lights = BD_LIGHTS_PUNCTUAL},
     .inputs = BD_INPUT_VPL_GRID | BD_INPUT_VPL_TREE | BD_INPUT_FRAGMENTS,
     .passes = passes,
-    .params_read = BD_READS_VPL_GRID | BD_READS_FRAGMENTS | BD_READS(BD_PARAM_LIGHT_THRESHOLD) |
-                   BD_READS(BD_PARAM_TREE_CUT) | BD_READS(BD_PARAM_TAU) |
-                   BD_READS(BD_PARAM_TREE_ROOTS) | BD_READS(BD_PARAM_SUB_FRAMES),
+    .params_read = BD_READS_VPL_GRID | BD_READS_VISIBILITY | BD_READS_FRAGMENTS |
+                   BD_READS(BD_PARAM_LIGHT_THRESHOLD) | BD_READS(BD_PARAM_TREE_CUT) |
+                   BD_READS(BD_PARAM_TAU) | BD_READS(BD_PARAM_TREE_ROOTS) |
+                   BD_READS(BD_PARAM_SUB_FRAMES),
     .defaults = defaults,
     .default_count = sizeof defaults / sizeof *defaults,
     // More VPLs than that, and `rsm` is off in a sphere of facets too.
