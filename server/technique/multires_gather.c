@@ -5,7 +5,7 @@
 //         and 3.5 (discontinuities, upsampling)
 // Exact when: as `rsm` is, and `coarsest` reaches the picture's longer side: then every pixel is a
 //         fragment. Thresholds of 0 leave blocks only where depth and normals are the same
-// Known:  ignores occlusion of VPLs; light that changes quickly over a smooth surface is blurred
+// Known:  ignores occlusion of VPLs unless told otherwise; light that changes quickly over a smooth surface is blurred
 //         over blocks. Glossy pixels pay for every VPL
 
 #include "technique/fragment_light.h"
