@@ -39,6 +39,8 @@ struct bd_reference_runner {
     } lanes[BD_RUNNER_LANE_COUNT];
     struct kept *kept;
     uint64_t clock, built_count;
+
+    struct bd_reference_sums *sums; // has a lock of its own
 };
 
 struct bd_reference_runner *bd_reference_runner_create(uint32_t thread_count)
@@ -46,6 +48,7 @@ struct bd_reference_runner *bd_reference_runner_create(uint32_t thread_count)
     struct bd_reference_runner *runner = calloc(1, sizeof *runner);
     BD_ASSERT(runner);
     runner->thread_count = thread_count;
+    runner->sums = bd_reference_sums_create();
     pthread_condattr_t monotonic;
     pthread_condattr_init(&monotonic);
     pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
@@ -73,10 +76,16 @@ void bd_reference_runner_destroy(struct bd_reference_runner **runner)
         r->kept = kept->next;
         free_kept(kept);
     }
+    bd_reference_sums_destroy(&r->sums);
     for (int i = 0; i < BD_RUNNER_LANE_COUNT; i++) bd_pool_destroy(&r->lanes[i].pool);
     pthread_mutex_destroy(&r->lock);
     pthread_cond_destroy(&r->changed);
     free(r);
+}
+
+struct bd_reference_sums *bd_reference_runner_sums(struct bd_reference_runner *runner)
+{
+    return runner->sums;
 }
 
 // --- waiting, with the lock held ------------------------------------------------------------
@@ -387,5 +396,6 @@ void bd_reference_runner_stats(struct bd_reference_runner *runner,
     for (int i = 0; i < BD_RUNNER_LANE_COUNT; i++)
         if (runner->lanes[i].pool) out->thread_count = bd_pool_thread_count(runner->lanes[i].pool);
     totals(runner, &out->reference_count, &out->memory_bytes);
+    out->memory_bytes += bd_reference_sums_bytes(runner->sums);
     pthread_mutex_unlock(&runner->lock);
 }

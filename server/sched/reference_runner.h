@@ -24,6 +24,7 @@
 #include "base/err.h"
 #include "reference/reference.h"
 #include "scene/scene.h"
+#include "sched/reference_sums.h"
 
 struct bd_reference_runner;
 
@@ -50,6 +51,9 @@ enum bd_err bd_reference_runner_take(struct bd_reference_runner *runner, struct 
 void bd_reference_runner_give_back(struct bd_reference_runner *runner,
                                    const struct bd_reference **reference);
 
+// Lives as long as the runner.
+struct bd_reference_sums *bd_reference_runner_sums(struct bd_reference_runner *runner);
+
 enum bd_runner_lane { BD_RUNNER_ASKED, BD_RUNNER_WITNESS, BD_RUNNER_LANE_COUNT };
 
 // Who runs a loop. `is_urgent_elsewhere` (or NULL) is asked before each turn, on the caller's
@@ -71,7 +75,7 @@ enum bd_err bd_reference_runner_loop(struct bd_reference_runner *runner,
 struct bd_reference_runner_stats {
     uint32_t thread_count;    // of a lane, 0 before the first loop
     uint32_t reference_count; // prepared snapshots
-    uint64_t memory_bytes;    // of all of them
+    uint64_t memory_bytes;    // of all of them, and of sums
     uint64_t built_count;     // since the start
 };
 void bd_reference_runner_stats(struct bd_reference_runner *runner,

@@ -30,6 +30,7 @@ struct tracing {
     struct bd_reference_view view;
     const struct bd_reference *reference;
     uint32_t region[4];                       // x, y, width, height
+    struct bd_traced traced;                  // of the whole picture, where it will be kept
     struct bd_reference_pixel *band;          // sums of the band's pixels
     uint64_t band_first;                      // index of its first pixel in the region
     uint32_t band_count;
@@ -57,8 +58,9 @@ struct bd_integrand bd_reference_integrand_of(const struct bd_params *params)
 static enum bd_err should_stop(void *user)
 {
     struct tracing *tracing = user;
-    atomic_store(&tracing->job->progress_ppm,
-                 (uint32_t)(1e6 * (double)atomic_load(&tracing->done) / (double)tracing->total));
+    const double done = (double)atomic_load(&tracing->done);
+    if (tracing->total > 0)
+        atomic_store(&tracing->job->progress_ppm, (uint32_t)(1e6 * done / (double)tracing->total));
     return bd_job_should_stop(tracing->job);
 }
 
@@ -91,8 +93,8 @@ static enum bd_err trace_band(struct bd_reference_runner *runner, struct tracing
     const struct bd_params *params = &tracing->plan.params;
     uint32_t items = (tracing->band_count + ITEM_PIXELS - 1) / ITEM_PIXELS;
     enum bd_err err = BD_ERR_OK;
-    memset(tracing->band, 0, tracing->band_count * sizeof *tracing->band);
-    for (uint32_t done = 0; !err && done < params->spp / 2; done += tracing->sample_count) {
+    for (uint32_t done = tracing->traced.samples; !err && done < params->spp / 2;
+         done += tracing->sample_count) {
         uint32_t left = params->spp / 2 - done;
         tracing->first_sample = params->first_sample / 2 + done;
         tracing->sample_count = left < ITEM_SAMPLES ? left : ITEM_SAMPLES;
@@ -126,24 +128,66 @@ static void report_left_out(struct bd_report *report, const struct left_out *lef
     bd_report_refused_rays(report, left_out->refused_ray_count);
 }
 
+static uint64_t pixel_count_of(const struct tracing *tracing)
+{
+    return (uint64_t)tracing->region[2] * tracing->region[3];
+}
+
 static enum bd_err trace_bands(struct bd_reference_runner *runner, struct tracing *tracing)
 {
-    uint64_t pixels = (uint64_t)tracing->region[2] * tracing->region[3];
+    uint64_t pixels = pixel_count_of(tracing);
     uint32_t band_max = pixels < BAND_PIXELS ? (uint32_t)pixels : BAND_PIXELS;
     struct left_out left_out = {0};
-    tracing->total = pixels * (tracing->plan.params.spp / 2);
-    tracing->band = malloc(band_max * sizeof *tracing->band);
-    BD_ASSERT(tracing->band);
+    tracing->total = pixels * (tracing->plan.params.spp / 2 - tracing->traced.samples);
+    struct bd_reference_pixel *own = tracing->traced.pixels ? NULL : malloc(band_max * sizeof *own);
+    BD_ASSERT(own || tracing->traced.pixels);
     enum bd_err err = BD_ERR_OK;
     for (uint64_t first = 0; !err && first < pixels; first += tracing->band_count) {
         tracing->band_first = first;
         tracing->band_count = pixels - first < band_max ? (uint32_t)(pixels - first) : band_max;
+        tracing->band = own ? own : tracing->traced.pixels + first;
+        if (own) memset(own, 0, band_max * sizeof *own);
         err = trace_band(runner, tracing);
         if (!err) store_band(tracing, &left_out);
     }
-    free(tracing->band);
+    free(own);
     report_left_out(&tracing->job->result.report, &left_out);
     return err;
+}
+
+// What was traced of the picture already, or room for it. Without either it is traced in bands.
+static void take_sums(struct bd_reference_runner *runner, struct tracing *tracing)
+{
+    const struct bd_frame_request *frame = &tracing->job->request.frame;
+    const struct bd_reference_subject subject = {tracing->job->request.scene,
+                                                 &tracing->integrand,
+                                                 &tracing->view,
+                                                 tracing->region,
+                                                 frame->seed,
+                                                 tracing->plan.params.first_sample};
+    struct bd_traced *traced = &tracing->traced;
+    uint8_t name[BD_SHA256_BYTES];
+    if (!bd_reference_sums_may_keep(pixel_count_of(tracing))) return;
+    if (!bd_reference_subject_name(&subject, name)) return;
+    if (!frame->fresh && bd_reference_sums_copy(bd_reference_runner_sums(runner), name,
+                                                tracing->plan.params.spp / 2, traced))
+        return;
+    memcpy(traced->name, name, sizeof name);
+    traced->pixel_count = pixel_count_of(tracing);
+    traced->pixels = calloc(traced->pixel_count, sizeof *traced->pixels);
+}
+
+// Sums of a part of the samples are of no use: some pixels have them, others not.
+static void leave_sums(struct bd_reference_runner *runner, struct tracing *tracing, enum bd_err err)
+{
+    struct bd_traced *traced = &tracing->traced;
+    if (!traced->pixels) return;
+    traced->samples = tracing->plan.params.spp / 2;
+    if (err)
+        free(traced->pixels);
+    else
+        bd_reference_sums_keep(bd_reference_runner_sums(runner), traced);
+    traced->pixels = NULL;
 }
 
 static void set_pass(struct bd_report *report, const char *name, double ms,
@@ -201,7 +245,11 @@ static enum bd_err make_picture(struct bd_reference_runner *runner, struct traci
         bd_reference_picture_create(&job->request.frame, tracing->plan.layers | for_filter,
                                     bd_job_should_stop, job, result->layers, &result->fault);
     const uint64_t start_ns = bd_clock_ns();
-    if (!err) err = trace_bands(runner, tracing);
+    if (!err) {
+        take_sums(runner, tracing);
+        err = trace_bands(runner, tracing);
+        leave_sums(runner, tracing, err);
+    }
     set_pass(&result->report, "trace", bd_ms_since(start_ns), BD_PASS_RAN);
     return err ? err : filter(runner, tracing);
 }

@@ -1,5 +1,5 @@
-// Jobs of technique reference through the scheduler: what they answer, how they stop, and that frames
-// on the device go on meanwhile. Exits with 77 where there is no EGL.
+// Jobs of technique reference through the scheduler: what they answer, how they stop, and that
+// frames on the device go on meanwhile. Exits with 77 where there is no EGL.
 
 #include <dirent.h>
 #include <math.h>
@@ -20,16 +20,23 @@
 #include "sched/sched.h"
 #include "world.h"
 
-#define PATIENCE (BD_UNDER_SANITIZER ? 5 : 1)
+#define PATIENCE   (BD_UNDER_SANITIZER ? 5 : 1)
 #define ALL_LAYERS ((1u << BD_LAYER_COUNT) - 1)
 #define SIDE       16u
+
+static void sleep_ms(long ms)
+{
+    const struct timespec time = {ms / 1000, ms % 1000 * 1000000};
+    nanosleep(&time, NULL);
+}
 
 static struct bd_sched *create_sched(uint32_t threads)
 {
     const struct bd_sched_options options = {
         .device = "auto",
         .queue_length_max = 4,
-        .frame_limits = {.side_px_max = 4096, .pixel_count_max = 1u << 24,
+        .frame_limits = {.side_px_max = 4096,
+                         .pixel_count_max = 1u << 24,
                          .reply_bytes_max = 64u << 20},
         .reference_threads = threads,
     };
@@ -120,9 +127,9 @@ static void assert_layers_add_up(const struct bd_job *job, uint32_t p)
                         (double)at(job, l, p)[c], 1e-6);
         }
         assert_near(sum, beauty, 1e-6);
-        assert_near(0.5 * ((double)at(job, BD_LAYER_HALF_A, p)[c] +
-                           (double)at(job, BD_LAYER_HALF_B, p)[c]),
-                    beauty, 1e-6);
+        assert_near(
+            0.5 * ((double)at(job, BD_LAYER_HALF_A, p)[c] + (double)at(job, BD_LAYER_HALF_B, p)[c]),
+            beauty, 1e-6);
         assert_true(at(job, BD_LAYER_VARIANCE, p)[c] >= 0);
     }
 }
@@ -249,6 +256,63 @@ static void ranges_of_samples_add_up(void **state)
     bd_scene_release(&scene);
 }
 
+static double trace_ms(const struct bd_job *job)
+{
+    const struct bd_report *report = &bd_job_result(job)->report;
+    for (uint32_t i = 0; i < report->pass_count; i++)
+        if (strcmp(report->passes[i].name, "trace") == 0) return report->passes[i].ms;
+    return -1;
+}
+
+// What was traced already counts, to the last bit, and takes no time again.
+static void more_samples_go_on_where_fewer_ended(void **state)
+{
+    struct bd_scene *scene = create_scene();
+    scene->content_sha256[0] = 1; // of a snapshot from the store
+    struct bd_job_request fewer = request_of(scene, SIDE, "spp=1200"),
+                          more = request_of(scene, SIDE, "spp=1210");
+    struct bd_job *first = finished(*state, &fewer), *second = finished(*state, &more);
+    struct bd_job *same = finished(*state, &more), *again = finished(*state, &fewer);
+    more.frame.fresh = BD_FRESH_ALL;
+    struct bd_job *fresh = finished(*state, &more);
+    assert_same_bytes(second, fresh);
+    assert_same_bytes(same, fresh);
+    assert_same_bytes(first, again);
+    printf("    ms: 1200 samples %.3g, 1210 after them %.3g, anew %.3g\n", trace_ms(first),
+           trace_ms(second), trace_ms(fresh));
+    assert_true(trace_ms(second) < trace_ms(fresh) / 4 && trace_ms(same) < trace_ms(fresh) / 4);
+    bd_job_release(&first), bd_job_release(&second), bd_job_release(&same);
+    bd_job_release(&again), bd_job_release(&fresh);
+    bd_scene_release(&scene);
+}
+
+// Pictures of something else do not go on with them.
+static void what_goes_on_is_the_same_picture(void **state)
+{
+    static const char *const settings[] = {
+        "spp=6 filter=box", "spp=6 bounces=1",      "spp=6 brdf=lambert",
+        "spp=6 clamp=2",    "spp=6 first_sample=4", "spp=6 indirect_visibility=none"};
+    enum { SETTINGS = sizeof settings / sizeof *settings, COUNT = SETTINGS + 3 };
+    struct bd_scene *scene = create_scene(), *other = create_scene();
+    scene->content_sha256[0] = 1, other->content_sha256[0] = 2;
+    other->lights[0].intensity *= 2;
+    const struct bd_job_request begun = request_of(scene, SIDE, "spp=4");
+    for (int i = 0; i < COUNT; i++) {
+        const bool has_region = i == SETTINGS + 1;
+        struct bd_job *first = finished(*state, &begun);
+        struct bd_job_request request = request_of(i == SETTINGS + 2 ? other : scene, SIDE,
+                                                   i < SETTINGS ? settings[i] : "spp=6");
+        request.frame.seed = i == SETTINGS;
+        if (has_region) memcpy(request.frame.region, (uint32_t[4]){3, 2, 9, 7}, 16);
+        struct bd_job *warm = finished(*state, &request);
+        request.frame.fresh = BD_FRESH_ALL;
+        struct bd_job *cold = finished(*state, &request);
+        assert_same_bytes(warm, cold);
+        bd_job_release(&first), bd_job_release(&warm), bd_job_release(&cold);
+    }
+    bd_scene_release(&scene), bd_scene_release(&other);
+}
+
 static void a_region_is_the_same_pixels_and_black_around(void **state)
 {
     struct bd_scene *scene = create_scene();
@@ -285,6 +349,19 @@ static int niced_threads(void)
     return count;
 }
 
+// Threads step back a moment after they began.
+static int settled_niced_threads(void)
+{
+    int count = niced_threads(), still = 0;
+    while (still < 5) {
+        sleep_ms(20);
+        const int now = niced_threads();
+        still = now == count ? still + 1 : 0;
+        count = now;
+    }
+    return count;
+}
+
 // Somebody waits for a reference, and nobody for what is known of a frame that is shown.
 static void checks_step_back_and_references_do_not(void **state)
 {
@@ -296,15 +373,16 @@ static void checks_step_back_and_references_do_not(void **state)
     plain.frame.layers = 1;
     struct bd_job *job = finished(sched, &plain);
     bd_job_release(&job);
-    const int of_the_driver = niced_threads();
+    const int of_the_driver = settled_niced_threads();
     const struct bd_job_request request = request_of(scene, SIDE, "spp=4");
     job = finished(sched, &request);
     bd_job_release(&job);
-    assert_int_equal(niced_threads(), of_the_driver);
+    assert_int_equal(settled_niced_threads(), of_the_driver);
     plain.frame.check_pixels = 16;
     job = finished(sched, &plain);
     bd_job_release(&job);
-    assert_int_equal(niced_threads(), of_the_driver + 2); // the worker, and its lane's other thread
+    assert_int_equal(settled_niced_threads(),
+                     of_the_driver + 2); // the worker, and its lane's other thread
     bd_sched_destroy(&sched);
     bd_scene_release(&scene);
 }
@@ -327,8 +405,8 @@ static void what_cannot_be_is_refused_by_name(void **state)
     request.frame.aa = 2;
     assert_refused(*state, &request, "aa");
     request.frame.aa = 1;
-    const uint32_t regions[][4] = {{0, 0, 17, 1}, {1, 0, 16, 1}, {0, 16, 1, 1}, {0, 0, 4, 0},
-                                   {UINT32_MAX, 0, 1, 1}, {0, 2, 1, UINT32_MAX}};
+    const uint32_t regions[][4] = {{0, 0, 17, 1}, {1, 0, 16, 1},         {0, 16, 1, 1},
+                                   {0, 0, 4, 0},  {UINT32_MAX, 0, 1, 1}, {0, 2, 1, UINT32_MAX}};
     for (size_t i = 0; i < sizeof regions / sizeof regions[0]; i++) {
         memcpy(request.frame.region, regions[i], sizeof regions[i]);
         assert_refused(*state, &request, "region");
@@ -353,12 +431,6 @@ static void what_cannot_be_is_refused_by_name(void **state)
 }
 
 // --- time -----------------------------------------------------------------------------------
-
-static void sleep_ms(long ms)
-{
-    const struct timespec time = {ms / 1000, ms % 1000 * 1000000};
-    nanosleep(&time, NULL);
-}
 
 // The best of six: what other processes take of the machine is not ours.
 static void a_cancelled_job_ends_within_a_fifth_of_a_second(void **state)
@@ -546,6 +618,8 @@ int main(void)
         WITH_SCHED(threads_change_no_byte),
         WITH_SCHED(filtered_light_adds_up_and_halves_stay),
         WITH_SCHED(ranges_of_samples_add_up),
+        WITH_SCHED(more_samples_go_on_where_fewer_ended),
+        WITH_SCHED(what_goes_on_is_the_same_picture),
         WITH_SCHED(a_region_is_the_same_pixels_and_black_around),
         cmocka_unit_test(checks_step_back_and_references_do_not),
         WITH_SCHED(what_cannot_be_is_refused_by_name),
