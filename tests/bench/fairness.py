@@ -1,13 +1,15 @@
 """A view's frames alone, and beside a batch of the image service.
 
-usage: fairness.py BUILD_DIR SCENES_DIR -o RESULT.json [--seconds N] [--techniques hisr,rsm] [--side N]
+usage: fairness.py BUILD_DIR SCENES_DIR -o RESULT.json [--seconds N] [--techniques hisr,rsm,rsm+rays]
+       [--side N]
 
 One daemon. One client has a view of 256x256 of the Cornell box and moves its lamp ten times a second,
 by transient edits; a frame's time is from an edit's sending to the coming of the frame that shows it
 (JPEG, over a socket). The view improves its picture between edits, as views do, and the client takes
-what comes. `alone`, then beside each batch in turns, each from clients of their own: `rsm` (three
-clients, 1024x1024, 1,024 VPLs, everything anew), `reference` (1024x1024), `import` (a .glb of a
-million triangles, each time another, rendered small) and `all` of them.
+what comes; `rsm+rays` is with indirect_visibility=rays. `alone`, then beside each batch in turns, each
+from clients of their own: `rsm` (three clients, 1024x1024, 1,024 VPLs, everything anew), `reference`
+(1024x1024), `import` (a .glb of a million triangles, each time another, rendered small) and `all` of
+them.
 What programs a technique needs is compiled before anything counts; `cold` is the `rsm` batch with a
 technique that nobody used before, on a daemon whose shader cache is empty.
 """
@@ -74,7 +76,9 @@ class Mover:
         self.scene = self.client.scenes.add(path)
         lamps = [o for o in self.scene.objects("node") if o.get("name") == LAMP]
         self.lamp = lamps[0]["id"]
-        self.view = self.scene.view(size=VIEW_SIZE, technique=technique, credits=2)
+        name, _, rays = technique.partition("+")
+        parameters = {"indirect_visibility": rays} if rays else {}
+        self.view = self.scene.view(size=VIEW_SIZE, technique=name, parameters=parameters, credits=2)
         self.count = 0
 
     def close(self):
@@ -298,7 +302,7 @@ def main(words=None):
     made = by_hand.parser(__doc__)
     made.add_argument("--seconds", type=by_hand.count, default=20)
     made.add_argument("--side", type=by_hand.count, default=1024, help="of the batch's pictures")
-    made.add_argument("--techniques", type=lambda text: text.split(","), default=["hisr", "rsm"])
+    made.add_argument("--techniques", type=lambda text: text.split(","), default=["hisr", "rsm", "rsm+rays"])
     made.add_argument("--batches", type=lambda text: text.split(","),
                       default=["rsm", "reference", "import", "all"])
     made.add_argument("--no-cold", action="store_true")
