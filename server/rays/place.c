@@ -68,20 +68,14 @@ bool bd_mesh_frame_matrix(const struct bd_mesh_frame *frame, const struct bd_ren
 
 // --- what is placed and what is kept ----------------------------------------------------------
 
-static const struct bd_primitive *primitive_of(const struct bd_rays *rays,
-                                               const struct bd_triangle_run *run)
+enum bd_placed bd_placed_kind(const struct bd_scene *scene, int32_t material)
 {
-    return &rays->scene->meshes[run->mesh]->primitives[run->primitive];
+    return scene->materials[material].alpha_mode == BD_ALPHA_OPAQUE ? BD_PLACED_OPAQUE
+                                                                    : BD_PLACED_CUTOUT;
 }
 
-static enum bd_placed kind_of(const struct bd_rays *rays, const struct bd_primitive *primitive)
-{
-    const struct bd_material *material = &rays->scene->materials[primitive->material];
-    return material->alpha_mode == BD_ALPHA_OPAQUE ? BD_PLACED_OPAQUE : BD_PLACED_CUTOUT;
-}
-
-// Runs of one group: of one mesh with one winding. Returns where the next begins.
-static uint32_t group_end(const struct bd_triangle_order *order, uint32_t first_run)
+// Runs of one group: of one mesh with one winding.
+uint32_t bd_rays_group_end(const struct bd_triangle_order *order, uint32_t first_run)
 {
     const uint32_t instance = order->runs[first_run].first_instance;
     uint32_t end = first_run;
@@ -104,21 +98,11 @@ static bool is_kept(const struct bd_rays *rays, const struct bd_triangle_run *ru
                                 &rays->scene->instances[rays->order.instances[place]], matrix);
 }
 
-static void count_placed(struct bd_rays *rays, uint32_t begin, uint32_t end)
-{
-    for (uint32_t r = begin; r < end; r++) {
-        const struct bd_primitive *primitive = primitive_of(rays, &rays->order.runs[r]);
-        struct bd_placed_triangles *placed = &rays->placed[kind_of(rays, primitive)];
-        placed->vertex_count += primitive->vertex_count;
-        placed->triangle_count += primitive->index_count / 3;
-    }
-}
-
 static uint64_t count_repeated(const struct bd_triangle_order *order)
 {
     uint64_t triangles = 0;
     for (uint32_t begin = 0, end; begin < order->run_count; begin = end) {
-        end = group_end(order, begin);
+        end = bd_rays_group_end(order, begin);
         for (uint32_t r = begin; r < end && is_worth_keeping(order, begin, end); r++)
             triangles +=
                 (uint64_t)order->runs[r].triangles_per_instance * order->runs[r].instance_count;
@@ -126,45 +110,64 @@ static uint64_t count_repeated(const struct bd_triangle_order *order)
     return triangles;
 }
 
-// Decides on each instance; counts what is placed, and lists what is kept.
-static void decide(struct bd_rays *rays, uint64_t repeated_max)
+void bd_rays_decide(struct bd_rays *rays, uint64_t repeated_max)
 {
     const struct bd_triangle_order *order = &rays->order;
     const bool keeps = count_repeated(order) > repeated_max;
+    for (uint32_t i = 0; i < rays->scene->instance_count; i++)
+        rays->places[i] = (struct bd_instance_place){BD_NOWHERE, BD_NOWHERE, false};
     for (uint32_t begin = 0, end; begin < order->run_count; begin = end) {
         const struct bd_triangle_run *run = &order->runs[begin];
-        end = group_end(order, begin);
+        end = bd_rays_group_end(order, begin);
         const bool worth = keeps && is_worth_keeping(order, begin, end);
         for (uint32_t i = 0; i < run->instance_count; i++) {
             const uint32_t place = run->first_instance + i;
-            if (worth && is_kept(rays, run, place))
-                rays->kept[rays->kept_count++] = (struct bd_kept_instance){begin, place};
-            else
-                count_placed(rays, begin, end);
+            rays->places[order->instances[place]] =
+                (struct bd_instance_place){begin, place, worth && is_kept(rays, run, place)};
         }
     }
 }
 
 // --- placing ----------------------------------------------------------------------------------
 
+static const struct bd_primitive *primitive_of(const struct bd_rays *rays, uint32_t run)
+{
+    const struct bd_triangle_run *r = &rays->order.runs[run];
+    return &rays->scene->meshes[r->mesh]->primitives[r->primitive];
+}
+
+// Counts what is placed, and says where each instance begins.
+static void count(const struct bd_rays *rays, struct bd_rays_part *part)
+{
+    for (uint32_t s = 0; s < part->shown_count; s++) {
+        struct bd_shown *shown = &part->shown[s];
+        const struct bd_instance_place *at = &rays->places[shown->instance];
+        const uint32_t end = bd_rays_group_end(&rays->order, at->first_run);
+        shown->is_kept = at->is_kept;
+        shown->first = at->is_kept ? part->kept_count++ : part->piece_count;
+        for (uint32_t r = at->first_run; r < end; r++) {
+            const struct bd_primitive *primitive = primitive_of(rays, r);
+            part->triangle_count += primitive->index_count / 3;
+            if (at->is_kept) continue;
+            struct bd_placed_triangles *placed =
+                &part->placed[bd_placed_kind(rays->scene, primitive->material)];
+            placed->vertex_count += primitive->vertex_count;
+            placed->triangle_count += primitive->index_count / 3;
+            part->piece_count++;
+        }
+    }
+}
+
 struct cursor {
     size_t vertex, triangle;
 };
 
-static void place_run(struct bd_rays *rays, const struct bd_triangle_run *run, uint32_t place,
-                      struct cursor cursors[BD_PLACED_COUNT])
+static void place_primitive(const struct bd_rays *rays, const struct bd_primitive *primitive,
+                            const bd_dmat4 *matrix, struct bd_placed_triangles *to,
+                            struct cursor *at)
 {
-    const struct bd_primitive *primitive = primitive_of(rays, run);
-    const enum bd_placed kind = kind_of(rays, primitive);
-    struct bd_placed_triangles *to = &rays->placed[kind];
-    struct cursor *at = &cursors[kind];
-    const bd_dmat4 *matrix = &rays->scene->instances[rays->order.instances[place]].world_from_mesh;
-    const uint64_t number =
-        run->first_triangle + (uint64_t)(place - run->first_instance) * run->triangles_per_instance;
     for (uint32_t i = 0; i < primitive->index_count; i++)
         to->indices[3 * at->triangle + i] = (uint32_t)(at->vertex + primitive->index[i]);
-    for (uint32_t t = 0; t < run->triangles_per_instance; t++)
-        to->numbers[at->triangle + t] = (uint32_t)(number + t);
     for (uint32_t v = 0; v < primitive->vertex_count; v++) {
         const float *p = primitive->position + 3 * (size_t)v;
         const bd_dvec3 placed = bd_render_from_world(
@@ -174,26 +177,24 @@ static void place_run(struct bd_rays *rays, const struct bd_triangle_run *run, u
         position[2] = (float)placed.z;
     }
     at->vertex += primitive->vertex_count;
-    at->triangle += run->triangles_per_instance;
+    at->triangle += primitive->index_count / 3;
 }
 
-// Kept instances are in the order in which they are come to here.
-static void place_all(struct bd_rays *rays)
+static void place_all(const struct bd_rays *rays, struct bd_rays_part *part)
 {
-    const struct bd_triangle_order *order = &rays->order;
     struct cursor cursors[BD_PLACED_COUNT] = {{0}};
-    uint32_t kept = 0;
-    for (uint32_t begin = 0, end; begin < order->run_count; begin = end) {
-        const struct bd_triangle_run *run = &order->runs[begin];
-        end = group_end(order, begin);
-        for (uint32_t place = run->first_instance;
-             place < run->first_instance + run->instance_count; place++) {
-            if (kept < rays->kept_count && rays->kept[kept].place == place &&
-                rays->kept[kept].first_run == begin)
-                kept++;
-            else
-                for (uint32_t r = begin; r < end; r++)
-                    place_run(rays, &order->runs[r], place, cursors);
+    size_t *piece = part->pieces;
+    for (uint32_t s = 0; s < part->shown_count; s++) {
+        if (part->shown[s].is_kept) continue;
+        const uint32_t instance = part->shown[s].instance;
+        const uint32_t begin = rays->places[instance].first_run;
+        const uint32_t end = bd_rays_group_end(&rays->order, begin);
+        for (uint32_t r = begin; r < end; r++) {
+            const struct bd_primitive *primitive = primitive_of(rays, r);
+            const enum bd_placed kind = bd_placed_kind(rays->scene, primitive->material);
+            *piece++ = cursors[kind].triangle;
+            place_primitive(rays, primitive, &rays->scene->instances[instance].world_from_mesh,
+                            &part->placed[kind], &cursors[kind]);
         }
     }
 }
@@ -202,31 +203,31 @@ static bool make_room(struct bd_placed_triangles *placed)
 {
     placed->positions = bd_large_alloc((3 * placed->vertex_count + 1) * sizeof(float));
     placed->indices = bd_large_alloc((3 * placed->triangle_count + 1) * sizeof(uint32_t));
-    placed->numbers = bd_large_alloc((placed->triangle_count + 1) * sizeof(uint32_t));
-    if (!placed->positions || !placed->indices || !placed->numbers) return false;
+    if (!placed->positions || !placed->indices) return false;
     placed->positions[3 * placed->vertex_count] = 0;
     return true;
 }
 
-enum bd_err bd_rays_place(struct bd_rays *rays, uint64_t repeated_max, struct bd_fault *fault)
+enum bd_err bd_rays_place(const struct bd_rays *rays, struct bd_rays_part *part,
+                          struct bd_fault *fault)
 {
-    rays->kept = calloc((size_t)rays->order.instance_count + 1, sizeof *rays->kept);
-    if (!rays->kept)
-        return bd_fault_set(fault, BD_ERR_NO_MEMORY, "scene", "no memory for %u instances",
-                            rays->order.instance_count);
-    decide(rays, repeated_max);
+    count(rays, part);
+    part->pieces = calloc((size_t)part->piece_count + 1, sizeof *part->pieces);
+    if (!part->pieces)
+        return bd_fault_set(fault, BD_ERR_NO_MEMORY, "scene", "no memory for %u pieces",
+                            part->piece_count);
     for (int k = 0; k < BD_PLACED_COUNT; k++) {
-        const struct bd_placed_triangles *placed = &rays->placed[k];
+        const struct bd_placed_triangles *placed = &part->placed[k];
         if (placed->vertex_count > UINT32_MAX || placed->triangle_count >= BD_NO_TRIANGLE)
             return bd_fault_set(fault, BD_ERR_LIMIT, "scene",
                                 "rays take %u vertices and triangles at most; there are %zu and "
                                 "%zu",
                                 UINT32_MAX - 1, placed->vertex_count, placed->triangle_count);
-        if (!make_room(&rays->placed[k]))
+        if (!make_room(&part->placed[k]))
             return bd_fault_set(fault, BD_ERR_NO_MEMORY, "scene",
                                 "no memory for %zu vertices and %zu triangles",
                                 placed->vertex_count, placed->triangle_count);
     }
-    place_all(rays);
+    place_all(rays, part);
     return BD_ERR_OK;
 }

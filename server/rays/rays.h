@@ -11,7 +11,8 @@
 // No ray is blocked by, or meets, what it starts or ends on: the triangles named at its ends, and
 // anything within BD_RAY_BIAS of them. Rays with a number that is none, or beyond 1.8e18, are
 // blocked by nothing and meet nothing. Answers depend on the snapshot and on the ray: not on
-// threads, nor on the other rays of the batch.
+// threads, nor on the other rays of the batch, nor on what was built before. Of triangles at one
+// distance the first is the first by number.
 //
 // Wald, Woop, Benthin, Johnson, Ernst 2014 (Embree).
 //
@@ -47,7 +48,20 @@ struct bd_rays_build {
 BD_MUST_CHECK
 enum bd_err bd_rays_create(struct bd_scene *scene, const struct bd_rays_build *build,
                            struct bd_rays **out, struct bd_fault *fault);
+// The same, sooner: made of what an earlier snapshot's structure has of it, and what is new or
+// moved beside that. Answers are those of one that is built anew, to the bit; rays may take half as
+// long again, and where they would take longer it is built anew. The earlier one stays as it is,
+// may be traced meanwhile and destroyed afterwards. It gives what snapshots of one render space
+// have in common; of another, nothing.
+BD_MUST_CHECK
+enum bd_err bd_rays_follow(const struct bd_rays *earlier, struct bd_scene *scene,
+                           const struct bd_rays_build *build, struct bd_rays **out,
+                           struct bd_fault *fault);
+bool bd_rays_could_follow(const struct bd_rays *earlier, const struct bd_scene *scene);
+// Whether the one was built on what the other has.
+bool bd_rays_share(const struct bd_rays *a, const struct bd_rays *b);
 void bd_rays_destroy(struct bd_rays **rays);
+// What it was built with; without what it took over.
 uint64_t bd_rays_bytes(const struct bd_rays *rays);
 
 // Of triangles whose material is not opaque. A mask is one in either reading.

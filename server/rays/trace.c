@@ -15,9 +15,13 @@
 struct context {
     struct RTCIntersectContext embree;
     const struct bd_rays *rays;
+    const struct bd_rays_level *level; // that is traced
     enum bd_rays_alpha alpha;
     const float *origin, *direction;
     uint32_t excluded[2];
+    // The first triangle so far.
+    uint32_t number;
+    float distance;
 };
 
 static const struct context *context_of(const struct RTCFilterFunctionNArguments *arguments)
@@ -27,20 +31,47 @@ static const struct context *context_of(const struct RTCFilterFunctionNArguments
 
 // --- what does not count ----------------------------------------------------------------------
 
-static void filter_ends(const struct RTCFilterFunctionNArguments *arguments)
+// What the ray starts or ends on, and what is no more.
+static bool is_passed_over(const struct context *context, uint32_t number)
+{
+    return number == context->excluded[0] || number == context->excluded[1] ||
+           number == BD_NO_TRIANGLE;
+}
+
+static void filter_occluded(const struct RTCFilterFunctionNArguments *arguments)
 {
     const struct context *context = context_of(arguments);
-    const uint32_t number =
-        bd_rays_number(context->rays, (const struct RTCHit *)(const void *)arguments->hit);
-    if (number == context->excluded[0] || number == context->excluded[1]) arguments->valid[0] = 0;
+    const struct RTCHit *hit = (const struct RTCHit *)(const void *)arguments->hit;
+    if (is_passed_over(context, bd_rays_number(context->rays, context->level, hit)))
+        arguments->valid[0] = 0;
+}
+
+// Of two triangles at one distance the first by number, whichever is come to first.
+static void filter_nearest(const struct RTCFilterFunctionNArguments *arguments)
+{
+    struct context *context = (struct context *)(void *)arguments->context;
+    const struct RTCHit *hit = (const struct RTCHit *)(const void *)arguments->hit;
+    const float distance = ((const struct RTCRay *)(const void *)arguments->ray)->tfar;
+    const uint32_t number = bd_rays_number(context->rays, context->level, hit);
+    if (is_passed_over(context, number) ||
+        (distance == context->distance && number > context->number)) {
+        arguments->valid[0] = 0;
+        return;
+    }
+    context->number = number;
+    context->distance = distance;
 }
 
 void bd_rays_filter_cutout(const struct RTCFilterFunctionNArguments *arguments)
 {
     const struct context *context = context_of(arguments);
     const struct RTCHit *hit = (const struct RTCHit *)(const void *)arguments->hit;
-    const uint32_t number = bd_rays_number(context->rays, hit);
+    const uint32_t number = bd_rays_number(context->rays, context->level, hit);
     const struct bd_scene *scene = context->rays->scene;
+    if (number == BD_NO_TRIANGLE) {
+        arguments->valid[0] = 0;
+        return;
+    }
     uint32_t triangle;
     const struct bd_primitive *primitive = bd_rays_primitive(context->rays, number, &triangle);
     const struct bd_material *material = &scene->materials[primitive->material];
@@ -60,9 +91,9 @@ static struct context context_for(const struct bd_rays *rays, enum bd_rays_alpha
                               .alpha = alpha,
                               .origin = origin,
                               .direction = direction,
-                              .excluded = {first, second}};
+                              .excluded = {first, second},
+                              .number = BD_NO_TRIANGLE};
     rtcInitIntersectContext(&context.embree);
-    if (first != BD_NO_TRIANGLE || second != BD_NO_TRIANGLE) context.embree.filter = filter_ends;
     return context;
 }
 
@@ -121,7 +152,12 @@ static bool is_occluded(const struct bd_rays *rays, enum bd_rays_alpha alpha,
     if (!make_ray(s->from, direction, bias, 1 - bias, &ray)) return false;
     struct context context =
         context_for(rays, alpha, s->from, direction, s->from_triangle, s->to_triangle);
-    rtcOccluded1(rays->top, &context.embree, &ray);
+    const bool has_ends = s->from_triangle != BD_NO_TRIANGLE || s->to_triangle != BD_NO_TRIANGLE;
+    for (uint32_t l = 0; l < rays->level_count && ray.tfar >= 0; l++) {
+        context.level = &rays->levels[l];
+        context.embree.filter = has_ends || context.level->has_stale ? filter_occluded : NULL;
+        rtcOccluded1(context.level->part->top, &context.embree, &ray);
+    }
     return ray.tfar < 0;
 }
 
@@ -187,10 +223,13 @@ static struct bd_ray_hit nearest(const struct bd_rays *rays, enum bd_rays_alpha 
     if (!make_ray(q->origin, q->direction, bias, q->far, &query.ray)) return none;
     struct context context =
         context_for(rays, alpha, q->origin, q->direction, q->from_triangle, BD_NO_TRIANGLE);
-    rtcIntersect1(rays->top, &context.embree, &query);
-    const uint32_t number = bd_rays_number(rays, &query.hit);
-    if (number == BD_NO_TRIANGLE) return none;
-    return (struct bd_ray_hit){number, query.hit.u, query.hit.v, query.ray.tfar};
+    context.embree.filter = filter_nearest;
+    for (uint32_t l = 0; l < rays->level_count; l++) {
+        context.level = &rays->levels[l];
+        rtcIntersect1(context.level->part->top, &context.embree, &query);
+    }
+    if (context.number == BD_NO_TRIANGLE) return none;
+    return (struct bd_ray_hit){context.number, query.hit.u, query.hit.v, query.ray.tfar};
 }
 
 struct nearest {

@@ -1,0 +1,313 @@
+// A structure that follows an earlier snapshot's, against one that is built anew: edits at random,
+// ray by ray the same bits.
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "rays/rays.h"
+#include "tests/reference/stage.h"
+#include "tests/unit/cmocka_all.h"
+
+#define RAYS 100000
+
+static uint64_t state = 1;
+
+static double chance(void)
+{
+    state ^= state << 13, state ^= state >> 7, state ^= state << 17;
+    return (double)(state >> 11) * 0x1p-53;
+}
+
+static uint32_t pick(uint32_t count)
+{
+    return (uint32_t)(chance() * count);
+}
+
+// --- a world that is edited -------------------------------------------------------------------
+
+#define SHAPES      6u
+#define OBJECTS_MAX 60u
+#define MATERIALS   3u
+
+struct object {
+    uint32_t shape, material;
+    bd_dmat4 matrix;
+};
+
+// Shapes are drawn from their seeds, so that equal ones have equal triangles.
+struct world {
+    double size, offset;
+    uint64_t seeds[SHAPES];
+    enum bd_alpha_mode modes[MATERIALS];
+    uint32_t object_count;
+    struct object objects[OBJECTS_MAX];
+};
+
+// Turned, scaled by `scale` (a mirror where it is negative), unevenly by `uneven`.
+static bd_dmat4 somewhere(double scale, double uneven)
+{
+    const double s[3] = {scale, fabs(scale) * uneven, fabs(scale)};
+    const double at[3] = {chance() - 0.5, chance() - 0.5, chance() - 0.5};
+    const double turn[4] = {chance() - 0.5, chance() - 0.5, chance() - 0.5, chance()};
+    return bd_dmat4_from_trs(at, turn, s);
+}
+
+static struct object any_object(void)
+{
+    const double scale = 0.02 + 0.2 * chance();
+    return (struct object){pick(SHAPES), pick(MATERIALS),
+                           somewhere(pick(4) ? scale : -scale, pick(5) ? 1 : 12)};
+}
+
+static void begin_world(struct world *world, double size, double offset)
+{
+    *world = (struct world){.size = size, .offset = offset, .object_count = 30};
+    for (uint32_t s = 0; s < SHAPES; s++) world->seeds[s] = 1 + pick(1000000);
+    world->modes[1] = BD_ALPHA_BLEND;
+    for (uint32_t o = 0; o < world->object_count; o++) world->objects[o] = any_object();
+}
+
+static void add_shape(struct stage *stage, const struct world *world, uint32_t shape,
+                      int32_t material)
+{
+    const uint64_t saved = state;
+    const uint32_t triangles = 30 + 60 * shape;
+    float *positions = calloc(9 * (size_t)triangles, sizeof *positions);
+    uint32_t *indices = calloc(3 * (size_t)triangles, sizeof *indices);
+    state = world->seeds[shape];
+    for (uint32_t t = 0; t < triangles; t++) {
+        const double centre[3] = {2 * chance() - 1, 2 * chance() - 1, 2 * chance() - 1};
+        for (uint32_t i = 0; i < 9; i++)
+            positions[9 * t + i] = (float)(centre[i % 3] + 0.5 * (chance() - 0.5));
+        for (uint32_t i = 0; i < 3; i++) indices[3 * t + i] = 3 * t + i;
+    }
+    stage_triangles(stage, material, positions, NULL, indices, 3 * triangles);
+    free(positions);
+    free(indices);
+    state = saved;
+}
+
+// A corner of the world on each side, so that what is within does not move its middle.
+static void add_corners(struct stage *stage, int32_t material)
+{
+    static const float positions[18] = {-2, -2, -2, -2, -2, -1.9f, -2, -1.9f, -2,
+                                        2,  2,  2,  2,  2,  1.9f,  2,  1.9f,  2};
+    static const uint32_t indices[6] = {0, 1, 2, 3, 4, 5};
+    stage_triangles(stage, material, positions, NULL, indices, 6);
+}
+
+static struct bd_node *add_node(struct bd_scene *s)
+{
+    s->nodes = realloc(s->nodes, (s->node_count + 1) * sizeof *s->nodes);
+    s->nodes[s->node_count] = s->nodes[0];
+    return &s->nodes[s->node_count++];
+}
+
+// Mesh 0 is the corners; shape s of material m is mesh 1 + s * MATERIALS + m. Nodes of the stage
+// are hidden but for the first.
+static struct stage *create_stage(const struct world *world)
+{
+    struct stage *stage = stage_create();
+    for (uint32_t m = 0; m < MATERIALS; m++) {
+        struct bd_material *material = stage_material_at(stage, stage_material(stage, 0.5f));
+        material->alpha_mode = world->modes[m];
+        material->base_color[3] = 0.6f;
+    }
+    add_corners(stage, 0);
+    for (uint32_t i = 0; i < SHAPES * MATERIALS; i++)
+        add_shape(stage, world, i / MATERIALS, (int32_t)(i % MATERIALS));
+    for (uint32_t n = 1; n < stage->scene->node_count; n++) stage->scene->nodes[n].is_hidden = true;
+    for (uint32_t o = 0; o < world->object_count; o++) {
+        const struct object *object = &world->objects[o];
+        struct bd_node *node = add_node(stage->scene);
+        node->mesh = (int32_t)(1 + object->shape * MATERIALS + object->material);
+        node->parent_from_node = object->matrix;
+        node->is_hidden = false;
+    }
+    for (uint32_t n = 0; n < stage->scene->node_count; n++) {
+        double *m = stage->scene->nodes[n].parent_from_node.m;
+        for (int i = 0; i < 15; i++) m[i] *= i % 4 == 3 ? 1 : world->size;
+        m[12] += world->offset, m[13] -= world->offset, m[14] += 0.5 * world->offset;
+    }
+    struct bd_fault fault = {0};
+    if (bd_scene_finish(stage->scene, &fault)) fail_msg("%s", fault.message);
+    return stage;
+}
+
+enum edit {
+    MOVE,
+    STRETCH, // so that what was kept is placed
+    MIRROR,
+    REMOVE,
+    ADD,
+    DOUBLE, // another one in the same place
+    NEW_VERTICES,
+    NEW_ALPHA_MODE,
+    NOTHING,
+    EDIT_COUNT,
+};
+
+static void edit(struct world *world, enum edit what)
+{
+    struct object *object = &world->objects[pick(world->object_count)];
+    const bool has_room = world->object_count < OBJECTS_MAX;
+    switch (what) {
+    case MOVE:
+        object->matrix = somewhere(0.1, 1);
+        break;
+    case STRETCH:
+        object->matrix = somewhere(0.1, 15);
+        break;
+    case MIRROR:
+        for (int i = 0; i < 3; i++) object->matrix.m[i] *= -1;
+        break;
+    case REMOVE:
+        if (world->object_count > 10) *object = world->objects[--world->object_count];
+        break;
+    case ADD:
+        if (has_room) world->objects[world->object_count++] = any_object();
+        break;
+    case DOUBLE:
+        if (has_room) world->objects[world->object_count++] = *object;
+        break;
+    case NEW_VERTICES:
+        world->seeds[pick(2)] = 1 + pick(1000000);
+        break;
+    case NEW_ALPHA_MODE:
+        world->modes[2] = (enum bd_alpha_mode)pick(3);
+        break;
+    case NOTHING:
+    case EDIT_COUNT:
+        break;
+    }
+}
+
+// --- asking both ------------------------------------------------------------------------------
+
+struct questions {
+    struct bd_pool *pool;
+    struct bd_segment segments[RAYS];
+    struct bd_ray rays[RAYS];
+    uint32_t bits[2][RAYS / 32];
+    struct bd_ray_hit hits[2][RAYS];
+};
+
+static uint32_t any_end(uint64_t triangle_count)
+{
+    return pick(2) ? BD_NO_TRIANGLE : pick((uint32_t)triangle_count);
+}
+
+static void ask_anything(struct questions *q, uint64_t triangle_count)
+{
+    for (int i = 0; i < RAYS; i++) {
+        struct bd_segment *s = &q->segments[i];
+        struct bd_ray *ray = &q->rays[i];
+        for (int c = 0; c < 3; c++) {
+            s->from[c] = ray->origin[c] = (float)(0.5 * chance() - 0.25);
+            s->to[c] = (float)(0.5 * chance() - 0.25);
+            ray->direction[c] = s->to[c] - s->from[c];
+        }
+        s->from_triangle = ray->from_triangle = any_end(triangle_count);
+        s->to_triangle = any_end(triangle_count);
+        ray->far = i % 2 ? INFINITY : 1;
+    }
+}
+
+static uint32_t answer(struct questions *q, int which, const struct bd_rays *rays)
+{
+    const enum bd_rays_alpha alpha = BD_RAYS_ALPHA_COVERAGE;
+    uint32_t blocked = 0;
+    bd_rays_occluded(rays, q->pool, alpha, q->segments, RAYS, q->bits[which]);
+    bd_rays_nearest(rays, q->pool, alpha, q->rays, RAYS, q->hits[which]);
+    for (int i = 0; i < RAYS / 32; i++) blocked += (uint32_t)__builtin_popcount(q->bits[which][i]);
+    return blocked;
+}
+
+static void compare(const struct questions *q, const char *where)
+{
+    for (int i = 0; i < RAYS / 32; i++)
+        if (q->bits[0][i] != q->bits[1][i])
+            fail_msg("%s: segments %d to %d: %08x, anew %08x", where, 32 * i, 32 * i + 31,
+                     q->bits[0][i], q->bits[1][i]);
+    for (int i = 0; i < RAYS; i++) {
+        const struct bd_ray_hit *a = &q->hits[0][i], *b = &q->hits[1][i];
+        if (memcmp(a, b, sizeof *a) != 0)
+            fail_msg("%s: ray %d: %u at %.9g (%.9g, %.9g), anew %u at %.9g (%.9g, %.9g)", where, i,
+                     a->triangle, a->distance, a->u, a->v, b->triangle, b->distance, b->u, b->v);
+    }
+}
+
+static struct bd_rays *create_rays(struct bd_scene *scene, const struct bd_rays *earlier,
+                                   uint64_t repeated_max)
+{
+    const struct bd_rays_build build = {.thread_count = 2, .repeated_max = repeated_max};
+    struct bd_rays *rays = NULL;
+    struct bd_fault fault = {0};
+    if (earlier ? bd_rays_follow(earlier, scene, &build, &rays, &fault)
+                : bd_rays_create(scene, &build, &rays, &fault))
+        fail_msg("%s", fault.message);
+    return rays;
+}
+
+// --- tests ------------------------------------------------------------------------------------
+
+static struct bd_rays *begin_rays(const struct world *world, uint64_t repeated_max)
+{
+    struct stage *stage = create_stage(world);
+    struct bd_rays *rays = create_rays(stage->scene, NULL, repeated_max);
+    stage_destroy(&stage);
+    return rays;
+}
+
+// One edit after another, each followed. Returns how many were built on what was there.
+static uint32_t edit_and_compare(struct world *world, uint64_t repeated_max, struct questions *q)
+{
+    struct bd_rays *rays = begin_rays(world, repeated_max);
+    uint32_t shared = 0;
+    for (enum edit what = 0; what < EDIT_COUNT; what++) {
+        char where[64];
+        edit(world, what);
+        struct stage *stage = create_stage(world);
+        struct bd_rays *next = create_rays(stage->scene, rays, repeated_max);
+        struct bd_rays *anew = create_rays(stage->scene, NULL, repeated_max);
+        shared += bd_rays_share(rays, next);
+        bd_rays_destroy(&rays);
+        ask_anything(q, stage->scene->features.triangle_count);
+        const uint32_t blocked = answer(q, 0, next);
+        answer(q, 1, anew);
+        snprintf(where, sizeof where, "size %g at %g, edit %d", world->size, world->offset, what);
+        compare(q, where);
+        if (blocked < RAYS / 20 || blocked > RAYS * 19 / 20) fail_msg("%u are blocked", blocked);
+        bd_rays_destroy(&anew);
+        stage_destroy(&stage);
+        rays = next;
+    }
+    bd_rays_destroy(&rays);
+    return shared;
+}
+
+static void what_follows_answers_as_what_is_built_anew(void **unused)
+{
+    static const double places[][2] = {{1, 0}, {1e-4, 0}, {1e6, 0}, {1, 1e6}, {1e3, -1e9}};
+    struct questions *q = calloc(1, sizeof *q);
+    (void)unused;
+    q->pool = bd_pool_create(2);
+    for (size_t p = 0; p < sizeof places / sizeof *places; p++) {
+        struct world world;
+        begin_world(&world, places[p][0], places[p][1]);
+        const uint32_t shared = edit_and_compare(&world, p % 2 ? BD_RAYS_REPEATED_MAX : 0, q);
+        if (shared < EDIT_COUNT / 2) fail_msg("%u of %d shared", shared, EDIT_COUNT);
+    }
+    bd_pool_destroy(&q->pool);
+    free(q);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(what_follows_answers_as_what_is_built_anew),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
