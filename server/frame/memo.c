@@ -8,7 +8,7 @@
 #include "base/hash.h"
 
 struct entry {
-    uint64_t key;
+    uint64_t key, rests_on; // 0: on nothing
     void *output;
     uint64_t bytes;
     uint64_t made_in_frame, used_in_frame;
@@ -118,15 +118,59 @@ void bd_memo_end_frame(struct bd_memo *memo)
     evict_to_budget(memo);
 }
 
+// NULL where nobody finds it.
+static struct entry *entry_of(struct bd_memo *memo, uint64_t key)
+{
+    for (size_t i = 0; i < memo->count; i++)
+        if (memo->entries[i].key == key && !memo->entries[i].is_forgotten) return &memo->entries[i];
+    return NULL;
+}
+
+static void use(struct bd_memo *memo, struct entry *entry)
+{
+    entry->used_in_frame = current_frame(memo);
+    entry->users |= current_user(memo);
+}
+
 void *bd_memo_find(struct bd_memo *memo, uint64_t key)
 {
+    struct entry *entry = entry_of(memo, key);
+    if (!entry) return NULL;
+    use(memo, entry);
+    struct entry *below = entry->rests_on ? entry_of(memo, entry->rests_on) : NULL;
+    if (below) use(memo, below);
+    return entry->output;
+}
+
+static bool is_younger(const struct entry *a, const struct entry *b)
+{
+    return a->used_in_frame != b->used_in_frame ? a->used_in_frame > b->used_in_frame
+                                                : a->made_in_frame > b->made_in_frame;
+}
+
+void *bd_memo_find_fitting(struct bd_memo *memo, bd_memo_destroy_fn destroy,
+                           bool (*fits)(const void *output, void *user), void *user, uint64_t *key)
+{
+    struct entry *last = NULL;
     for (size_t i = 0; i < memo->count; i++) {
-        if (memo->entries[i].key != key || memo->entries[i].is_forgotten) continue;
-        memo->entries[i].used_in_frame = current_frame(memo);
-        memo->entries[i].users |= current_user(memo);
-        return memo->entries[i].output;
+        struct entry *entry = &memo->entries[i];
+        if (entry->destroy != destroy || entry->is_forgotten) continue;
+        if (last && !is_younger(entry, last)) continue;
+        if (fits(entry->output, user)) last = entry;
     }
-    return NULL;
+    if (!last) return NULL;
+    last->users |= current_user(memo);
+    *key = last->key;
+    return last->output;
+}
+
+void bd_memo_rest_on(struct bd_memo *memo, uint64_t key, uint64_t other)
+{
+    struct entry *entry = entry_of(memo, key), *below = entry_of(memo, other);
+    if (!entry || !below) return;
+    entry->rests_on = below->rests_on ? below->rests_on : other;
+    below = entry_of(memo, entry->rests_on);
+    if (below) use(memo, below);
 }
 
 void *bd_memo_take(struct bd_memo *memo, uint64_t key)

@@ -12,6 +12,7 @@
 #ifndef BD_FRAME_MEMO_H
 #define BD_FRAME_MEMO_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -36,9 +37,16 @@ void *bd_memo_find(struct bd_memo *memo, uint64_t key);
 // The same, and the caller's from then on: for what is changed in place. Nobody else finds it until
 // it is stored again.
 void *bd_memo_take(struct bd_memo *memo, uint64_t key);
+// The output used last of those with this `destroy` that `fits`; NULL if there is none. The current
+// frame uses it from then on; *key is its key. So found it grows no younger.
+void *bd_memo_find_fitting(struct bd_memo *memo, bd_memo_destroy_fn destroy,
+                           bool (*fits)(const void *output, void *user), void *user, uint64_t *key);
 // Takes ownership of `output`. What the key had before, made by a frame in between, is forgotten.
 void bd_memo_store(struct bd_memo *memo, uint64_t key, void *output, uint64_t bytes,
                    bd_memo_destroy_fn destroy);
+// The output is made of parts of another, which counts their bytes: from now on whoever uses the
+// one uses the other too, or what that one is made of. So it is there as long as any of them.
+void bd_memo_rest_on(struct bd_memo *memo, uint64_t key, uint64_t other);
 // Forgets one output, if it is there: for what will not be asked for again.
 void bd_memo_forget(struct bd_memo *memo, uint64_t key);
 // The same, unless the current frame made it.

@@ -163,7 +163,7 @@ static uint64_t rays_bytes(const void *output)
     return bd_rays_bytes(output);
 }
 
-static void destroy_rays(void *renderer, void *output)
+void bd_destroy_rays(void *renderer, void *output)
 {
     (void)renderer;
     struct bd_rays *rays = output;
@@ -235,7 +235,10 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
             .is_needed = has_rays,
             .why_not = no_rays,
             .reads = READS_PLACES,
-            KEEPS(rays, frame, bd_run_rays),
+            .run = bd_run_rays,
+            .bytes = rays_bytes,
+            .destroy = bd_destroy_rays,
+            .output = offsetof(struct bd_frame, rays),
         },
     [BD_STAGE_RSM] =
         {

@@ -56,10 +56,12 @@ enum bd_err bd_stage_run(struct bd_frame *frame, enum bd_stage stage, struct bd_
         return BD_ERR_OK;
     }
     mark_passes(frame, stage, BD_PASS_RAN);
+    frame->rests_on = 0;
     enum bd_err err = run(frame, row, light);
     if (err) return err;
     memcpy(&output, slot(frame, light, row->output), sizeof output);
     bd_memo_store(frame->renderer->memo, key, output, row->bytes(output), row->destroy);
+    if (frame->rests_on) bd_memo_rest_on(frame->renderer->memo, key, frame->rests_on);
     return BD_ERR_OK;
 }
 

@@ -1,5 +1,5 @@
 // How the acceleration structure is built: on a thread of its own, and Embree's, while the render
-// thread gives others their turn.
+// thread gives others their turn; of what the memo has of the same scene, where it has any.
 
 #include <pthread.h>
 #include <stdatomic.h>
@@ -12,6 +12,7 @@
 
 struct building {
     struct bd_scene *scene;
+    const struct bd_rays *earlier; // NULL: none is followed
     struct bd_rays *rays;
     struct bd_fault fault;
     enum bd_err err;
@@ -32,7 +33,10 @@ static void *build(void *user)
     struct building *building = user;
     const struct bd_rays_build how = {
         .repeated_max = BD_RAYS_REPEATED_MAX, .should_stop = should_stop, .user = building};
-    building->err = bd_rays_create(building->scene, &how, &building->rays, &building->fault);
+    building->err = building->earlier
+                        ? bd_rays_follow(building->earlier, building->scene, &how, &building->rays,
+                                         &building->fault)
+                        : bd_rays_create(building->scene, &how, &building->rays, &building->fault);
     pthread_mutex_lock(&building->mutex);
     building->has_ended = true;
     pthread_cond_signal(&building->ended);
@@ -67,13 +71,22 @@ static enum bd_err wait_for(struct building *building, struct bd_slicer *slicer)
     return err;
 }
 
+static bool could_be_followed(const void *output, void *scene)
+{
+    return bd_rays_could_follow(output, scene);
+}
+
 enum bd_err bd_run_rays(struct bd_frame *frame, struct bd_frame_light *light)
 {
     (void)light;
     struct building building = {.scene = frame->snapshot,
                                 .mutex = PTHREAD_MUTEX_INITIALIZER,
                                 .ended = PTHREAD_COND_INITIALIZER};
+    uint64_t earlier_key = 0;
     pthread_t thread;
+    if (!frame->anew)
+        building.earlier = bd_memo_find_fitting(frame->renderer->memo, bd_destroy_rays,
+                                                could_be_followed, frame->snapshot, &earlier_key);
     if (!frame->renderer->pool) frame->renderer->pool = bd_pool_create(0);
     bd_slicer_work(frame->context.slicer, "bvh");
     if (pthread_create(&thread, NULL, build, &building))
@@ -85,6 +98,8 @@ enum bd_err bd_run_rays(struct bd_frame *frame, struct bd_frame_light *light)
         err = building.err;
     }
     if (err) bd_rays_destroy(&building.rays);
+    if (!err && building.earlier && bd_rays_share(building.rays, building.earlier))
+        frame->rests_on = earlier_key;
     frame->rays = building.rays;
     return err;
 }
