@@ -10,8 +10,14 @@
 
 // What a ray may cost in two parts, by the one that all of the snapshot would be.
 #define COST_MAX 1.5
-// Of beginning a part, in steps down a tree.
-#define BEGIN_STEPS 3.0
+// In steps down a tree: of beginning a trace, and of a second part that most rays pass by.
+#define BEGIN_STEPS  3.0
+#define BESIDE_STEPS 1.0
+// What is no more is met, and passed over; a part built in a hurry has a worse tree.
+#define STALE_FACTOR 1.5
+#define HURRY_FACTOR 1.5
+// Up to so many triangles a part takes some milliseconds however it is built.
+#define HURRY_TRIANGLES_MIN 16384u
 
 // --- what both have ---------------------------------------------------------------------------
 
@@ -68,10 +74,10 @@ static void free_match(struct match *match)
 
 // --- what it costs ----------------------------------------------------------------------------
 
-// Some instances: how many triangles, and how often a ray comes to them.
+// Some instances: how many triangles, and what a ray that comes by does for them.
 struct share {
     uint64_t triangles;
-    double chance;
+    double steps;
 };
 
 static double area(bd_dvec3 low, bd_dvec3 high)
@@ -103,69 +109,108 @@ static void add_to(struct share *share, const struct bd_scene *scene, uint32_t i
     const struct bd_instance *at = &scene->instances[instance];
     const struct bd_mesh *mesh = scene->meshes[at->mesh];
     for (uint32_t p = 0; p < mesh->primitive_count; p++) {
-        if (mesh->primitives[p].index_count == 0) continue;
-        share->triangles += mesh->primitives[p].index_count / 3;
-        share->chance += chance_of(scene, &at->world_from_mesh, &mesh->primitives[p]);
+        const uint32_t triangles = mesh->primitives[p].index_count / 3;
+        if (triangles == 0) continue;
+        share->triangles += triangles;
+        share->steps +=
+            log2(1.0 + triangles) * chance_of(scene, &at->world_from_mesh, &mesh->primitives[p]);
     }
-    share->chance = fmin(share->chance, 1);
 }
 
-// Down a tree of them, once it is begun.
-static double steps(uint64_t triangles)
+static enum RTCBuildQuality quality_for(uint64_t triangles)
 {
-    return triangles ? BEGIN_STEPS + log2(1 + (double)triangles) : 0;
+    return triangles < HURRY_TRIANGLES_MIN ? RTC_BUILD_QUALITY_MEDIUM : RTC_BUILD_QUALITY_LOW;
 }
 
-// What a ray costs in the part and beside it, by what it would in one part. What is no more is
-// walked through for nothing, and everybody asks whether the second part is on their way.
-static double cost_of(const struct bd_rays *rays, const struct bd_rays_part *part,
-                      const struct match *match)
+// What a ray costs in two parts, by what it would in one. Of the snapshot `is_moved` is the second;
+// `part`, if there is one, the first with what of it is no more.
+struct cost {
+    struct share all, moved;
+    double of_ray;
+};
+
+static struct cost cost_of(const struct bd_rays *rays, const bool *is_moved,
+                           const struct bd_rays_part *part, const uint32_t *now)
 {
-    struct share stale = {0}, moved = {0};
-    for (uint32_t s = 0; s < part->shown_count; s++)
-        if (match->now[s] == BD_NOWHERE) add_to(&stale, part->scene, part->shown[s].instance);
-    for (uint32_t i = 0; i < rays->scene->instance_count; i++)
-        if (match->is_moved[i]) add_to(&moved, rays->scene, i);
-    const double whole = steps(rays->order.triangle_count);
-    const double apart =
-        steps(part->triangle_count - stale.triangles) + stale.chance * steps(stale.triangles) +
-        (moved.triangles ? BEGIN_STEPS : 0) + moved.chance * steps(moved.triangles);
-    return whole > 0 ? apart / whole : INFINITY;
+    struct share stale = {0};
+    struct cost cost = {0};
+    for (uint32_t i = 0; i < rays->scene->instance_count; i++) {
+        add_to(&cost.all, rays->scene, i);
+        if (is_moved[i]) add_to(&cost.moved, rays->scene, i);
+    }
+    for (uint32_t s = 0; part && s < part->shown_count; s++)
+        if (now[s] == BD_NOWHERE) add_to(&stale, part->scene, part->shown[s].instance);
+    const bool in_a_hurry = quality_for(cost.moved.triangles) == RTC_BUILD_QUALITY_LOW;
+    const double whole = BEGIN_STEPS + cost.all.steps;
+    const double settled = whole - cost.moved.steps + STALE_FACTOR * stale.steps;
+    const double moved = cost.moved.triangles
+                             ? BESIDE_STEPS + (in_a_hurry ? HURRY_FACTOR : 1) * cost.moved.steps
+                             : 0;
+    cost.of_ray = (settled + moved) / whole;
+    return cost;
 }
 
 // --- following --------------------------------------------------------------------------------
 
-static bool has_moved(const struct bd_rays *rays, const struct match *match)
+static enum bd_err add_moved(struct bd_rays *rays, const bool *is_moved, const struct cost *cost,
+                             const struct bd_rays_build *build, struct bd_fault *fault)
 {
-    for (uint32_t i = 0; i < rays->scene->instance_count; i++)
-        if (match->is_moved[i] && rays->places[i].first_run != BD_NOWHERE) return true;
-    return false;
+    const struct bd_rays_wish wish = {.wanted = is_moved,
+                                      .lender = rays->levels[0].part,
+                                      .quality = quality_for(cost->moved.triangles)};
+    return cost->moved.triangles ? bd_rays_add_built(rays, &wish, build, fault) : BD_ERR_OK;
 }
 
-static enum bd_err take_over(struct bd_rays *rays, struct bd_rays_part *part,
-                             const struct match *match, const struct bd_rays_build *build,
-                             struct bd_fault *fault)
+// On the first part that the earlier one has, whatever was beside it. False: rays would take too
+// long.
+static bool share_first(struct bd_rays *rays, const struct bd_rays *earlier,
+                        const struct bd_rays_build *build, enum bd_err *err, struct bd_fault *fault)
 {
-    const struct bd_rays_wish moved = {
-        .wanted = match->is_moved, .lender = part, .quality = RTC_BUILD_QUALITY_LOW};
-    enum bd_err err = bd_rays_add_shared(rays, part, match->now, fault);
-    if (!err && has_moved(rays, match)) err = bd_rays_add_built(rays, &moved, build, fault);
+    struct bd_rays_part *part = earlier->levels[0].part;
+    struct match match = match_part(rays, part);
+    const struct cost cost = cost_of(rays, match.is_moved, part, match.now);
+    const bool is_worth_it = cost.of_ray <= COST_MAX;
+    if (is_worth_it) *err = bd_rays_add_shared(rays, part, match.now, fault);
+    if (is_worth_it && !*err) *err = add_moved(rays, match.is_moved, &cost, build, fault);
+    free_match(&match);
+    return is_worth_it;
+}
+
+// Both parts anew: what the earlier one had, in either of its own, is the first. What moves once
+// often moves again; then that is shared.
+static enum bd_err build_anew(struct bd_rays *rays, const struct bd_rays *earlier,
+                              const struct bd_rays_build *build, struct bd_fault *fault)
+{
+    const uint32_t count = rays->scene->instance_count;
+    bool *is_moved = calloc((size_t)count + 1, sizeof *is_moved);
+    bool *is_settled = calloc((size_t)count + 1, sizeof *is_settled);
+    BD_ASSERT(is_moved && is_settled);
+    for (uint32_t i = 0; i < count; i++) is_moved[i] = true;
+    for (uint32_t l = 0; l < earlier->level_count; l++) {
+        struct match match = match_part(rays, earlier->levels[l].part);
+        for (uint32_t i = 0; i < count; i++) is_moved[i] = is_moved[i] && match.is_moved[i];
+        free_match(&match);
+    }
+    for (uint32_t i = 0; i < count; i++) is_settled[i] = !is_moved[i];
+    const struct cost cost = cost_of(rays, is_moved, NULL, NULL);
+    const bool is_split = cost.of_ray <= COST_MAX;
+    const struct bd_rays_wish first = {.wanted = is_split ? is_settled : NULL,
+                                       .quality = RTC_BUILD_QUALITY_MEDIUM};
+    enum bd_err err = bd_rays_add_built(rays, &first, build, fault);
+    if (!err && is_split) err = add_moved(rays, is_moved, &cost, build, fault);
+    free(is_moved);
+    free(is_settled);
     return err;
 }
 
 static enum bd_err follow(struct bd_rays *rays, const struct bd_rays *earlier,
                           const struct bd_rays_build *build, struct bd_fault *fault)
 {
-    const struct bd_rays_wish all = {.quality = RTC_BUILD_QUALITY_MEDIUM};
-    struct bd_rays_part *part = earlier->levels[0].part;
-    if (!bd_rays_could_follow(earlier, rays->scene))
-        return bd_rays_add_built(rays, &all, build, fault);
-    struct match match = match_part(rays, part);
-    const bool is_worth_it = cost_of(rays, part, &match) <= COST_MAX;
-    enum bd_err err = is_worth_it ? take_over(rays, part, &match, build, fault)
-                                  : bd_rays_add_built(rays, &all, build, fault);
-    free_match(&match);
-    return err;
+    enum bd_err err = BD_ERR_OK;
+    if (bd_rays_could_follow(earlier, rays->scene) &&
+        share_first(rays, earlier, build, &err, fault))
+        return err;
+    return build_anew(rays, earlier, build, fault);
 }
 
 bool bd_rays_could_follow(const struct bd_rays *earlier, const struct bd_scene *scene)
