@@ -211,10 +211,9 @@ static void measure(struct work *work, const char *what, bool is_first)
            "\"ray_us\": %.3f, \"anew_ray_us\": %.3f, \"cost\": %.2f, \"mib\": %.1f, "
            "\"anew_mib\": %.1f}",
            is_first ? "" : ", ", what, (unsigned long long)scene->features.triangle_count,
-           work->count, fmin(build_ms, anew_ms), first_ms,
-           share_of(follow_ms, work->turns, 0.5), share_of(follow_ms, work->turns, 0.95), us,
-           anew_us, us / anew_us, (double)bd_rays_bytes(rays) / (1 << 20),
-           (double)bd_rays_bytes(anew) / (1 << 20));
+           work->count, fmin(build_ms, anew_ms), first_ms, share_of(follow_ms, work->turns, 0.5),
+           share_of(follow_ms, work->turns, 0.95), us, anew_us, us / anew_us,
+           (double)bd_rays_bytes(rays) / (1 << 20), (double)bd_rays_bytes(anew) / (1 << 20));
     fflush(stdout);
     bd_rays_destroy(&anew);
     bd_rays_destroy(&rays);
@@ -290,8 +289,7 @@ static void measure_instances(uint32_t count)
 int main(int argc, char **argv)
 {
     printf("[");
-    for (int a = 1; a < argc; a++)
-        measure_balls(strtoull(argv[a], NULL, 10), false, a == 1);
+    for (int a = 1; a < argc; a++) measure_balls(strtoull(argv[a], NULL, 10), false, a == 1);
     measure_balls(1000, true, argc == 1);
     measure_balls(1000000, true, false);
     measure_one();

@@ -2,6 +2,8 @@
 // ray by ray the same bits.
 
 #include <math.h>
+#include <pthread.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -10,7 +12,7 @@
 #include "tests/reference/stage.h"
 #include "tests/unit/cmocka_all.h"
 
-#define RAYS 100000
+#define RAYS 51200
 
 static uint64_t state = 1;
 
@@ -39,6 +41,7 @@ struct object {
 // Shapes are drawn from their seeds, so that equal ones have equal triangles.
 struct world {
     double size, offset;
+    uint32_t fineness; // of shapes
     uint64_t seeds[SHAPES];
     enum bd_alpha_mode modes[MATERIALS];
     uint32_t object_count;
@@ -63,7 +66,7 @@ static struct object any_object(void)
 
 static void begin_world(struct world *world, double size, double offset)
 {
-    *world = (struct world){.size = size, .offset = offset, .object_count = 30};
+    *world = (struct world){.size = size, .offset = offset, .fineness = 1, .object_count = 30};
     for (uint32_t s = 0; s < SHAPES; s++) world->seeds[s] = 1 + pick(1000000);
     world->modes[1] = BD_ALPHA_BLEND;
     for (uint32_t o = 0; o < world->object_count; o++) world->objects[o] = any_object();
@@ -73,7 +76,7 @@ static void add_shape(struct stage *stage, const struct world *world, uint32_t s
                       int32_t material)
 {
     const uint64_t saved = state;
-    const uint32_t triangles = 30 + 60 * shape;
+    const uint32_t triangles = world->fineness * (30 + 60 * shape);
     float *positions = calloc(9 * (size_t)triangles, sizeof *positions);
     uint32_t *indices = calloc(3 * (size_t)triangles, sizeof *indices);
     state = world->seeds[shape];
@@ -261,53 +264,143 @@ static struct bd_rays *begin_rays(const struct world *world, uint64_t repeated_m
     return rays;
 }
 
-// One edit after another, each followed. Returns how many were built on what was there.
-static uint32_t edit_and_compare(struct world *world, uint64_t repeated_max, struct questions *q)
+// Of the world as it is now, following `*rays` and in its place: asked beside one that is built
+// anew. Whether it was built on what was there.
+static bool follow_and_compare(const struct world *world, uint64_t repeated_max,
+                               struct questions *q, struct bd_rays **rays, const char *edit)
 {
-    struct bd_rays *rays = begin_rays(world, repeated_max);
-    uint32_t shared = 0;
-    for (enum edit what = 0; what < EDIT_COUNT; what++) {
-        char where[64];
-        edit(world, what);
-        struct stage *stage = create_stage(world);
-        struct bd_rays *next = create_rays(stage->scene, rays, repeated_max);
-        struct bd_rays *anew = create_rays(stage->scene, NULL, repeated_max);
-        shared += bd_rays_share(rays, next);
+    char where[80];
+    struct stage *stage = create_stage(world);
+    struct bd_rays *next = create_rays(stage->scene, *rays, repeated_max);
+    struct bd_rays *anew = create_rays(stage->scene, NULL, repeated_max);
+    const bool shares = bd_rays_share(*rays, next);
+    bd_rays_destroy(rays);
+    ask_anything(q, stage->scene->features.triangle_count);
+    const uint32_t blocked = answer(q, 0, next);
+    answer(q, 1, anew);
+    snprintf(where, sizeof where, "size %g at %g, %s", world->size, world->offset, edit);
+    compare(q, where);
+    if (blocked < RAYS / 20 || blocked > RAYS * 19 / 20)
+        fail_msg("%s: %u are blocked", where, blocked);
+    bd_rays_destroy(&anew);
+    stage_destroy(&stage);
+    *rays = next;
+    return shares;
+}
+
+static void what_follows_answers_as_what_is_built_anew(void **state_of_group)
+{
+    static const double places[][2] = {{1, 0}, {1e-4, 0}, {1e6, 0}, {1, 1e6}, {1e3, -1e9}};
+    static const char *const names[EDIT_COUNT] = {"moved",    "stretched",  "mirrored",
+                                                  "removed",  "added",      "doubled",
+                                                  "vertices", "alpha mode", "nothing"};
+    for (size_t p = 0; p < sizeof places / sizeof *places; p++) {
+        const uint64_t repeated_max = p % 2 ? BD_RAYS_REPEATED_MAX : 0;
+        uint32_t shared = 0;
+        struct world world;
+        begin_world(&world, places[p][0], places[p][1]);
+        struct bd_rays *rays = begin_rays(&world, repeated_max);
+        for (enum edit what = 0; what < EDIT_COUNT; what++) {
+            edit(&world, what);
+            shared += follow_and_compare(&world, repeated_max, *state_of_group, &rays, names[what]);
+        }
         bd_rays_destroy(&rays);
-        ask_anything(q, stage->scene->features.triangle_count);
-        const uint32_t blocked = answer(q, 0, next);
-        answer(q, 1, anew);
-        snprintf(where, sizeof where, "size %g at %g, edit %d", world->size, world->offset, what);
-        compare(q, where);
-        if (blocked < RAYS / 20 || blocked > RAYS * 19 / 20) fail_msg("%u are blocked", blocked);
-        bd_rays_destroy(&anew);
+        if (shared < EDIT_COUNT / 2) fail_msg("%u of %d shared", shared, EDIT_COUNT);
+    }
+}
+
+// One object that is most of the world, and so large that its part is built in a hurry.
+static void what_moves_again_is_beside_what_stays(void **state_of_group)
+{
+    struct world world;
+    begin_world(&world, 1, 0);
+    world.fineness = 60;
+    world.object_count = 1;
+    world.objects[0] = (struct object){5, 0, somewhere(0.6, 1)};
+    struct bd_rays *rays = begin_rays(&world, 0);
+    for (int move = 0; move < 3; move++) {
+        world.objects[0].matrix = somewhere(0.6, 1);
+        const bool shares = follow_and_compare(&world, 0, *state_of_group, &rays, "moved again");
+        assert_int_equal(shares, move > 0);
+    }
+    bd_rays_destroy(&rays);
+}
+
+// Where the world ends elsewhere, render space is another.
+static void what_has_another_render_space_shares_nothing(void **state_of_group)
+{
+    struct world world;
+    begin_world(&world, 1, 0);
+    struct bd_rays *rays = begin_rays(&world, 0);
+    world.objects[0].matrix = somewhere(3, 1);
+    assert_false(follow_and_compare(&world, 0, *state_of_group, &rays, "grown"));
+    bd_rays_destroy(&rays);
+}
+
+// --- threads ----------------------------------------------------------------------------------
+
+struct tracer {
+    struct questions *questions;
+    const struct bd_rays *rays;
+    _Atomic bool stops;
+};
+
+static void *trace(void *user)
+{
+    struct tracer *tracer = user;
+    do answer(tracer->questions, 1, tracer->rays);
+    while (!atomic_load(&tracer->stops));
+    return NULL;
+}
+
+static void what_is_followed_may_be_traced(void **state_of_group)
+{
+    struct world world;
+    begin_world(&world, 1, 0);
+    struct tracer tracer = {.questions = *state_of_group};
+    struct bd_rays *first = begin_rays(&world, 0), *rays = begin_rays(&world, 0);
+    tracer.rays = first;
+    ask_anything(tracer.questions, 100);
+    answer(tracer.questions, 0, first);
+    pthread_t thread;
+    assert_int_equal(pthread_create(&thread, NULL, trace, &tracer), 0);
+    for (int i = 0; i < 20; i++) {
+        edit(&world, (enum edit)(i % EDIT_COUNT));
+        struct stage *stage = create_stage(&world);
+        struct bd_rays *next = create_rays(stage->scene, i % 2 ? rays : first, 0);
+        bd_rays_destroy(&rays);
         stage_destroy(&stage);
         rays = next;
     }
+    atomic_store(&tracer.stops, true);
+    pthread_join(thread, NULL);
+    compare(tracer.questions, "traced meanwhile");
+    bd_rays_destroy(&first);
     bd_rays_destroy(&rays);
-    return shared;
 }
 
-static void what_follows_answers_as_what_is_built_anew(void **unused)
+static int begin_group(void **state_of_group)
 {
-    static const double places[][2] = {{1, 0}, {1e-4, 0}, {1e6, 0}, {1, 1e6}, {1e3, -1e9}};
-    struct questions *q = calloc(1, sizeof *q);
-    (void)unused;
+    struct questions *q = *state_of_group = calloc(1, sizeof *q);
     q->pool = bd_pool_create(2);
-    for (size_t p = 0; p < sizeof places / sizeof *places; p++) {
-        struct world world;
-        begin_world(&world, places[p][0], places[p][1]);
-        const uint32_t shared = edit_and_compare(&world, p % 2 ? BD_RAYS_REPEATED_MAX : 0, q);
-        if (shared < EDIT_COUNT / 2) fail_msg("%u of %d shared", shared, EDIT_COUNT);
-    }
+    return 0;
+}
+
+static int end_group(void **state_of_group)
+{
+    struct questions *q = *state_of_group;
     bd_pool_destroy(&q->pool);
     free(q);
+    return 0;
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(what_follows_answers_as_what_is_built_anew),
+        cmocka_unit_test(what_moves_again_is_beside_what_stays),
+        cmocka_unit_test(what_has_another_render_space_shares_nothing),
+        cmocka_unit_test(what_is_followed_may_be_traced),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return cmocka_run_group_tests(tests, begin_group, end_group);
 }
