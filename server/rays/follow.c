@@ -19,6 +19,9 @@
 // Up to so many triangles a part takes some milliseconds however it is built.
 #define HURRY_TRIANGLES_MIN 16384u
 
+// Triangles built in a hurry in the time of one that is not.
+#define WASTED_MAX 4u
+
 // --- what both have ---------------------------------------------------------------------------
 
 // Of both scenes' instances, which are ordered so (scene/order.c).
@@ -161,44 +164,49 @@ static enum bd_err add_moved(struct bd_rays *rays, const bool *is_moved, const s
     return cost->moved.triangles ? bd_rays_add_built(rays, &wish, build, fault) : BD_ERR_OK;
 }
 
-// On the first part that the earlier one has, whatever was beside it. False: rays would take too
-// long.
-static bool share_first(struct bd_rays *rays, const struct bd_rays *earlier,
-                        const struct bd_rays_build *build, enum bd_err *err, struct bd_fault *fault)
+// What of `is_moved` the earlier one has in its second part: it is left as `is_new` only what none
+// has. Returns how many triangles that takes away.
+static uint64_t find_settled(const struct bd_rays *rays, const struct bd_rays *earlier,
+                             const bool *is_moved, bool *is_new)
 {
-    struct bd_rays_part *part = earlier->levels[0].part;
-    struct match match = match_part(rays, part);
-    const struct cost cost = cost_of(rays, match.is_moved, part, match.now);
-    const bool is_worth_it = cost.of_ray <= COST_MAX;
-    if (is_worth_it) *err = bd_rays_add_shared(rays, part, match.now, fault);
-    if (is_worth_it && !*err) *err = add_moved(rays, match.is_moved, &cost, build, fault);
-    free_match(&match);
-    return is_worth_it;
+    const uint32_t count = rays->scene->instance_count;
+    struct share settled = {0};
+    memcpy(is_new, is_moved, count * sizeof *is_new);
+    if (earlier->level_count < 2) return 0;
+    struct match second = match_part(rays, earlier->levels[1].part);
+    for (uint32_t i = 0; i < count; i++) {
+        if (!is_moved[i] || second.is_moved[i]) continue;
+        is_new[i] = false;
+        add_to(&settled, rays->scene, i);
+    }
+    free_match(&second);
+    return settled.triangles;
 }
 
-// Both parts anew: what the earlier one had, in either of its own, is the first. What moves once
-// often moves again; then that is shared.
-static enum bd_err build_anew(struct bd_rays *rays, const struct bd_rays *earlier,
+// On the first part of the earlier one, all else beside it.
+static enum bd_err share_first(struct bd_rays *rays, struct bd_rays_part *part,
+                               const struct match *match, const struct cost *cost,
+                               const struct bd_rays_build *build, struct bd_fault *fault)
+{
+    enum bd_err err = bd_rays_add_shared(rays, part, match->now, fault);
+    return err ? err : add_moved(rays, match->is_moved, cost, build, fault);
+}
+
+// Both parts anew, the second of what is new: what moves once often moves again, and then the first
+// is shared.
+static enum bd_err build_anew(struct bd_rays *rays, const bool *is_new,
                               const struct bd_rays_build *build, struct bd_fault *fault)
 {
     const uint32_t count = rays->scene->instance_count;
-    bool *is_moved = calloc((size_t)count + 1, sizeof *is_moved);
     bool *is_settled = calloc((size_t)count + 1, sizeof *is_settled);
-    BD_ASSERT(is_moved && is_settled);
-    for (uint32_t i = 0; i < count; i++) is_moved[i] = true;
-    for (uint32_t l = 0; l < earlier->level_count; l++) {
-        struct match match = match_part(rays, earlier->levels[l].part);
-        for (uint32_t i = 0; i < count; i++) is_moved[i] = is_moved[i] && match.is_moved[i];
-        free_match(&match);
-    }
-    for (uint32_t i = 0; i < count; i++) is_settled[i] = !is_moved[i];
-    const struct cost cost = cost_of(rays, is_moved, NULL, NULL);
+    BD_ASSERT(is_settled);
+    for (uint32_t i = 0; i < count; i++) is_settled[i] = !is_new[i];
+    const struct cost cost = cost_of(rays, is_new, NULL, NULL);
     const bool is_split = cost.of_ray <= COST_MAX;
     const struct bd_rays_wish first = {.wanted = is_split ? is_settled : NULL,
                                        .quality = RTC_BUILD_QUALITY_MEDIUM};
     enum bd_err err = bd_rays_add_built(rays, &first, build, fault);
-    if (!err && is_split) err = add_moved(rays, is_moved, &cost, build, fault);
-    free(is_moved);
+    if (!err && is_split) err = add_moved(rays, is_new, &cost, build, fault);
     free(is_settled);
     return err;
 }
@@ -206,11 +214,21 @@ static enum bd_err build_anew(struct bd_rays *rays, const struct bd_rays *earlie
 static enum bd_err follow(struct bd_rays *rays, const struct bd_rays *earlier,
                           const struct bd_rays_build *build, struct bd_fault *fault)
 {
-    enum bd_err err = BD_ERR_OK;
-    if (bd_rays_could_follow(earlier, rays->scene) &&
-        share_first(rays, earlier, build, &err, fault))
-        return err;
-    return build_anew(rays, earlier, build, fault);
+    struct bd_rays_part *part = earlier->levels[0].part;
+    struct match match = match_part(rays, part);
+    const struct cost cost = cost_of(rays, match.is_moved, part, match.now);
+    bool *is_new = calloc((size_t)rays->scene->instance_count + 1, sizeof *is_new);
+    BD_ASSERT(is_new);
+    const uint64_t settled = find_settled(rays, earlier, match.is_moved, is_new);
+    rays->wasted = earlier->wasted + settled;
+    const bool shares = bd_rays_could_follow(earlier, rays->scene) && cost.of_ray <= COST_MAX &&
+                        rays->wasted <= WASTED_MAX * cost.all.triangles;
+    if (!shares) rays->wasted = 0;
+    enum bd_err err = shares ? share_first(rays, part, &match, &cost, build, fault)
+                             : build_anew(rays, is_new, build, fault);
+    free_match(&match);
+    free(is_new);
+    return err;
 }
 
 bool bd_rays_could_follow(const struct bd_rays *earlier, const struct bd_scene *scene)

@@ -96,6 +96,8 @@ struct bd_rays {
     struct bd_instance_place *places; // of each of the scene's instances
     uint32_t level_count;
     struct bd_rays_level levels[BD_RAYS_LEVELS_MAX];
+    // Triangles that stayed and were yet built again beside the first part, since that was.
+    uint64_t wasted;
 };
 
 // --- what is placed and what is kept (place.c) ------------------------------------------------

@@ -19,7 +19,7 @@ import live
 
 WARM = 3
 SIDE = 225  # vertices a side of a ball: 100,352 triangles
-LOOK = {"size": (256, 256), "technique": "rsm", "indirect_visibility": "rays"}
+LOOK = {"size": (256, 256), "technique": "rsm", "parameters": {"indirect_visibility": "rays"}}
 
 
 def ball(number):
