@@ -338,9 +338,9 @@ enum bd_err bd_rays_add_shared(struct bd_rays *rays, struct bd_rays_part *part, 
                             (unsigned long long)part->triangle_count);
     for (uint32_t s = 0; s < part->shown_count; s++) {
         const struct bd_shown *shown = &part->shown[s];
+        if (now[s] == BD_NOWHERE) level->has_stale = true;
         const struct bd_instance_place *at =
             now[s] == BD_NOWHERE ? &nowhere : &rays->places[now[s]];
-        if (now[s] == BD_NOWHERE) level->has_stale = true;
         if (shown->is_kept)
             level->kept[shown->first] = *at;
         else

@@ -17,11 +17,10 @@ struct context {
     const struct bd_rays *rays;
     const struct bd_rays_level *level; // that is traced
     enum bd_rays_alpha alpha;
-    const float *origin, *direction;
+    float origin[3], direction[3];
     uint32_t excluded[2];
-    // The first triangle so far.
-    uint32_t number;
-    float distance;
+    float far;
+    struct bd_ray_hit first; // of what was met so far
 };
 
 static const struct context *context_of(const struct RTCFilterFunctionNArguments *arguments)
@@ -46,20 +45,27 @@ static void filter_occluded(const struct RTCFilterFunctionNArguments *arguments)
         arguments->valid[0] = 0;
 }
 
+// A triangle's distance is rounded otherwise than that of the box that it is in: behind a triangle
+// that is as near, a box is passed over or not, and which of them comes first is the tree's. So
+// rays go on by as much as the two may differ, and what counts is decided by triangles alone.
+#define SLACK 0x1p-12f
+
 // Of two triangles at one distance the first by number, whichever is come to first.
 static void filter_nearest(const struct RTCFilterFunctionNArguments *arguments)
 {
     struct context *context = (struct context *)(void *)arguments->context;
     const struct RTCHit *hit = (const struct RTCHit *)(const void *)arguments->hit;
-    const float distance = ((const struct RTCRay *)(const void *)arguments->ray)->tfar;
+    struct RTCRay *ray = (struct RTCRay *)(void *)arguments->ray;
+    const float distance = ray->tfar;
     const uint32_t number = bd_rays_number(context->rays, context->level, hit);
-    if (is_passed_over(context, number) ||
-        (distance == context->distance && number > context->number)) {
+    const struct bd_ray_hit *first = &context->first;
+    if (is_passed_over(context, number) || distance > first->distance ||
+        (distance == first->distance && number > first->triangle)) {
         arguments->valid[0] = 0;
         return;
     }
-    context->number = number;
-    context->distance = distance;
+    context->first = (struct bd_ray_hit){number, hit->u, hit->v, distance};
+    ray->tfar = fminf(distance * (1 + SLACK), context->far);
 }
 
 void bd_rays_filter_cutout(const struct RTCFilterFunctionNArguments *arguments)
@@ -84,15 +90,15 @@ void bd_rays_filter_cutout(const struct RTCFilterFunctionNArguments *arguments)
 }
 
 static struct context context_for(const struct bd_rays *rays, enum bd_rays_alpha alpha,
-                                  const float *origin, const float *direction, uint32_t first,
-                                  uint32_t second)
+                                  const struct RTCRay *ray, uint32_t first, uint32_t second)
 {
     struct context context = {.rays = rays,
                               .alpha = alpha,
-                              .origin = origin,
-                              .direction = direction,
+                              .origin = {ray->org_x, ray->org_y, ray->org_z},
+                              .direction = {ray->dir_x, ray->dir_y, ray->dir_z},
                               .excluded = {first, second},
-                              .number = BD_NO_TRIANGLE};
+                              .far = ray->tfar,
+                              .first = {.triangle = BD_NO_TRIANGLE, .distance = INFINITY}};
     rtcInitIntersectContext(&context.embree);
     return context;
 }
@@ -150,8 +156,7 @@ static bool is_occluded(const struct bd_rays *rays, enum bd_rays_alpha alpha,
     const float bias = BD_RAY_BIAS * fmaxf(largest(s->from), largest(s->to)) / length_of(direction);
     struct RTCRay ray;
     if (!make_ray(s->from, direction, bias, 1 - bias, &ray)) return false;
-    struct context context =
-        context_for(rays, alpha, s->from, direction, s->from_triangle, s->to_triangle);
+    struct context context = context_for(rays, alpha, &ray, s->from_triangle, s->to_triangle);
     const bool has_ends = s->from_triangle != BD_NO_TRIANGLE || s->to_triangle != BD_NO_TRIANGLE;
     for (uint32_t l = 0; l < rays->level_count && ray.tfar >= 0; l++) {
         context.level = &rays->levels[l];
@@ -221,15 +226,13 @@ static struct bd_ray_hit nearest(const struct bd_rays *rays, enum bd_rays_alpha 
     struct RTCRayHit query = {.hit.geomID = RTC_INVALID_GEOMETRY_ID,
                               .hit.instID = {RTC_INVALID_GEOMETRY_ID}};
     if (!make_ray(q->origin, q->direction, bias, q->far, &query.ray)) return none;
-    struct context context =
-        context_for(rays, alpha, q->origin, q->direction, q->from_triangle, BD_NO_TRIANGLE);
+    struct context context = context_for(rays, alpha, &query.ray, q->from_triangle, BD_NO_TRIANGLE);
     context.embree.filter = filter_nearest;
     for (uint32_t l = 0; l < rays->level_count; l++) {
         context.level = &rays->levels[l];
         rtcIntersect1(context.level->part->top, &context.embree, &query);
     }
-    if (context.number == BD_NO_TRIANGLE) return none;
-    return (struct bd_ray_hit){context.number, query.hit.u, query.hit.v, query.ray.tfar};
+    return context.first.triangle == BD_NO_TRIANGLE ? none : context.first;
 }
 
 struct nearest {
