@@ -101,6 +101,23 @@ def test_a_reference_is_prepared_by_geometry(daemon, tmp_path):
     scene.remove()
 
 
+# The boxes of the Cornell box move within it: what stays is shared, and its triangles have other numbers.
+def test_rays_that_follow_an_edit_change_no_byte(daemon):
+    look = {**LOOK, "size": (48, 48), "technique": "rsm",
+            "parameters": {"indirect_visibility": "rays", "rays": 9}}
+    scene = daemon.scenes.add(SCENES / "cornell.glb")
+    last = scene.render(**look).layers["indirect"].tobytes()
+    for number in range(6):
+        with scene.edit() as edit:
+            edit.set_transform(5 + number % 2, translation=(.1 * number - .2, .3, .4 - .15 * number))
+        frame = scene.render(**look)
+        assert states(frame)["bvh"] == "ran"
+        assert frame.layers["indirect"].tobytes() != last, number
+        last = frame.layers["indirect"].tobytes()
+        assert scene.render(**look, fresh="all").layers["indirect"].tobytes() == last, number
+    scene.remove()
+
+
 def test_every_pass_of_every_technique_is_known(daemon):
     scene = daemon.scenes.add(SCENES / "two_lights.glb")
     names = [technique["name"] for technique in daemon.techniques()]
