@@ -17,6 +17,8 @@
 // corners of a lattice, 3 of 100,000 were told another neighbour; of those blocked or not, none of
 // 600,000.
 //
+// A device is asked with nodes of its own (rays/nodes.h), and answers alike.
+//
 // Wald, Woop, Benthin, Johnson, Ernst 2014 (Embree).
 //
 // Thread: a structure is built on one thread and any of Embree's, then read by all.

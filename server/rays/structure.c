@@ -58,9 +58,9 @@ static struct bd_ray_device *create_device(uint32_t thread_count, struct bd_faul
         rtcSetDeviceMemoryMonitorFunction(device->embree, count_memory, &device->bytes);
         return device;
     }
-    if (bd_fault_set(fault, BD_ERR_UNSUPPORTED, "rays", "Embree does not start: %d",
-                     (int)rtcGetDeviceError(NULL)))
-        free(device);
+    free(device);
+    (void)bd_fault_set(fault, BD_ERR_UNSUPPORTED, "rays", "Embree does not start: %d",
+                        (int)rtcGetDeviceError(NULL));
     return NULL;
 }
 
@@ -248,15 +248,9 @@ static void attach_kept(const struct bd_rays *rays, struct bd_rays_part *part)
     free(slots);
 }
 
-struct watch {
-    const struct bd_rays_build *build;
-    _Atomic bool stops;
-};
-
-// From any of Embree's threads, several at once, between blocks of triangles.
-static bool go_on(void *user, double share)
+bool bd_rays_go_on(void *user, double share)
 {
-    struct watch *watch = user;
+    struct bd_rays_watch *watch = user;
     (void)share;
     if (!watch->build->should_stop) return true;
     if (!atomic_load(&watch->stops) && watch->build->should_stop(watch->build->user))
@@ -264,28 +258,34 @@ static bool go_on(void *user, double share)
     return !atomic_load(&watch->stops);
 }
 
-static enum bd_err commit(const struct bd_rays *rays, struct bd_rays_part *part,
-                          enum RTCBuildQuality quality, const struct bd_rays_build *build,
+enum bd_err bd_rays_built(const struct bd_rays_part *part, const struct bd_rays_watch *watch,
                           struct bd_fault *fault)
 {
-    struct watch watch = {.build = build};
-    const int64_t before = __atomic_load_n(&part->device->bytes, __ATOMIC_RELAXED);
-    part->top = new_scene(part, quality);
-    rtcSetSceneProgressMonitorFunction(part->top, go_on, &watch);
-    for (enum bd_placed k = 0; k < BD_PLACED_COUNT; k++) attach_placed(part, k, quality);
-    attach_kept(rays, part);
-    rtcCommitScene(part->top);
-    rtcSetSceneProgressMonitorFunction(part->top, NULL, NULL);
-    const int64_t after = __atomic_load_n(&part->device->bytes, __ATOMIC_RELAXED);
-    if (after > before) part->embree_bytes = (uint64_t)(after - before);
     const enum RTCError error = rtcGetDeviceError(part->device->embree);
-    if (atomic_load(&watch.stops))
+    if (atomic_load(&watch->stops))
         return bd_fault_set(fault, BD_ERR_CANCELLED, "rays", "stopped while building");
     if (error == RTC_ERROR_NONE) return BD_ERR_OK;
     return bd_fault_set(fault,
                         error == RTC_ERROR_OUT_OF_MEMORY ? BD_ERR_NO_MEMORY : BD_ERR_INTERNAL,
                         "rays", "the acceleration structure of %llu triangles: Embree error %d",
                         (unsigned long long)part->triangle_count, (int)error);
+}
+
+static enum bd_err commit(const struct bd_rays *rays, struct bd_rays_part *part,
+                          enum RTCBuildQuality quality, const struct bd_rays_build *build,
+                          struct bd_fault *fault)
+{
+    struct bd_rays_watch watch = {.build = build};
+    const int64_t before = __atomic_load_n(&part->device->bytes, __ATOMIC_RELAXED);
+    part->top = new_scene(part, quality);
+    rtcSetSceneProgressMonitorFunction(part->top, bd_rays_go_on, &watch);
+    for (enum bd_placed k = 0; k < BD_PLACED_COUNT; k++) attach_placed(part, k, quality);
+    attach_kept(rays, part);
+    rtcCommitScene(part->top);
+    rtcSetSceneProgressMonitorFunction(part->top, NULL, NULL);
+    const int64_t after = __atomic_load_n(&part->device->bytes, __ATOMIC_RELAXED);
+    if (after > before) part->embree_bytes = (uint64_t)(after - before);
+    return bd_rays_built(part, &watch, fault);
 }
 
 // --- levels -----------------------------------------------------------------------------------
@@ -368,7 +368,7 @@ enum bd_err bd_rays_add_built(struct bd_rays *rays, const struct bd_rays_wish *w
     if (!err && wish->lender) part->device = retain_device(wish->lender->device);
     if (!err && !wish->lender) part->device = create_device(build->thread_count, fault);
     if (!err && !part->device) err = BD_ERR_UNSUPPORTED;
-    if (!err) err = commit(rays, part, wish->quality, build, fault);
+    if (!err && !wish->is_only_placed) err = commit(rays, part, wish->quality, build, fault);
     if (!err) err = add_whole(rays, part, fault);
     if (!err) rays->levels[rays->level_count - 1].is_its_own = true;
     release_part(part);

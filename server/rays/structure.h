@@ -129,7 +129,18 @@ struct bd_rays_wish {
     const bool *wanted;          // of each of the scene's instances; NULL: all
     struct bd_rays_part *lender; // its device and kept meshes are used; NULL: a device of its own
     enum RTCBuildQuality quality;
+    bool is_only_placed; // nothing is built: for who builds something else of the triangles
 };
+// Asks should_stop for Embree, from any of its threads, several at once.
+struct bd_rays_watch {
+    const struct bd_rays_build *build;
+    _Atomic bool stops;
+};
+bool bd_rays_go_on(void *watch, double share);
+// How building ended.
+BD_MUST_CHECK
+enum bd_err bd_rays_built(const struct bd_rays_part *part, const struct bd_rays_watch *watch,
+                          struct bd_fault *fault);
 // Builds a part of the snapshot and adds it as a level. On failure nothing is added.
 BD_MUST_CHECK
 enum bd_err bd_rays_add_built(struct bd_rays *rays, const struct bd_rays_wish *wish,

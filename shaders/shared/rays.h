@@ -1,4 +1,5 @@
-// Segments whose ends see each other or not, as they lie in a buffer (rays/rays.h).
+// Segments whose ends see each other or not, as they lie in a buffer (rays/rays.h), and the
+// triangles between them, as a device asks them (rays/nodes.h).
 #ifndef BD_SHARED_RAYS_H
 #define BD_SHARED_RAYS_H
 
@@ -20,6 +21,67 @@ struct bd_segment {
     uint32_t to_triangle;
 };
 _Static_assert(sizeof(struct bd_segment) == 16 * BD_SEGMENT_UVEC4S, "std430 size");
+#endif
+
+// Nodes of a binary tree, each before what is below it, its first child next to it: what is not
+// looked into is passed over by going on at `skip`, so a walk needs no stack.
+// Two uvec4s: bits of xyz of the box's least corner, skip; of its greatest, leaf.
+#define BD_RAY_NODE_UVEC4S 2
+// A leaf: its first triangle, times this, plus how many there are. Any other node: 0.
+#define BD_RAY_LEAF_COUNTS 8u
+// Three uvec4s: bits of xyz of each corner; behind the first the triangle's number, behind the
+// second 0 where it is opaque, else 1 + its place among those that are not.
+#define BD_RAY_TRIANGLE_UVEC4S 3
+
+// What is not opaque: a table of materials, then of triangles.
+// Of a material, three uvec4s: flags, bits of the alpha from which on it is there, of its factor,
+// place of its map's first texel, a byte each; the map's size, bits of its transform's first two
+// numbers; of the other four.
+#define BD_CUTOUT_MATERIAL_UVEC4S 3
+#define BD_CUTOUT_BLENDS          1u
+#define BD_CUTOUT_NEAREST         2u
+#define BD_CUTOUT_WRAP_S          4u // times enum bd_wrap
+#define BD_CUTOUT_WRAP_T          16u
+#define BD_CUTOUT_WRAP_REPEAT     0u
+#define BD_CUTOUT_WRAP_CLAMP      1u
+#define BD_CUTOUT_WRAP_MIRROR     2u
+// Of a triangle, a uvec4 a corner: bits of its texture coordinates and of its colour's alpha;
+// behind those the material's place, 1 if it has a map, 1 if it has a colour.
+#define BD_CUTOUT_TRIANGLE_UVEC4S 3
+
+#ifndef BD_GLSL
+struct bd_ray_node {
+    float least[3];
+    uint32_t skip;
+    float most[3];
+    uint32_t leaf;
+};
+struct bd_ray_triangle {
+    float a[3];
+    uint32_t number;
+    float b[3];
+    uint32_t cutout;
+    float c[3];
+    uint32_t unused;
+};
+_Static_assert(sizeof(struct bd_ray_node) == 16 * BD_RAY_NODE_UVEC4S, "std430 size");
+_Static_assert(sizeof(struct bd_ray_triangle) == 16 * BD_RAY_TRIANGLE_UVEC4S, "std430 size");
+#endif
+
+// Arguments of pass/visibility.
+struct bd_occluded_args {
+    BD_UVEC4 slice; // x = first segment, a multiple of 64; y = behind the last; z = nodes; w =
+                    // nodes and triangles that an invocation may look at
+    BD_UVEC4 walk; // x = 1: walks begin; 0: they go on where they were; y = 1: what blends is there
+                   // by chance; z = the first triangle that is not opaque, in its table
+};
+// What pass/visibility counts.
+#define BD_RAY_COUNT_ASKED      0 // segments that have a length
+#define BD_RAY_COUNT_UNFINISHED 1 // whose walks have not ended
+#define BD_RAY_COUNTS           2
+
+#ifndef BD_GLSL
+_Static_assert(sizeof(struct bd_occluded_args) == 32, "std140 size");
 #endif
 
 #endif
