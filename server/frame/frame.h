@@ -14,6 +14,7 @@
 #include "frame/request.h"
 #include "gpu/gpu.h"
 #include "image/image.h"
+#include "pass/occluders.h"
 #include "pass/slicer.h"
 #include "upload/gpu_scene.h"
 
@@ -25,6 +26,7 @@ struct bd_renderer {
     struct bd_memo *memo;
     struct bd_slicer slicer;
     struct bd_pool *pool;   // for rays; NULL before the first frame that traces any
+    enum bd_rays_executor rays_on; // for tests; set before the first frame
     struct bd_frame *frame; // that is being rendered; NULL between frames
 };
 

@@ -153,22 +153,11 @@ OUTPUT(discontinuity, discontinuity)
 OUTPUT(fragments, fragments)
 OUTPUT(surfaces, surfaces)
 OUTPUT(indirect, indirect)
+OUTPUT(occluders, occluders)
 
 #define KEEPS(what, in, run_it)                                                                    \
     .run = run_it, .bytes = what##_bytes, .destroy = destroy_##what,                               \
     .output = offsetof(struct bd_##in, what)
-
-static uint64_t rays_bytes(const void *output)
-{
-    return bd_rays_bytes(output);
-}
-
-void bd_destroy_rays(void *renderer, void *output)
-{
-    (void)renderer;
-    struct bd_rays *rays = output;
-    bd_rays_destroy(&rays);
-}
 
 // --- the rows ---------------------------------------------------------------------------------
 
@@ -235,10 +224,7 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
             .is_needed = has_rays,
             .why_not = no_rays,
             .reads = READS_PLACES,
-            .run = bd_run_rays,
-            .bytes = rays_bytes,
-            .destroy = bd_destroy_rays,
-            .output = offsetof(struct bd_frame, rays),
+            KEEPS(occluders, frame, bd_run_rays),
         },
     [BD_STAGE_RSM] =
         {

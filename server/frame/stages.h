@@ -52,7 +52,7 @@ struct bd_frame {
     bool is_camera_side; // of a light's otherwise
     bool anew;           // what earlier frames made is not taken over; set side by side
     struct bd_gpu_scene *scene;
-    struct bd_rays *rays;
+    struct bd_occluders *occluders;
     struct bd_vpl_list *order; // the VPLs of all lights
     uint64_t rests_on; // the key of what the stage that runs makes its output of; 0: of nothing
     struct bd_subject subject; // its viewpoint: of the current sub-frame
@@ -106,9 +106,6 @@ void bd_stage_leave_camera_side(struct bd_frame *frame);
 // Ends a second or later sub-frame of an antialiased frame: its light is in the sum, and nobody
 // asks for what it was made of again.
 void bd_stage_forget_camera_side(struct bd_frame *frame);
-
-// What becomes of rays: the memo's.
-void bd_destroy_rays(void *renderer, void *output);
 
 // Marks a planned pass in the report. A pass that ran for one light or sub-frame and was reused for
 // another ran.

@@ -1,5 +1,6 @@
 // How the acceleration structure is built: on a thread of its own, and Embree's, while the render
-// thread gives others their turn; of what the memo has of the same scene, where it has any.
+// thread gives others their turn; of what the memo has of the same scene, where it has any. A
+// device's is uploaded then; what is not for a device is the processor's.
 
 #include <pthread.h>
 #include <stdatomic.h>
@@ -13,6 +14,8 @@
 struct building {
     struct bd_scene *scene;
     const struct bd_rays *earlier; // NULL: none is followed
+    uint64_t device_bytes_max;  // of a buffer; 0: the processor is to be asked
+    struct bd_ray_nodes *nodes; // either
     struct bd_rays *rays;
     struct bd_fault fault;
     enum bd_err err;
@@ -28,15 +31,23 @@ static bool should_stop(void *user)
     return atomic_load(&((struct building *)user)->stops);
 }
 
+static enum bd_err build_either(struct building *building)
+{
+    const struct bd_rays_build how = {
+        .repeated_max = BD_RAYS_REPEATED_MAX, .should_stop = should_stop, .user = building};
+    if (building->device_bytes_max > 0) {
+        const enum bd_err err = bd_ray_nodes_create(
+            building->scene, &how, building->device_bytes_max, &building->nodes, &building->fault);
+        if (err != BD_ERR_UNSUPPORTED) return err;
+        building->fault = (struct bd_fault){0};
+    }
+    return bd_rays_create(building->scene, &how, &building->rays, &building->fault);
+}
+
 static void *build(void *user)
 {
     struct building *building = user;
-    const struct bd_rays_build how = {
-        .repeated_max = BD_RAYS_REPEATED_MAX, .should_stop = should_stop, .user = building};
-    building->err = building->earlier
-                        ? bd_rays_follow(building->earlier, building->scene, &how, &building->rays,
-                                         &building->fault)
-                        : bd_rays_create(building->scene, &how, &building->rays, &building->fault);
+    building->err = build_either(building);
     pthread_mutex_lock(&building->mutex);
     building->has_ended = true;
     pthread_cond_signal(&building->ended);
@@ -71,35 +82,51 @@ static enum bd_err wait_for(struct building *building, struct bd_slicer *slicer)
     return err;
 }
 
+// Another snapshot's, which the processor is asked.
 static bool could_be_followed(const void *output, void *scene)
 {
-    return bd_rays_could_follow(output, scene);
+    const struct bd_occluders *occluders = output;
+    return occluders->rays && bd_rays_could_follow(occluders->rays, scene);
+}
+
+static enum bd_err build_apart(struct bd_frame *frame, struct building *building)
+{
+    pthread_t thread;
+    bd_slicer_work(frame->context.slicer, "bvh");
+    if (pthread_create(&thread, NULL, build, building))
+        return bd_fault_set(frame->fault, BD_ERR_NO_MEMORY, "rays", "no thread to build on");
+    enum bd_err err = wait_for(building, frame->context.slicer);
+    pthread_join(thread, NULL);
+    if (err || !building->err) return err;
+    *frame->fault = building->fault;
+    return building->err;
 }
 
 enum bd_err bd_run_rays(struct bd_frame *frame, struct bd_frame_light *light)
 {
     (void)light;
+    const struct bd_gpu *gpu = frame->renderer->gpu;
     struct building building = {.scene = frame->snapshot,
                                 .mutex = PTHREAD_MUTEX_INITIALIZER,
                                 .ended = PTHREAD_COND_INITIALIZER};
+    const struct bd_occluders *earlier = NULL;
     uint64_t earlier_key = 0;
-    pthread_t thread;
+    if (bd_occluders_on_device(gpu, frame->renderer->rays_on))
+        building.device_bytes_max = bd_gpu_caps(gpu)->storage_block_max_bytes;
     if (!frame->anew)
-        building.earlier = bd_memo_find_fitting(frame->renderer->memo, bd_destroy_rays,
-                                                could_be_followed, frame->snapshot, &earlier_key);
+        earlier = bd_memo_find_fitting(frame->renderer->memo,
+                                       bd_stage_rows[BD_STAGE_RAYS].destroy, could_be_followed,
+                                       frame->snapshot, &earlier_key);
+    if (earlier) building.earlier = earlier->rays;
     if (!frame->renderer->pool) frame->renderer->pool = bd_pool_create(0);
-    bd_slicer_work(frame->context.slicer, "bvh");
-    if (pthread_create(&thread, NULL, build, &building))
-        return bd_fault_set(frame->fault, BD_ERR_NO_MEMORY, "rays", "no thread to build on");
-    enum bd_err err = wait_for(&building, frame->context.slicer);
-    pthread_join(thread, NULL);
-    if (!err && building.err) {
-        *frame->fault = building.fault;
-        err = building.err;
-    }
-    if (err) bd_rays_destroy(&building.rays);
-    if (!err && building.earlier && bd_rays_share(building.rays, building.earlier))
+    enum bd_err err = build_apart(frame, &building);
+    if (!err && building.rays && earlier && bd_rays_share(building.rays, earlier->rays))
         frame->rests_on = earlier_key;
-    frame->rays = building.rays;
+    if (!err && building.nodes)
+        err = bd_occluders_upload(&frame->context, building.nodes, &frame->occluders, frame->fault);
+    else if (!err)
+        frame->occluders = bd_occluders_of_rays(&building.rays);
+    bd_ray_nodes_destroy(&building.nodes);
+    bd_rays_destroy(&building.rays);
     return err;
 }

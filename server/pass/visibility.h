@@ -1,5 +1,7 @@
 // Visibility: which of a buffer's segments are blocked (rays/rays.h). One question for all who
-// gather; what they do with the answer is theirs.
+// gather; what they do with the answer is theirs. Asked of the device where the occluders lie
+// there, and of the processor otherwise: answers differ only where a segment passes within rounding
+// of a triangle's edge.
 //
 // Cost: a ray a segment, some 10 to 40 M a second on two cores.
 // Wald, Woop, Benthin, Johnson, Ernst 2014 (Embree).
@@ -9,12 +11,12 @@
 #ifndef BD_PASS_VISIBILITY_H
 #define BD_PASS_VISIBILITY_H
 
+#include "pass/occluders.h"
 #include "pass/pass.h"
-#include "rays/rays.h"
 
 struct bd_visibility_inputs {
-    const struct bd_rays *rays;
-    struct bd_pool *pool;
+    const struct bd_occluders *occluders;
+    struct bd_pool *pool; // of the processor's threads
     enum bd_rays_alpha alpha;
 };
 
@@ -37,8 +39,10 @@ struct bd_segments {
     struct bd_buf *occluded; // a bit each, 32 a word
     size_t count_max;        // a multiple of 32
     struct bd_ray_counts traced;
+    // What each of the two who are asked works with, from the first time on.
     struct bd_segment *host;
     uint32_t *host_bits;
+    struct bd_buf *places, *counts;
 };
 
 // Of the buffer of segments: a slice of any picture's.

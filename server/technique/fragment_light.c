@@ -54,7 +54,7 @@ enum bd_err bd_fragments_gather(const struct bd_pass_context *context,
         .rays = inputs->params->rays,
         .seed = inputs->seed,
     };
-    if (inputs->rays) gather.visibility = &visibility;
+    if (inputs->occluders) gather.visibility = &visibility;
     if (!inputs->chosen) return bd_gather_fragments_run(context, &gather, out, fault);
     return bd_gather_chosen_fragments_run(context, &chosen, out, fault);
 }

@@ -61,7 +61,7 @@ static enum bd_err gather(const struct bd_pass_context *context,
         .into = unlit->into,
     };
     if (inputs->chosen) return gather_chosen(context, inputs, unlit, &gather, out, fault);
-    if (inputs->rays) return bd_fragments_gather(context, inputs, unlit, out, fault);
+    if (inputs->occluders) return bd_fragments_gather(context, inputs, unlit, out, fault);
     bd_gpu_pass_begin(context->gpu, "gather");
     enum bd_err err = bd_gather_tree_fragments_run(context, &gather, out, fault);
     bd_gpu_pass_end(context->gpu);

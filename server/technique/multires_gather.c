@@ -17,7 +17,7 @@ static enum bd_err gather_glossy(const struct bd_pass_context *context,
                                  const struct bd_technique_inputs *inputs,
                                  struct bd_indirect *indirect, struct bd_fault *fault)
 {
-    if (inputs->rays) return bd_visible_lobes(context, inputs, indirect, fault);
+    if (inputs->occluders) return bd_visible_lobes(context, inputs, indirect, fault);
     return bd_glossy_light(context, inputs, BD_GLOSSY_LIGHT_AT_PIXELS, indirect, fault);
 }
 

@@ -95,7 +95,7 @@ struct bd_technique_inputs {
     const struct bd_discontinuity *discontinuity; // BD_INPUT_FRAGMENTS
     const struct bd_fragments *fragments;         // BD_INPUT_FRAGMENTS
     const struct bd_surfaces *surfaces;           // BD_INPUT_FRAGMENTS
-    const struct bd_rays *rays;                   // indirect_visibility=rays
+    const struct bd_occluders *occluders;         // indirect_visibility=rays
     struct bd_pool *pool;                         // for them
     bool chosen;                                  // there are fewer of them than VPLs
     bool filtered;                                // what they leave noisy
@@ -179,7 +179,7 @@ static inline const char *bd_technique_light_pass(const struct bd_technique *tec
 static inline struct bd_visibility_inputs
 bd_technique_visibility(const struct bd_technique_inputs *inputs)
 {
-    return (struct bd_visibility_inputs){inputs->rays, inputs->pool,
+    return (struct bd_visibility_inputs){inputs->occluders, inputs->pool,
                                          (enum bd_rays_alpha)inputs->params->alpha_coverage};
 }
 

@@ -10,7 +10,7 @@ static enum bd_err light(const struct bd_pass_context *context,
     const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
     const struct bd_gather_chosen_inputs chosen = {gather, inputs->vpls_in_order,
                                                    inputs->params->rays, inputs->seed};
-    if (inputs->rays) gather->visibility = &visibility;
+    if (inputs->occluders) gather->visibility = &visibility;
     if (!inputs->chosen) return bd_gather_run(context, gather, out, fault);
     enum bd_err err = bd_gather_chosen_run(context, &chosen, out, fault);
     if (err || !inputs->filtered) return err;

@@ -73,6 +73,14 @@
 #define BD_STORAGE_PREFIX   5
 #define BD_STORAGE_PICKS    6
 
+// Storage blocks of visibility, beside BD_STORAGE_SEGMENTS and BD_STORAGE_OCCLUDED.
+#define BD_STORAGE_RAY_NODES     0
+#define BD_STORAGE_RAY_TRIANGLES 1
+#define BD_STORAGE_RAY_PLACES    2
+#define BD_STORAGE_RAY_COUNTS    5
+#define BD_STORAGE_RAY_CUTOUTS   6
+#define BD_STORAGE_RAY_TEXELS    7
+
 // Storage blocks of gather_fragments.
 #define BD_STORAGE_FRAGMENTS 0
 
