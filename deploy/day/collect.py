@@ -8,7 +8,7 @@ gets, by the name of the device (nvidia, software, ...):
     DEVICE.json                 machine, driver, devices, and of each leg every step's result and time
     DEVICE.txt                  the same for people: counts, and the last words of what did not pass
     DEVICE.sandbox.json, DEVICE.first_light.json, DEVICE.edit_latency.json,
-    DEVICE.slice_overhead.*.txt
+    DEVICE.slice_overhead.*.txt, DEVICE.ray_device.*.txt
     DEVICE.bench.json, .csv, .svg, .html; DEVICE.papers.json, .csv, .html
 
 Pages are drawn where matplotlib is. Legs of two devices, or one leg twice, are refused.
@@ -29,7 +29,7 @@ FORMAT = 1
 KEPT = (("sandbox.json", "sandbox.json"), ("first_light.json", "first_light.json"), ("edit_latency.json", "edit_latency.json"),
         ("bench/bench.json", "bench.json"), ("bench/bench.csv", "bench.csv"),
         ("papers/papers.json", "papers.json"), ("papers/papers.csv", "papers.csv"))
-LOGS = ("slice_overhead",)
+LOGS = ("slice_overhead", "ray_device")
 
 
 def fail(message):

@@ -50,10 +50,12 @@ def _script(name, *words):
 
 
 LEGS = {
-    "device": Leg("what the device is and does: gpu, pass, frame, analytic, e2e, cli; the daemon's fences", 300,
-                  suites=("gpu", "pass", "frame", "analytic", "e2e", "cli"), benches=(
+    "device": Leg("what the device is and does: gpu, pass, rays, frame, analytic, e2e, cli; the daemon's fences", 330,
+                  suites=("gpu", "pass", "rays", "frame", "analytic", "e2e", "cli"), benches=(
         Bench("sandbox", ("@PYTHON@", "@SOURCE@/deploy/day/sandbox.py", "@BUILD@/server/bounced", BOUNCE,
-                          "@SOURCE@/tests/scenes/cornell.glb", "-o", "@OUT@/sandbox.json"), 60),)),
+                          "@SOURCE@/tests/scenes/cornell.glb", "-o", "@OUT@/sandbox.json"), 60),
+        Bench("ray_device.sponza", ("@BUILD@/tests/bench/ray_device", SPONZA, "2"), 10),
+        Bench("ray_device.garden", ("@BUILD@/tests/bench/ray_device", GARDEN, "2"), 10))),
     "pictures": Leg("what pictures look like: golden, stability, matrix", 420,
                     suites=("golden", "stability", "matrix")),
     "bench": Leg("whole commands, slices, latency of edits, error against run time", LEG_SECONDS, benches=(

@@ -421,6 +421,33 @@ static void the_structure_is_kept_by_what_it_is_made_from(void **state)
     finish(&first), finish(&other);
 }
 
+// They differ at edges alone.
+static void the_device_is_asked_in_the_processors_place(void **state)
+{
+    struct world *w = *state;
+    static const char *const settings[] = {"indirect_visibility=rays rays=1000000",
+                                           "indirect_visibility=rays rays=5"};
+    for (int s = 0; s < 2; s++) {
+        make_box(w, 1, 0, THINGS_WALL, s);
+        struct picture processor = render(w, settings[s], 7);
+        w->fresh = BD_FRESH_ALL;
+        w->renderer.rays_on = BD_RAYS_DEVICE;
+        struct picture device = render(w, settings[s], 7);
+        w->renderer.slicer.forced_units = 70000;
+        struct picture sliced = render(w, settings[s], 7);
+        w->renderer.slicer.forced_units = 0;
+        w->renderer.rays_on = BD_RAYS_AUTO;
+        w->fresh = BD_FRESH_NONE;
+        assert_true(has_run(&device, "bvh") && has_run(&device, "visibility"));
+        assert_true(is_same(&device, &sliced));
+        const double off = relative_rmse(indirect_of(&device), indirect_of(&processor));
+        if (off > 1e-3) fail_msg("%s: %g %%", settings[s], 100 * off);
+        assert_int_equal(device.report.counts.rays, processor.report.counts.rays);
+        assert_true(device.report.counts.mrays_per_s > 0);
+        finish(&processor), finish(&device), finish(&sliced);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -433,6 +460,7 @@ int main(void)
         cmocka_unit_test(many_rays_are_nearly_all),
         cmocka_unit_test(the_same_bytes_twice),
         cmocka_unit_test(sub_frames_share_what_was_asked),
+        cmocka_unit_test(the_device_is_asked_in_the_processors_place),
         cmocka_unit_test(the_structure_is_kept_by_what_it_is_made_from),
     };
     return cmocka_run_group_tests(tests, world_open, world_close);
