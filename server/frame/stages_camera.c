@@ -153,7 +153,7 @@ static bool has_lit_by(const struct bd_frame *frame, const struct bd_technique_p
 {
     const bool lights = frame->indirect->fragment_count > 0, lobes = frame->plan->glossy;
     if (pass->when & BD_WHEN_GLOSSY) return lobes;
-    if (pass->when & BD_WHEN_FILTERED) return false;
+    if (pass->when & BD_WHEN_FILTERED) return lobes;
     if (pass->when) return lights || lobes;
     return lights && strcmp(pass->name, bd_technique_light_pass(frame->plan->technique)) == 0;
 }

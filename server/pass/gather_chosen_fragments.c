@@ -17,6 +17,8 @@ static enum bd_err gather_slice(const struct gather *g, const struct bd_askers_s
     bd_bind_image(&asking->bindings, 1, g->out->coarse, false, true);
     bd_bind_image(&asking->bindings, 2, g->out->fine_vector, false, true);
     bd_bind_image(&asking->bindings, 3, g->out->coarse_vector, false, true);
+    bd_bind_image(&asking->bindings, 4, g->out->fine_noise, false, true);
+    bd_bind_image(&asking->bindings, 5, g->out->coarse_noise, false, true);
     bd_slicer_work(g->context->slicer, "gather chosen");
     bd_gpu_pass_begin(g->context->gpu, "gather");
     bd_askers_dispatch(g->context->gpu, g->program, asking);
@@ -49,6 +51,7 @@ static enum bd_err run(struct gather *g, struct bd_fault *fault)
     struct bd_defines defines = {0};
     bd_askers_define(&choose.askers, &defines);
     if (gather->spread) bd_define(&defines, "BD_SPREAD", 1);
+    if (g->out->fine_noise) bd_define(&defines, "BD_NOISE", 1);
     enum bd_err err = bd_compute_get(g->context->gpu, "pass/gather_fragments/chosen.comp", &defines,
                                      &g->program, fault);
     if (!err) err = bd_chooser_create(g->context, &choose, &g->chooser, fault);
@@ -66,6 +69,8 @@ enum bd_err bd_gather_chosen_fragments_run(const struct bd_pass_context *context
     if (!g.out)
         err = bd_multires_light_create(context->gpu, &inputs->gather->fragments->layout,
                                        bd_fragment_vectors(inputs->gather), &g.out, fault);
+    if (!err && inputs->noise && !inputs->gather->into)
+        err = bd_multires_light_add_noise(context->gpu, g.out, fault);
     if (!err) err = run(&g, fault);
     bd_chooser_destroy(context->gpu, &g.chooser);
     if (err && !inputs->gather->into) bd_multires_light_destroy(context->gpu, &g.out);

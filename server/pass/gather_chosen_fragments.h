@@ -13,6 +13,7 @@ struct bd_gather_chosen_fragments_inputs {
     const struct bd_choice *choice; // or this, instead of the list
     uint32_t rays;                  // a fragment, at most BD_RAYS_CHOSEN_MAX
     uint64_t seed;
+    bool noise; // is asked for, of light that is not added to
 };
 
 BD_MUST_CHECK

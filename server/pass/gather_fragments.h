@@ -53,6 +53,8 @@ struct bd_multires_light {
     // fragment's normal is the sum of its irradiance. a of the latter = the spread of light, if
     // asked for.
     struct bd_tex *fine_vector, *coarse_vector;
+    // RGBA32F or NULL: half the difference of the halves whose mean the light is.
+    struct bd_tex *fine_noise, *coarse_noise;
     struct bd_ray_counts rays; // that were traced for it so far
 };
 
@@ -70,6 +72,10 @@ BD_MUST_CHECK
 enum bd_err bd_multires_light_create(struct bd_gpu *gpu, const struct bd_multires_layout *layout,
                                      enum bd_light_vectors vectors, struct bd_multires_light **out,
                                      struct bd_fault *fault);
+// With textures for its noise, which it has not yet.
+BD_MUST_CHECK
+enum bd_err bd_multires_light_add_noise(struct bd_gpu *gpu, struct bd_multires_light *light,
+                                        struct bd_fault *fault);
 void bd_multires_light_destroy(struct bd_gpu *gpu, struct bd_multires_light **light);
 
 #endif

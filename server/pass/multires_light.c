@@ -48,6 +48,17 @@ enum bd_err bd_multires_light_create(struct bd_gpu *gpu, const struct bd_multire
     return BD_ERR_OK;
 }
 
+enum bd_err bd_multires_light_add_noise(struct bd_gpu *gpu, struct bd_multires_light *light,
+                                        struct bd_fault *fault)
+{
+    uint32_t wide, high;
+    bd_multires_stack_size(&light->layout, &wide, &high);
+    enum bd_err err = create_cleared(gpu, "noise of pixels", light->layout.size_px.x,
+                                     light->layout.size_px.y, &light->fine_noise, fault);
+    return err ? err
+               : create_cleared(gpu, "noise of blocks", wide, high, &light->coarse_noise, fault);
+}
+
 void bd_multires_light_destroy(struct bd_gpu *gpu, struct bd_multires_light **light)
 {
     if (!*light) return;
@@ -55,6 +66,8 @@ void bd_multires_light_destroy(struct bd_gpu *gpu, struct bd_multires_light **li
     bd_tex_destroy(gpu, &(*light)->coarse);
     bd_tex_destroy(gpu, &(*light)->fine_vector);
     bd_tex_destroy(gpu, &(*light)->coarse_vector);
+    bd_tex_destroy(gpu, &(*light)->fine_noise);
+    bd_tex_destroy(gpu, &(*light)->coarse_noise);
     free(*light);
     *light = NULL;
 }

@@ -3,6 +3,7 @@
 #include <math.h>
 
 #include "base/assert.h"
+#include "pass/filter_fragments.h"
 #include "pass/gather_chosen_fragments.h"
 #include "pass/splat_fragments.h"
 #include "pass/upsample.h"
@@ -53,6 +54,7 @@ enum bd_err bd_fragments_gather(const struct bd_pass_context *context,
         .list = inputs->vpls_in_order,
         .rays = inputs->params->rays,
         .seed = inputs->seed,
+        .noise = inputs->filtered,
     };
     if (inputs->occluders) gather.visibility = &visibility;
     if (!inputs->chosen) return bd_gather_fragments_run(context, &gather, out, fault);
@@ -111,6 +113,18 @@ static enum bd_err refine(const struct bd_pass_context *context,
         if (parts->count > 0) err = light_fragments(context, inputs, &unlit, &same, fault);
     }
     return err;
+}
+
+static enum bd_err filter(const struct bd_pass_context *context,
+                          const struct bd_technique_inputs *inputs, struct lit *lit,
+                          struct bd_fault *fault)
+{
+    const struct bd_unlit unlit = {.fragments = inputs->fragments};
+    const struct bd_gather_fragments_inputs gather = bd_fragment_inputs(inputs, &unlit);
+    const struct bd_fragments *lists[BD_MULTIRES_LEVEL_MAX + 1] = {inputs->fragments};
+    for (uint32_t i = 0; i < lit->part_count; i++) lists[i + 1] = lit->parts[i];
+    return bd_filter_fragments_run(context, &gather, lists, lit->part_count + 1, &lit->light,
+                                   fault);
 }
 
 static uint64_t fragment_count(const struct bd_technique_inputs *inputs, const struct lit *lit)
@@ -177,6 +191,7 @@ enum bd_err bd_fragment_light(const struct bd_pass_context *context,
 {
     struct lit lit = {0};
     enum bd_err err = light(context, inputs, pass, light_fragments, &lit, fault);
+    if (!err && inputs->filtered) err = filter(context, inputs, &lit, fault);
     if (!err) err = upsample(context, inputs, &lit, out, fault);
     destroy_lit(context->gpu, &lit);
     return err;

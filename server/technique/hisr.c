@@ -30,6 +30,7 @@ static enum bd_err gather_chosen(const struct bd_pass_context *context,
         .choice = bd_tree_choice_get(choice),
         .rays = inputs->params->rays,
         .seed = inputs->seed,
+        .noise = inputs->filtered,
     };
     err = bd_gather_chosen_fragments_run(context, &chosen, out, fault);
     bd_tree_choice_destroy(&choice);
@@ -79,6 +80,7 @@ static const struct bd_technique_pass passes[] = {{"weigh", BD_WHEN_CHOSEN},
                                                   {"choose", BD_WHEN_RAYS},
                                                   {"visibility", BD_WHEN_RAYS},
                                                   {"gather", 0},
+                                                  {"filter", BD_WHEN_FILTERED},
                                                   {"upsample", 0},
                                                   {NULL, 0}};
 static const char *const ladder[] = {

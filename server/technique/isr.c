@@ -19,6 +19,7 @@ static const struct bd_technique_pass passes[] = {{"weigh", BD_WHEN_CHOSEN},
                                                   {"choose", BD_WHEN_RAYS},
                                                   {"visibility", BD_WHEN_RAYS},
                                                   {"gather", 0},
+                                                  {"filter", BD_WHEN_FILTERED},
                                                   {"upsample", 0},
                                                   {NULL, 0}};
 static const struct bd_param_default defaults[] = {BD_DEFAULT_VISIBILITY};

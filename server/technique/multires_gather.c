@@ -32,14 +32,11 @@ static enum bd_err gather_fragments(const struct bd_pass_context *context,
     return err;
 }
 
-static const struct bd_technique_pass passes[] = {{"weigh", BD_WHEN_CHOSEN},
-                                                  {"choose", BD_WHEN_RAYS},
-                                                  {"visibility", BD_WHEN_RAYS},
-                                                  {"gather", 0},
-                                                  {"upsample", 0},
-                                                  {"glossy", BD_WHEN_GLOSSY},
-                                                  {"filter", BD_WHEN_FILTERED | BD_WHEN_GLOSSY},
-                                                  {NULL, 0}};
+static const struct bd_technique_pass passes[] = {
+    {"weigh", BD_WHEN_CHOSEN},    {"choose", BD_WHEN_RAYS},
+    {"visibility", BD_WHEN_RAYS}, {"gather", 0},
+    {"filter", BD_WHEN_FILTERED}, {"upsample", 0},
+    {"glossy", BD_WHEN_GLOSSY},   {NULL, 0}};
 // Flat walls stay few blocks whatever the thresholds are: towards the top it is how large a block
 // may be that makes them more.
 static const char *const ladder[] = {
@@ -71,7 +68,6 @@ static const struct bd_param_default defaults[] = {
     {BD_PARAM_FINEST, 1}, // 2 pixels
     {BD_PARAM_LIGHT_THRESHOLD, 0.05},
     BD_DEFAULT_VISIBILITY,
-    {BD_PARAM_NOISE_FILTER, 1},
 };
 
 const struct bd_technique bd_technique_multires_gather = {
@@ -81,8 +77,8 @@ const struct bd_technique bd_technique_multires_gather = {
     .inputs = BD_INPUT_VPL_GRID | BD_INPUT_FRAGMENTS,
     .passes = passes,
     .params_read = BD_READS_VPL_GRID | BD_READS_VISIBILITY | BD_READS_FRAGMENTS |
-                   BD_READS(BD_PARAM_NOISE_FILTER) | BD_READS(BD_PARAM_LIGHT_THRESHOLD) |
-                   BD_READS(BD_PARAM_VISIT) | BD_READS(BD_PARAM_SUB_FRAMES),
+                   BD_READS(BD_PARAM_LIGHT_THRESHOLD) | BD_READS(BD_PARAM_VISIT) |
+                   BD_READS(BD_PARAM_SUB_FRAMES),
     .tolerance = {.direct = 1e-3, .indirect = 1e-2},
     .hazard_codes = "TN",
     .defaults = defaults,

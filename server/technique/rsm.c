@@ -20,7 +20,6 @@ static const struct bd_technique_pass passes[] = {
 };
 static const struct bd_param_default defaults[] = {
     BD_DEFAULT_VISIBILITY,
-    {BD_PARAM_NOISE_FILTER, 1},
 };
 static const char *const ladder[] = {"vpls=16",   "vpls=64",    "vpls=256",   "vpls=1024",
                                      "vpls=4096", "vpls=16384", "vpls=65536", NULL};
@@ -31,8 +30,7 @@ const struct bd_technique bd_technique_rsm = {
     .model = {.indirect_bounces = 1, .lights = BD_LIGHTS_PUNCTUAL, .glossy_receivers = true},
     .inputs = BD_INPUT_VPL_GRID,
     .passes = passes,
-    .params_read = BD_READS_VPL_GRID | BD_READS_VISIBILITY | BD_READS(BD_PARAM_NOISE_FILTER) |
-                   BD_READS(BD_PARAM_SUB_FRAMES),
+    .params_read = BD_READS_VPL_GRID | BD_READS_VISIBILITY | BD_READS(BD_PARAM_SUB_FRAMES),
     .defaults = defaults,
     .default_count = sizeof defaults / sizeof *defaults,
     .tolerance = {.direct = 1e-3, .indirect = 1e-2},

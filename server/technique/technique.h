@@ -25,13 +25,14 @@ enum bd_frame_input {
 
 // Parameters that the frame reads for those inputs, G-buffer and direct light included.
 #define BD_READS_VISIBILITY                                                                        \
-    (BD_READS(BD_PARAM_INDIRECT_VISIBILITY) | BD_READS(BD_PARAM_RAYS) | BD_READS(BD_PARAM_ALPHA))
+    (BD_READS(BD_PARAM_INDIRECT_VISIBILITY) | BD_READS(BD_PARAM_RAYS) | BD_READS(BD_PARAM_ALPHA) | \
+     BD_READS(BD_PARAM_NOISE_FILTER))
 // Their defaults, where rays may hide indirect light (the reference's are others).
+// clang-format off
 #define BD_DEFAULT_VISIBILITY                                                                      \
-    {BD_PARAM_INDIRECT_VISIBILITY, BD_VISIBILITY_NONE},                                            \
-    {                                                                                              \
-        BD_PARAM_ALPHA, BD_RAYS_ALPHA_MASK                                                         \
-    }
+    {BD_PARAM_INDIRECT_VISIBILITY, BD_VISIBILITY_NONE}, {BD_PARAM_ALPHA, BD_RAYS_ALPHA_MASK},      \
+    {BD_PARAM_NOISE_FILTER, 1}
+// clang-format on
 #define BD_READS_VPL_GRID                                                                          \
     (BD_READS(BD_PARAM_BRDF) | BD_READS(BD_PARAM_SHADOW_SIZE) | BD_READS(BD_PARAM_VPLS) |          \
      BD_READS(BD_PARAM_VPL_BUDGET) | BD_READS(BD_PARAM_RSM_SIZE) | BD_READS(BD_PARAM_VPL_KERNEL) | \

@@ -55,6 +55,11 @@
 #define BD_UNIT_FIRST_VECTOR     8
 #define BD_UNIT_LIT              10
 
+// Of what few rays left, in filter_fragments, beside the G-buffer.
+#define BD_UNIT_NOISY_LIGHT  4
+#define BD_UNIT_NOISY_VECTOR 5
+#define BD_UNIT_NOISE        6
+
 // Images of glossy_blocks.
 #define BD_IMAGE_GLOSSY_FLAGS  0
 #define BD_IMAGE_SURFACE_LEAST 1

@@ -257,6 +257,7 @@ static void a_closed_room_is_black(void **state)
 }
 
 #define SEEDS 40
+#define FEW   "indirect_visibility=rays rays=6 noise_filter=off"
 
 // Mean over pictures of as many seeds.
 struct mean {
@@ -264,14 +265,13 @@ struct mean {
     double one_off; // relative RMSE of a picture, on average
 };
 
-static struct mean mean_of_seeds(struct world *w, const struct way *way, const char *settings,
-                                 const struct picture *all)
+static struct mean mean_of_seeds(struct world *w, const struct way *way, const struct picture *all)
 {
     struct mean mean = {.image = bd_image_create(WIDTH, HEIGHT, 3)};
     const size_t samples = sample_count(mean.image);
     memset(mean.image->pixels, 0, samples * sizeof *mean.image->pixels);
     for (uint64_t seed = 0; seed < SEEDS; seed++) {
-        struct picture few = render_by(w, way, settings, seed, 1);
+        struct picture few = render_by(w, way, FEW, seed, 1);
         assert_true(has_run(&few, "weigh") && has_run(&few, "choose"));
         assert_int_equal(has_run(&few, "vpl_order"), seed == 0 && !way->is_of_cuts);
         assert_true(few.report.counts.rays <= 12 * WIDTH * HEIGHT);
@@ -285,13 +285,9 @@ static struct mean mean_of_seeds(struct world *w, const struct way *way, const c
 
 static void check_mean(struct world *w, const struct way *way, bool glossy)
 {
-    const bool has_filter = !way->is_of_blocks || strcmp(way->technique, "multires_gather") == 0;
-    char settings[80];
-    snprintf(settings, sizeof settings, "indirect_visibility=rays rays=6%s",
-             has_filter ? " noise_filter=off" : "");
     make_box(w, 1, 0, THINGS_WALL, glossy);
     struct picture all = render_by(w, way, "indirect_visibility=rays rays=1000000", 0, 1);
-    struct mean found = mean_of_seeds(w, way, settings, &all);
+    struct mean found = mean_of_seeds(w, way, &all);
     const double one = found.one_off, many = relative_rmse(found.image, indirect_of(&all));
     printf("    %s %s, %s: 6 rays %.3g %%, mean of %d %.3g %%\n", way->technique, way->settings,
            glossy ? "glossy" : "rough", 100 * one, SEEDS, 100 * many);
@@ -329,12 +325,32 @@ static void a_node_is_seen_by_its_leaves(void **state)
     struct world *w = *state;
     make_box(w, 1, 0, THINGS_WALL, false);
     struct picture all = render_by(w, &coarse, "indirect_visibility=rays rays=1000000", 0, 1);
-    struct mean found = mean_of_seeds(w, &coarse, "indirect_visibility=rays rays=6", &all);
+    struct mean found = mean_of_seeds(w, &coarse, &all);
     const double off = relative_rmse(found.image, indirect_of(&all));
     printf("    mean of %d: %.3g %% off\n", SEEDS, 100 * off);
     assert_true(off < 0.105);
     bd_image_destroy(&found.image);
     finish(&all);
+}
+
+// What few rays leave is smoothed, and the mean stays where it was.
+static void noise_is_filtered(void **state)
+{
+    struct world *w = *state;
+    make_box(w, 1, 0, THINGS_WALL, false);
+    for (size_t i = 0; i < WAY_COUNT; i++) {
+        struct picture all = render_by(w, &ways[i], "indirect_visibility=rays rays=1000000", 0, 1);
+        struct picture raw = render_by(w, &ways[i], FEW, 0, 1);
+        struct picture smooth = render_by(w, &ways[i], "indirect_visibility=rays rays=6", 0, 1);
+        const double before = relative_rmse(indirect_of(&raw), indirect_of(&all));
+        const double after = relative_rmse(indirect_of(&smooth), indirect_of(&all));
+        printf("    %s %s: %.3g %% raw, %.3g filtered\n", ways[i].technique, ways[i].settings,
+               100 * before, 100 * after);
+        assert_true(!has_run(&raw, "filter") && has_run(&smooth, "filter"));
+        assert_true(after < 0.75 * before);
+        ASSERT_REL(mean(&smooth), mean(&raw), 1e-2);
+        finish(&all), finish(&raw), finish(&smooth);
+    }
 }
 
 // Nearly all of them, chosen in several dispatches.
@@ -457,6 +473,7 @@ int main(void)
         cmocka_unit_test(a_wall_hides_light),
         cmocka_unit_test(few_rays_are_right_in_the_mean),
         cmocka_unit_test(a_node_is_seen_by_its_leaves),
+        cmocka_unit_test(noise_is_filtered),
         cmocka_unit_test(many_rays_are_nearly_all),
         cmocka_unit_test(the_same_bytes_twice),
         cmocka_unit_test(sub_frames_share_what_was_asked),
