@@ -11,9 +11,11 @@
 #define UNITS_PER_RECEIVER 4000.0
 // Of shaders/common/tree_choice.glsl, beyond a sum for each light.
 #define SUMS_BESIDE_LIGHTS 3u
-// The software device ends all loops of an invocation after 65,535 rounds; a pick climbs down to
-// its leaf in a few.
-#define PICKS_PER_DISPATCH 4096u
+// The software device ends all loops of eight invocations after 65,535 rounds in all. Each of them
+// may come to its picks at other nodes; a pick climbs down to its leaf in a few rounds, and a near
+// one's patch takes a dozen.
+#define PICKS_PER_WALK     4096u
+#define PICKS_PER_DISPATCH 1024u
 
 struct bd_tree_choice {
     const struct bd_pass_context *context;
@@ -60,6 +62,12 @@ static enum bd_err walk(struct bd_tree_choice *c, const struct bd_program *progr
     return err;
 }
 
+static void ask_for(struct bd_tree_choice *c, uint32_t first, uint32_t most)
+{
+    c->asking->args.vpls.x = first;
+    c->asking->args.vpls.y = c->rays - first < most ? c->rays - first : most;
+}
+
 // Leaves for the nodes of a light that were chosen.
 static enum bd_err pick(struct bd_tree_choice *c, uint32_t light)
 {
@@ -67,9 +75,7 @@ static enum bd_err pick(struct bd_tree_choice *c, uint32_t light)
     enum bd_err err = BD_ERR_OK;
     bd_slicer_work(c->context->slicer, "choose_tree pick");
     for (uint32_t at = 0; !err && at < c->rays; at += PICKS_PER_DISPATCH) {
-        const uint32_t left = c->rays - at;
-        c->asking->args.vpls.x = at;
-        c->asking->args.vpls.y = left < PICKS_PER_DISPATCH ? left : PICKS_PER_DISPATCH;
+        ask_for(c, at, PICKS_PER_DISPATCH);
         dispatch(c, "choose", c->pick, &roots);
         err =
             bd_slicer_checkpoint(c->context->slicer, (double)c->receivers * c->asking->args.vpls.y);
@@ -82,7 +88,10 @@ static enum bd_err choose_slice(struct bd_tree_choice *c)
     c->walks = c->weigh;
     enum bd_err err = bd_tree_walk_estimate(&c->walk, visit, c);
     if (!err) err = walk(c, c->weigh);
-    if (!err) err = walk(c, c->choose);
+    for (uint32_t at = 0; !err && at < c->rays; at += PICKS_PER_WALK) {
+        ask_for(c, at, PICKS_PER_WALK);
+        err = walk(c, c->choose);
+    }
     for (uint32_t i = 0; !err && i < c->inputs->tree_count; i++) err = pick(c, i);
     return err;
 }

@@ -367,6 +367,21 @@ static void many_rays_are_nearly_all(void **state)
     finish(&all), finish(&many);
 }
 
+// As many as a device takes at once, more than the cut has nodes: of blocks, in several dispatches.
+static void many_rays_of_a_cut_are_nearly_all(void **state)
+{
+    static const struct way cut = {"hisr", "coarsest=1 finest=8 vpls=16384 tau=0.001", true, true};
+    struct world *w = *state;
+    make_box(w, 1, 0, THINGS_WALL, false);
+    struct picture all = render_by(w, &cut, "indirect_visibility=rays rays=1000000", 0, 1);
+    struct picture many =
+        render_by(w, &cut, "indirect_visibility=rays rays=16000 noise_filter=off", 0, 1);
+    const double off = relative_rmse(indirect_of(&many), indirect_of(&all));
+    printf("    %.3g %%\n", 100 * off);
+    if (!(off < 1e-2)) fail_msg("%g %%", 100 * off);
+    finish(&all), finish(&many);
+}
+
 static void a_wall_hides_light(void **state)
 {
     struct world *w = *state;
@@ -475,6 +490,7 @@ int main(void)
         cmocka_unit_test(a_node_is_seen_by_its_leaves),
         cmocka_unit_test(noise_is_filtered),
         cmocka_unit_test(many_rays_are_nearly_all),
+        cmocka_unit_test(many_rays_of_a_cut_are_nearly_all),
         cmocka_unit_test(the_same_bytes_twice),
         cmocka_unit_test(sub_frames_share_what_was_asked),
         cmocka_unit_test(the_device_is_asked_in_the_processors_place),

@@ -1,6 +1,6 @@
 // Nodes of the cuts for a receiver in proportion to what they would give it, by systematic sampling
-// over the running sum along its walk (common/systematic.glsl). Only which nodes: pick.comp finds
-// the leaves.
+// over the running sum along its walk (common/systematic.glsl): picks of a range, for which it walks
+// all trees. Only which nodes: pick.comp finds the leaves.
 #include "common/tree_choice.glsl"
 #include "common/systematic.glsl"
 
@@ -15,14 +15,16 @@ struct choosing {
 choosing choosing_so_far(uint place, receiver r)
 {
     float total = r.lit ? prefix[place_of_prefix(light_count() - 1u, place)] : 0.0;
-    if (light_of_walk() == 0u && tree_args.rows.w == 0u) return choosing(0.0, total, 0u);
+    if (light_of_walk() == 0u && tree_args.rows.w == 0u) return choosing(0.0, total, args.vpls.x);
     uint pick = floatBitsToUint(prefix[place_of_prefix(row_of_picks(), place)]);
     return choosing(prefix[place_of_prefix(row_of_running(), place)], total, pick);
 }
 
+uint picks_end() { return args.vpls.x + args.vpls.y; }
+
 void forget_picks(uint first)
 {
-    for (uint i = 0u; i < args.rays.x; i++)
+    for (uint i = args.vpls.x; i < picks_end(); i++)
         picks[(first + i) * BD_PICK_VEC4S] = uvec4(NO_ROOT, 0u, 0u, 1u);
 }
 
@@ -52,7 +54,7 @@ void main()
         if (!takes_next(r, w, estimate, node)) continue;
         float own = node_strength(r, viewer, node.at, node.n, node.bounds);
         float target = start + float(c.pick) * part;
-        while (target < c.running + own && c.pick < args.rays.x) {
+        while (target < c.running + own && c.pick < picks_end()) {
             store_node(first + c.pick, node.at, own, clamp((target - c.running) / own, 0.0, 1.0));
             target = start + float(++c.pick) * part;
         }

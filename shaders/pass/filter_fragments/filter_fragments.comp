@@ -12,10 +12,10 @@ layout(local_size_x = 64) in;
 layout(std140, binding = BD_UNIFORM_ARGS) uniform args_block { bd_gather_fragments_args args; };
 layout(std430, binding = BD_STORAGE_FRAGMENTS) readonly buffer fragments_block { uint fragments[]; };
 layout(binding = BD_UNIT_NOISY_LIGHT) uniform sampler2D light_in;
-layout(binding = BD_UNIT_NOISY_VECTOR) uniform sampler2D vector_in;
 layout(binding = BD_UNIT_NOISE) uniform sampler2D noise_in;
 layout(binding = 0, rgba32f) uniform writeonly image2D light_out;
 #ifdef BD_VECTOR
+layout(binding = BD_UNIT_NOISY_VECTOR) uniform sampler2D vector_in;
 layout(binding = 1, rgba32f) uniform writeonly image2D vector_out;
 #endif
 
@@ -68,7 +68,7 @@ void main()
     uint level = BD_FRAGMENT_LEVEL(fragment);
     ivec2 block = ivec2(BD_FRAGMENT_X(fragment), BD_FRAGMENT_Y(fragment)), at = texel_of(level, block);
     receiver here = surface_of(level, block);
-    vec4 own = texelFetch(light_in, at, 0), own_vector = texelFetch(vector_in, at, 0);
+    vec4 own = texelFetch(light_in, at, 0);
     float variance = 2.0 * NOISE_REACH * NOISE_REACH * noise_around(level, block, here);
     vec3 light = vec3(0.0), vector = vec3(0.0);
     float weights = 0.0;
@@ -80,11 +80,13 @@ void main()
         float off = all_channels(theirs - own.rgb);
         weight *= off == 0.0 ? 1.0 : exp(-off * off / max(variance, 1e-30));
         light += weight * theirs;
+#ifdef BD_VECTOR
         vector += weight * texelFetch(vector_in, other, 0).rgb;
+#endif
         weights += weight;
     }
     imageStore(light_out, at, vec4(light / weights, own.a));
 #ifdef BD_VECTOR
-    imageStore(vector_out, at, vec4(vector / weights, own_vector.a));
+    imageStore(vector_out, at, vec4(vector / weights, texelFetch(vector_in, at, 0).a));
 #endif
 }
