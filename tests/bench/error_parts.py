@@ -33,6 +33,10 @@ REFERENCES = {
 }
 
 
+class Failed(Exception):
+    pass
+
+
 class Bounce:
     def __init__(self, build):
         self.program = build / "clients/cli/bounce"
@@ -41,7 +45,7 @@ class Bounce:
     def __call__(self, *words):
         done = subprocess.run([self.program, *map(str, words)], env=self.environment, capture_output=True, text=True)
         if done.returncode:
-            raise SystemExit(f"bounce {words[0]}: {done.stderr.strip()}")
+            raise Failed(f"bounce {words[0]}: {done.stderr.strip()}")
         return done.stdout
 
     def off(self, truth, picture, layer):
@@ -78,8 +82,11 @@ def model_parts(bounce, files, layer):
 def technique_row(bounce, scene, technique, visibility, files, folder, options):
     out = folder / "frame.exr"
     sets = ["--set", f"indirect_visibility={visibility}"] if visibility else []
-    bounce("render", scene, "-o", out, "--size", options.size, "--technique", technique, "-q", "--layers",
-           ",".join(LAYERS), *sets)
+    try:
+        bounce("render", scene, "-o", out, "--size", options.size, "--technique", technique, "-q", "--layers",
+               ",".join(LAYERS), *sets)
+    except Failed as failed:  # a picture that is blank: nothing that it knows lights the scene
+        return {"failed": str(failed)}
     row = {}
     for name, truth in ("full", files["full"]), ("one_bounce", files["senders"]):
         row[name] = {}
