@@ -16,12 +16,10 @@ size_t bd_askers_count(const struct bd_askers *askers, const struct bd_askers_sl
     return askers->fragments ? slice->count : (size_t)slice->tile.width * slice->tile.height;
 }
 
-#define ROW_OF_LIST 64u
-
 struct bd_askers_slice bd_askers_of_list(uint32_t first, uint32_t count)
 {
     return (struct bd_askers_slice){
-        {0, 0, ROW_OF_LIST, bd_divided_up(count, ROW_OF_LIST)}, first, count};
+        {0, 0, BD_ASKERS_ROW, bd_divided_up(count, BD_ASKERS_ROW)}, first, count};
 }
 
 static void bind_fragments(const struct bd_askers *askers, struct bd_bindings *bindings)

@@ -15,7 +15,6 @@
 // The software device ends all loops of an invocation after 65,535 rounds.
 #define ROUNDS_MAX    60000u
 #define PICK_BYTES    ((size_t)BD_PICK_VEC4S * sizeof(struct bd_vec4))
-#define FRAGMENTS_ROW 64u // fragments of a slice are in rows of so many
 
 static void bind_vpls(const struct bd_vpl_list *list, struct bd_bindings *bindings)
 {
@@ -111,7 +110,7 @@ static void lay_out(struct bd_chooser *c)
         c->sum_count * sizeof(float) + c->inputs.rays * (sizeof(struct bd_segment) + PICK_BYTES);
     const struct bd_fragments *fragments = c->inputs.askers.fragments;
     const size_t receivers =
-        fragments ? (size_t)fragments->count + FRAGMENTS_ROW : (size_t)c->width * c->height;
+        fragments ? (size_t)fragments->count + BD_ASKERS_ROW : (size_t)c->width * c->height;
     size_t most = BD_SEGMENTS_BYTES_MAX / of_receiver;
     if (most > receivers) most = receivers;
     // A tile is eight pixels square at least, whatever that takes.
@@ -297,9 +296,9 @@ static bool next_fragments(struct bd_chooser *c)
 {
     const uint32_t done = c->slice.first + c->slice.count;
     const uint32_t left = c->inputs.askers.fragments->count - done;
-    const uint32_t rows_max = c->receivers_max / FRAGMENTS_ROW;
+    const uint32_t rows_max = c->receivers_max / BD_ASKERS_ROW;
     uint32_t count = bd_list_slice(c->context->slicer, units_of_receiver(c), left);
-    if (count > rows_max * FRAGMENTS_ROW) count = rows_max * FRAGMENTS_ROW;
+    if (count > rows_max * BD_ASKERS_ROW) count = rows_max * BD_ASKERS_ROW;
     c->slice = bd_askers_of_list(done, count);
     return count > 0;
 }

@@ -20,7 +20,7 @@
 // More would not fit beside one another in a slice; ask all VPLs then.
 #define BD_RAYS_CHOSEN_MAX 16384u
 
-// Who asks, in slices: pixels of a picture, or fragments of a list.
+// Receivers that ask, in slices: pixels of a picture, or fragments of a list.
 struct bd_askers {
     const struct bd_viewpoint *viewpoint;
     const struct bd_render_space *space;
@@ -33,6 +33,9 @@ struct bd_askers {
     uint32_t finest_level;                        // as bd_gather_fragments_inputs
     bool vector;                                  // the irradiance vector is asked for, too
 };
+
+// Fragments of a slice stand in rows of so many: a work group across.
+#define BD_ASKERS_ROW 64u
 
 // A slice of them: pixels of the tile, or `count` fragments from `first` on, in rows as wide as the
 // tile.

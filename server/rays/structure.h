@@ -141,7 +141,8 @@ bool bd_rays_go_on(void *watch, double share);
 BD_MUST_CHECK
 enum bd_err bd_rays_built(const struct bd_rays_part *part, const struct bd_rays_watch *watch,
                           struct bd_fault *fault);
-// Builds a part of the snapshot and adds it as a level. On failure nothing is added.
+// Builds a part of the snapshot and adds it as a level. After a failure the structure is good for
+// bd_rays_destroy alone.
 BD_MUST_CHECK
 enum bd_err bd_rays_add_built(struct bd_rays *rays, const struct bd_rays_wish *wish,
                               const struct bd_rays_build *build, struct bd_fault *fault);

@@ -1,4 +1,4 @@
-// Who asks which VPLs it sees: pixels of a tile; with BD_FRAGMENTS blocks of a list, in rows as wide
+// Receivers that ask which VPLs they see: pixels of a tile; with BD_FRAGMENTS blocks of a list, in rows as wide
 // as the tile.
 #include "shared/choose.h"
 #include "shared/bindings.h"
