@@ -7,6 +7,13 @@
 #include "pass/gather_fragments.h"
 #include "technique/technique.h"
 
+// The passes of a technique that lights fragments, in order.
+// clang-format off
+#define BD_FRAGMENT_PASSES                                                                         \
+    {"weigh", BD_WHEN_CHOSEN}, {"choose", BD_WHEN_RAYS}, {"visibility", BD_WHEN_RAYS},             \
+    {"gather", 0}, {"filter", BD_WHEN_FILTERED}, {"upsample", 0}
+// clang-format on
+
 // Whether irradiance vectors are asked for: not of light without room for them.
 bool bd_fragments_have_vectors(const struct bd_params *params, const struct bd_unlit *unlit);
 

@@ -15,13 +15,7 @@ static enum bd_err light_fragments(const struct bd_pass_context *context,
     return bd_fragment_light(context, inputs, "gather", bd_fragments_gather, out, fault);
 }
 
-static const struct bd_technique_pass passes[] = {{"weigh", BD_WHEN_CHOSEN},
-                                                  {"choose", BD_WHEN_RAYS},
-                                                  {"visibility", BD_WHEN_RAYS},
-                                                  {"gather", 0},
-                                                  {"filter", BD_WHEN_FILTERED},
-                                                  {"upsample", 0},
-                                                  {NULL, 0}};
+static const struct bd_technique_pass passes[] = {BD_FRAGMENT_PASSES, {NULL, 0}};
 static const struct bd_param_default defaults[] = {BD_DEFAULT_VISIBILITY};
 static const char *const ladder[] = {
     "vpls=64 cluster_levels=1 depth_threshold=0.2 normal_threshold=1",

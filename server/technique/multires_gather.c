@@ -33,10 +33,7 @@ static enum bd_err gather_fragments(const struct bd_pass_context *context,
 }
 
 static const struct bd_technique_pass passes[] = {
-    {"weigh", BD_WHEN_CHOSEN},    {"choose", BD_WHEN_RAYS},
-    {"visibility", BD_WHEN_RAYS}, {"gather", 0},
-    {"filter", BD_WHEN_FILTERED}, {"upsample", 0},
-    {"glossy", BD_WHEN_GLOSSY},   {NULL, 0}};
+    BD_FRAGMENT_PASSES, {"glossy", BD_WHEN_GLOSSY}, {NULL, 0}};
 // Flat walls stay few blocks whatever the thresholds are: towards the top it is how large a block
 // may be that makes them more.
 static const char *const ladder[] = {
