@@ -311,17 +311,29 @@ static bool next_slice(struct bd_chooser *c)
                                &c->slice.tile);
 }
 
-bool bd_chooser_next(struct bd_chooser *c, struct bd_askers_slice *slice, struct bd_asking *asking,
-                     enum bd_err *err, struct bd_fault *fault)
+static enum bd_err use_chosen(const struct bd_chooser *c, const struct bd_chosen_use *use)
 {
-    *err = BD_ERR_OK;
-    if (!next_slice(c)) return false;
-    *err = ask(c, fault);
-    if (!*err) *err = look(c, fault);
-    *slice = c->slice;
-    bind(c, asking);
-    bd_bind_storage(&asking->bindings, BD_STORAGE_OCCLUDED, c->segments->occluded, true, false);
-    bd_bind_storage(&asking->bindings, BD_STORAGE_PICKS, c->picks, true, false);
-    bd_bind_storage(&asking->bindings, BD_STORAGE_PREFIX, c->prefix, true, false);
-    return !*err;
+    struct bd_asking asking;
+    bind(c, &asking);
+    bd_bind_storage(&asking.bindings, BD_STORAGE_OCCLUDED, c->segments->occluded, true, false);
+    bd_bind_storage(&asking.bindings, BD_STORAGE_PICKS, c->picks, true, false);
+    bd_bind_storage(&asking.bindings, BD_STORAGE_PREFIX, c->prefix, true, false);
+    use->bind(use->user, &asking.bindings);
+    bd_slicer_work(c->context->slicer, "gather chosen");
+    bd_gpu_pass_begin(c->context->gpu, use->pass);
+    bd_askers_dispatch(c->context->gpu, use->program, &asking);
+    bd_gpu_pass_end(c->context->gpu);
+    return bd_slicer_checkpoint(c->context->slicer, (double)receivers_of(c) * c->inputs.rays);
+}
+
+enum bd_err bd_chooser_run(struct bd_chooser *c, const struct bd_chosen_use *use,
+                           struct bd_fault *fault)
+{
+    enum bd_err err = BD_ERR_OK;
+    while (!err && next_slice(c)) {
+        err = ask(c, fault);
+        if (!err) err = look(c, fault);
+        if (!err) err = use_chosen(c, use);
+    }
+    return err;
 }

@@ -108,11 +108,18 @@ enum bd_err bd_chooser_create(const struct bd_pass_context *context,
                               struct bd_fault *fault);
 void bd_chooser_destroy(struct bd_gpu *gpu, struct bd_chooser **chooser);
 
-// Chooses for the next slice, and has the answers: `asking` then has all that a program with
-// shaders/common/chosen_light.glsl is bound to, which is dispatched before the next slice.
-// False when there are no more, or at an error: see *err.
-bool bd_chooser_next(struct bd_chooser *chooser, struct bd_askers_slice *slice,
-                     struct bd_asking *asking, enum bd_err *err, struct bd_fault *fault);
+// What is done with the chosen VPLs of each slice: a program with shaders/common/chosen_light.glsl,
+// in a pass of that name, with what `bind` adds of its outputs.
+struct bd_chosen_use {
+    const char *pass;
+    const struct bd_program *program;
+    void (*bind)(const void *user, struct bd_bindings *bindings);
+    const void *user;
+};
+// Chooses and has the answers, a slice after the other.
+BD_MUST_CHECK
+enum bd_err bd_chooser_run(struct bd_chooser *chooser, const struct bd_chosen_use *use,
+                           struct bd_fault *fault);
 struct bd_ray_counts bd_chooser_rays(const struct bd_chooser *chooser);
 
 #endif

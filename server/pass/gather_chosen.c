@@ -1,39 +1,21 @@
 #include "pass/gather_chosen.h"
 
 #include "pass/kernels.h"
-#include "shared/bindings.h"
 
 struct gather {
     const struct bd_pass_context *context;
     const struct bd_gather_chosen_inputs *inputs;
-    const struct bd_program *program;
     struct bd_chooser *chooser;
     struct bd_indirect *out;
 };
 
-static enum bd_err gather_slice(const struct gather *g, const struct bd_askers_slice *slice,
-                                struct bd_asking *asking)
+static void bind_outputs(const void *user, struct bd_bindings *bindings)
 {
-    bd_bind_image(&asking->bindings, 0, g->out->irradiance, false, true);
-    bd_bind_image(&asking->bindings, 1, g->out->glossy, false, true);
-    bd_bind_image(&asking->bindings, 2, g->out->noise, false, true);
-    bd_bind_image(&asking->bindings, 3, g->out->noise_glossy, false, true);
-    bd_slicer_work(g->context->slicer, "gather chosen");
-    bd_gpu_pass_begin(g->context->gpu, bd_gather_pass(g->inputs->gather));
-    bd_askers_dispatch(g->context->gpu, g->program, asking);
-    bd_gpu_pass_end(g->context->gpu);
-    const double pixels = (double)slice->tile.width * slice->tile.height;
-    return bd_slicer_checkpoint(g->context->slicer, pixels * g->inputs->rays);
-}
-
-static enum bd_err gather_all(const struct gather *g, struct bd_fault *fault)
-{
-    struct bd_askers_slice slice;
-    struct bd_asking asking;
-    enum bd_err err = BD_ERR_OK;
-    while (!err && bd_chooser_next(g->chooser, &slice, &asking, &err, fault))
-        err = gather_slice(g, &slice, &asking);
-    return err;
+    const struct bd_indirect *out = user;
+    bd_bind_image(bindings, 0, out->irradiance, false, true);
+    bd_bind_image(bindings, 1, out->glossy, false, true);
+    bd_bind_image(bindings, 2, out->noise, false, true);
+    bd_bind_image(bindings, 3, out->noise_glossy, false, true);
 }
 
 static enum bd_err create_out(struct gather *g, struct bd_fault *fault)
@@ -68,11 +50,12 @@ static enum bd_err run(struct gather *g, struct bd_fault *fault)
     struct bd_defines defines = {0};
     if (gather->glossy) bd_define(&defines, "BD_GLOSSY", 1);
     enum bd_err err = create_out(g, fault);
+    struct bd_chosen_use use = {bd_gather_pass(gather), NULL, bind_outputs, g->out};
     if (!err)
-        err = bd_compute_get(g->context->gpu, "pass/gather/chosen.comp", &defines, &g->program,
+        err = bd_compute_get(g->context->gpu, "pass/gather/chosen.comp", &defines, &use.program,
                              fault);
     if (!err) err = bd_chooser_create(g->context, &choose, &g->chooser, fault);
-    if (!err) err = gather_all(g, fault);
+    if (!err) err = bd_chooser_run(g->chooser, &use, fault);
     if (!err) g->out->rays = bd_chooser_rays(g->chooser);
     return err;
 }

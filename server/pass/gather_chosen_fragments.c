@@ -5,35 +5,19 @@
 struct gather {
     const struct bd_pass_context *context;
     const struct bd_gather_chosen_fragments_inputs *inputs;
-    const struct bd_program *program;
     struct bd_chooser *chooser;
     struct bd_multires_light *out;
 };
 
-static enum bd_err gather_slice(const struct gather *g, const struct bd_askers_slice *slice,
-                                struct bd_asking *asking)
+static void bind_outputs(const void *user, struct bd_bindings *bindings)
 {
-    bd_bind_image(&asking->bindings, 0, g->out->fine, false, true);
-    bd_bind_image(&asking->bindings, 1, g->out->coarse, false, true);
-    bd_bind_image(&asking->bindings, 2, g->out->fine_vector, false, true);
-    bd_bind_image(&asking->bindings, 3, g->out->coarse_vector, false, true);
-    bd_bind_image(&asking->bindings, 4, g->out->fine_noise, false, true);
-    bd_bind_image(&asking->bindings, 5, g->out->coarse_noise, false, true);
-    bd_slicer_work(g->context->slicer, "gather chosen");
-    bd_gpu_pass_begin(g->context->gpu, "gather");
-    bd_askers_dispatch(g->context->gpu, g->program, asking);
-    bd_gpu_pass_end(g->context->gpu);
-    return bd_slicer_checkpoint(g->context->slicer, (double)slice->count * g->inputs->rays);
-}
-
-static enum bd_err gather_all(const struct gather *g, struct bd_fault *fault)
-{
-    struct bd_askers_slice slice;
-    struct bd_asking asking;
-    enum bd_err err = BD_ERR_OK;
-    while (!err && bd_chooser_next(g->chooser, &slice, &asking, &err, fault))
-        err = gather_slice(g, &slice, &asking);
-    return err;
+    const struct bd_multires_light *out = user;
+    bd_bind_image(bindings, 0, out->fine, false, true);
+    bd_bind_image(bindings, 1, out->coarse, false, true);
+    bd_bind_image(bindings, 2, out->fine_vector, false, true);
+    bd_bind_image(bindings, 3, out->coarse_vector, false, true);
+    bd_bind_image(bindings, 4, out->fine_noise, false, true);
+    bd_bind_image(bindings, 5, out->coarse_noise, false, true);
 }
 
 static enum bd_err run(struct gather *g, struct bd_fault *fault)
@@ -48,14 +32,15 @@ static enum bd_err run(struct gather *g, struct bd_fault *fault)
         .spread = gather->spread,
         .visibility = gather->visibility,
     };
+    struct bd_chosen_use use = {"gather", NULL, bind_outputs, g->out};
     struct bd_defines defines = {0};
     bd_askers_define(&choose.askers, &defines);
     if (gather->spread) bd_define(&defines, "BD_SPREAD", 1);
     if (g->out->fine_noise) bd_define(&defines, "BD_NOISE", 1);
     enum bd_err err = bd_compute_get(g->context->gpu, "pass/gather_fragments/chosen.comp", &defines,
-                                     &g->program, fault);
+                                     &use.program, fault);
     if (!err) err = bd_chooser_create(g->context, &choose, &g->chooser, fault);
-    if (!err) err = gather_all(g, fault);
+    if (!err) err = bd_chooser_run(g->chooser, &use, fault);
     if (!err) bd_ray_counts_add(&g->out->rays, bd_chooser_rays(g->chooser));
     return err;
 }
