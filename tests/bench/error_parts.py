@@ -15,11 +15,11 @@ FOLDER keeps references for the next time.
 """
 import argparse
 import json
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
+from bounce import Bounce, Failed
 from harness.bench.store import machine
 
 LAYERS = ("indirect", "beauty")
@@ -33,30 +33,9 @@ REFERENCES = {
 }
 
 
-class Failed(Exception):
-    pass
-
-
-class Bounce:
-    def __init__(self, build):
-        self.program = build / "clients/cli/bounce"
-        self.environment = {"PATH": f"{build / 'server'}:/usr/bin:/bin"}
-
-    def __call__(self, *words):
-        done = subprocess.run([self.program, *map(str, words)], env=self.environment, capture_output=True, text=True)
-        if done.returncode:
-            raise Failed(f"bounce {words[0]}: {done.stderr.strip()}")
-        return done.stdout
-
-    def off(self, truth, picture, layer):
-        """Relative RMSE and the mean's error, both in per cent; None where the truth has no such light."""
-        told = json.loads(self("compare", "--json", "-q", truth, picture, "--layer", layer))
-        values = [told[name]["value"] for name in ("rel_rmse", "signed_error")]
-        return None if None in values else [100 * value for value in values]
-
-    def techniques(self):
-        told = json.loads(self("techniques", "--json"))
-        return [one for one in told["techniques"] if one["name"] != "reference"]
+def techniques_of(bounce):
+    told = json.loads(bounce("techniques", "--json"))
+    return [one for one in told["techniques"] if one["name"] != "reference"]
 
 
 def make_references(bounce, scene, folder, options):
@@ -118,7 +97,7 @@ def main():
     parser.add_argument("--only", type=lambda text: set(text.split(",")))
     options = parser.parse_args()
     bounce = Bounce(options.build)
-    techniques = [one for one in bounce.techniques() if not options.only or one["name"] in options.only]
+    techniques = [one for one in techniques_of(bounce) if not options.only or one["name"] in options.only]
     result = {"command": "tests/bench/error_parts.py " + " ".join(map(str, sys.argv[1:])), "machine": machine(), "rows": []}
     with tempfile.TemporaryDirectory() as folder:
         for scene in options.scenes:

@@ -10,35 +10,20 @@ FOLDER keeps truths for the next time.
 """
 import argparse
 import json
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
+from bounce import Bounce
 from harness.bench.store import machine
 
 LAYERS = ("indirect", "direct")
 
 
-class Bounce:
-    def __init__(self, build):
-        self.program = build / "clients/cli/bounce"
-        self.environment = {"PATH": f"{build / 'server'}:/usr/bin:/bin"}
-
-    def __call__(self, *words):
-        done = subprocess.run([self.program, *map(str, words)], env=self.environment, capture_output=True, text=True)
-        if done.returncode:
-            raise SystemExit(f"bounce {words[0]}: {done.stderr.strip()}")
-        return done.stdout
-
+class Referee(Bounce):
     def truth(self, scene, out, options):
         sets = [word for pair in options.set for word in ("--set", pair)]
         self("reference", scene, "-o", out, "--size", options.size, "--spp", options.truth_spp, "--seed", 77, "-q", *sets)
-
-    def off(self, truth, picture, layer):
-        """Relative RMSE and the mean's error, both in per cent."""
-        told = json.loads(self("compare", "--json", "-q", truth, picture, "--layer", layer))
-        return [100 * (told[name]["value"] or 0) for name in ("rel_rmse", "signed_error")]
 
     def frame(self, scene, out, options, spp, noise_filter):
         """Without halves, so that all its noise counts; returns what its filter took, in ms."""
@@ -55,7 +40,7 @@ def row_of(bounce, scene, spp, truth, options, folder):
     bounce.frame(scene, raw, options, spp, "off")
     row = {"scene": scene.stem, "spp": spp, "filter_ms": round(bounce.frame(scene, filtered, options, spp, "on"), 1)}
     for layer in LAYERS:
-        before, after = bounce.off(truth, raw, layer), bounce.off(truth, filtered, layer)
+        before, after = (bounce.off(truth, file, layer) or [0, 0] for file in (raw, filtered))
         row[layer] = {"raw_percent": round(before[0], 2), "filtered_percent": round(after[0], 2),
                       "mean_moved_percent": round(100 * (100 + after[1]) / (100 + before[1]) - 100, 2)}
     return row
@@ -72,7 +57,7 @@ def main():
     parser.add_argument("--set", action="append", default=[])
     parser.add_argument("--truths", type=Path)
     options = parser.parse_args()
-    bounce = Bounce(options.build)
+    bounce = Referee(options.build)
     rows = []
     with tempfile.TemporaryDirectory() as folder:
         for scene in options.scenes:
