@@ -9,8 +9,8 @@
 
 #include "base/err.h"
 #include "base/vec.h"
+#include "scene/framing.h"
 #include "technique/params.h"
-#include "upload/pose.h"
 
 enum bd_layer {
     BD_LAYER_BEAUTY,   // RGBA: direct + indirect + emission in cd/m^2, alpha = coverage

@@ -379,11 +379,8 @@ struct bd_subject bd_subject_of(const struct bd_scene *scene, const struct bd_pl
                                  .unit_cd_m2 = bd_render_space_of(scene).unit_cd_m2,
                                  .seed = request->seed};
     set_up_lights(&subject);
-    subject.viewpoint =
-        request->pose.is_set
-            ? bd_viewpoint_of_pose(scene, &request->pose, request->width_px, request->height_px)
-            : bd_viewpoint_of_camera(scene, (uint32_t)plan->camera, request->width_px,
-                                     request->height_px);
+    subject.viewpoint = bd_viewpoint_of(scene, &request->pose, (uint32_t)plan->camera,
+                                        request->width_px, request->height_px);
     bd_viewpoint_set_sub_frame(&subject.viewpoint, 0, request->aa);
     return subject;
 }

@@ -2,58 +2,20 @@
 
 #include <math.h>
 
-struct bd_viewpoint bd_viewpoint_of_camera(const struct bd_scene *scene, uint32_t placed_camera,
-                                           uint32_t width_px, uint32_t height_px)
+struct bd_viewpoint bd_viewpoint_of(const struct bd_scene *scene, const struct bd_pose *pose,
+                                    uint32_t placed_camera, uint32_t width_px, uint32_t height_px)
 {
-    const struct bd_placement *placed = &scene->placed_cameras[placed_camera];
-    const struct bd_camera *camera = &scene->cameras[placed->object];
-    double aspect = (double)width_px / height_px;
-    double half_height = camera->orthographic ? camera->ymag : tan(0.5 * camera->yfov);
-    double far_limit_m = camera->near_m + 1e4 * scene->features.diagonal_m;
+    const struct bd_framing framing = bd_framing_of(scene, pose, placed_camera);
     return (struct bd_viewpoint){
-        .position_m = placed->position,
-        .axis_x = placed->axis_x,
-        .axis_y = placed->axis_y,
-        .axis_z = placed->axis_z,
-        .orthographic = camera->orthographic,
-        .half_width = half_height * aspect,
-        .half_height = half_height,
-        .near_m = camera->near_m,
-        .far_m = fmin(camera->far_m, far_limit_m),
-        .width_px = width_px,
-        .height_px = height_px,
-        .sample_x_px = 0.5,
-        .sample_y_px = 0.5,
-    };
-}
-
-// Of the first camera, where that has one.
-static double usual_yfov(const struct bd_scene *scene)
-{
-    const double sixty_degrees = 1.0471975511965976;
-    if (scene->placed_camera_count == 0) return sixty_degrees;
-    const struct bd_camera *camera = &scene->cameras[scene->placed_cameras[0].object];
-    return camera->orthographic ? sixty_degrees : (double)camera->yfov;
-}
-
-struct bd_viewpoint bd_viewpoint_of_pose(const struct bd_scene *scene, const struct bd_pose *pose,
-                                         uint32_t width_px, uint32_t height_px)
-{
-    const bd_dvec3 axis_z = bd_dvec3_normalize(bd_dvec3_sub(pose->eye_m, pose->target_m),
-                                               (bd_dvec3){0, 0, 1});
-    const bd_dvec3 axis_x =
-        bd_dvec3_normalize(bd_dvec3_cross(pose->up, axis_z), (bd_dvec3){1, 0, 0});
-    double half_height = tan(0.5 * (pose->yfov > 0 ? pose->yfov : usual_yfov(scene)));
-    double near_m = scene->features.diagonal_m > 0 ? 1e-4 * scene->features.diagonal_m : 1e-3;
-    return (struct bd_viewpoint){
-        .position_m = pose->eye_m,
-        .axis_x = axis_x,
-        .axis_y = bd_dvec3_cross(axis_z, axis_x),
-        .axis_z = axis_z,
-        .half_width = half_height * width_px / height_px,
-        .half_height = half_height,
-        .near_m = near_m,
-        .far_m = near_m + 1e4 * scene->features.diagonal_m,
+        .position_m = framing.position_m,
+        .axis_x = framing.axis_x,
+        .axis_y = framing.axis_y,
+        .axis_z = framing.axis_z,
+        .orthographic = framing.orthographic,
+        .half_width = framing.half_height * ((double)width_px / height_px),
+        .half_height = framing.half_height,
+        .near_m = framing.near_m,
+        .far_m = fmin(framing.far_m, framing.near_m + 1e4 * scene->features.diagonal_m),
         .width_px = width_px,
         .height_px = height_px,
         .sample_x_px = 0.5,

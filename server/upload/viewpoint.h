@@ -6,10 +6,10 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "scene/framing.h"
+#include "scene/render_space.h"
 #include "scene/scene.h"
 #include "shared/view.h"
-#include "upload/pose.h"
-#include "scene/render_space.h"
 
 struct bd_viewpoint {
     bd_dvec3 position_m;
@@ -21,14 +21,10 @@ struct bd_viewpoint {
     double sample_x_px, sample_y_px; // within the pixel, .5 = centre
 };
 
-// The camera that a placement puts into the scene, for a picture of that size. A camera's yfov
+// What a pose that is set sees, or else a placed camera, in a picture of that size. A camera's yfov
 // (or ymag) is the vertical extent whatever the picture's aspect.
-struct bd_viewpoint bd_viewpoint_of_camera(const struct bd_scene *scene, uint32_t placed_camera,
-                                           uint32_t width_px, uint32_t height_px);
-
-// A free viewpoint: perspective. Its near plane lies at a ten thousandth of the scene's diagonal.
-struct bd_viewpoint bd_viewpoint_of_pose(const struct bd_scene *scene, const struct bd_pose *pose,
-                                         uint32_t width_px, uint32_t height_px);
+struct bd_viewpoint bd_viewpoint_of(const struct bd_scene *scene, const struct bd_pose *pose,
+                                    uint32_t placed_camera, uint32_t width_px, uint32_t height_px);
 
 // Moves the samples of a sub-frame to their place in the pixel: index 0 of 1 is the centre, more
 // are spread by a fixed low-discrepancy sequence.

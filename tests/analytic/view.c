@@ -15,7 +15,7 @@ struct view view_open(struct world *world)
     struct bd_fault fault = {0};
     world_finish(world);
     bd_slicer_init(&world->renderer.slicer, world->gpu, NULL, NULL);
-    view.context = (struct bd_pass_context){world->gpu, &world->renderer.slicer};
+    view.context = (struct bd_pass_context){.gpu = world->gpu, .slicer = &world->renderer.slicer};
     if (bd_gpu_scene_create(&world->renderer.uploader, world->scene, &view.scene, &fault))
         fail_msg("upload: %s", fault.message);
     return view;
@@ -25,7 +25,8 @@ void view_look(struct view *view, uint32_t camera, uint32_t width_px, uint32_t h
                bool lambert)
 {
     struct bd_fault fault = {0};
-    view->viewpoint = bd_viewpoint_of_camera(view->world->scene, camera, width_px, height_px);
+    view->viewpoint =
+        bd_viewpoint_of(view->world->scene, &(struct bd_pose){0}, camera, width_px, height_px);
     const struct bd_gbuffer_inputs inputs = {
         .scene = view->scene, .viewpoint = &view->viewpoint, .lambert = lambert};
     if (bd_gbuffer_render(&view->context, &inputs, &view->gbuffer, &fault))
