@@ -6,21 +6,19 @@
 
 struct bd_lens bd_lens_of(const struct bd_geometry *geometry, const struct bd_reference_view *view)
 {
-    const struct bd_placement *placed = &geometry->scene->placed_cameras[view->camera];
-    const struct bd_camera *camera = &geometry->scene->cameras[placed->object];
+    const struct bd_framing framing = bd_framing_of(geometry->scene, &view->pose, view->camera);
     double units_per_m = geometry->units_per_m;
-    double half_height =
-        camera->orthographic ? camera->ymag * units_per_m : tan(0.5 * camera->yfov);
+    double half_height = framing.half_height * (framing.orthographic ? units_per_m : 1);
     return (struct bd_lens){
-        .position = bd_geometry_place(geometry, placed->position),
-        .axis_x = placed->axis_x,
-        .axis_y = placed->axis_y,
-        .axis_z = placed->axis_z,
-        .orthographic = camera->orthographic,
+        .position = bd_geometry_place(geometry, framing.position_m),
+        .axis_x = framing.axis_x,
+        .axis_y = framing.axis_y,
+        .axis_z = framing.axis_z,
+        .orthographic = framing.orthographic,
         .half_width = half_height * view->width_px / view->height_px,
         .half_height = half_height,
-        .near = camera->near_m * units_per_m,
-        .far = camera->orthographic ? camera->far_m * units_per_m : INFINITY,
+        .near = framing.near_m * units_per_m,
+        .far = framing.orthographic ? framing.far_m * units_per_m : INFINITY,
         .width_px = view->width_px,
         .height_px = view->height_px,
     };

@@ -22,6 +22,7 @@
 #include <stdint.h>
 
 #include "base/err.h"
+#include "scene/framing.h"
 #include "scene/scene.h"
 
 #define BD_BOUNCES_UNLIMITED UINT32_MAX
@@ -97,10 +98,11 @@ struct bd_reference_memory {
 };
 struct bd_reference_memory bd_reference_memory(const struct bd_reference *reference);
 
-// What a picture is of. `camera` is an index into the scene's placed_cameras.
+// What a picture is of.
 struct bd_reference_view {
     uint32_t width_px, height_px;
-    uint32_t camera;
+    uint32_t camera;     // index into the scene's placed_cameras
+    struct bd_pose pose; // instead of a camera, where it is set
 };
 
 enum bd_reference_part { BD_PART_DIRECT, BD_PART_INDIRECT, BD_PART_EMISSION, BD_PART_COUNT };

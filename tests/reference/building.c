@@ -80,7 +80,7 @@ static void build(struct stage *stage)
 
 static void assert_traces(struct stage *stage)
 {
-    const struct bd_reference_view view = {4, 4, 0};
+    const struct bd_reference_view view = {.width_px = 4, .height_px = 4};
     struct bd_reference_pixel pixel = {0};
     build(stage);
     for (uint32_t p = 0; p < 16; p++)

@@ -67,7 +67,7 @@ struct picture {
 static void trace_pixel(void *user, uint32_t i)
 {
     struct picture *p = user;
-    const struct bd_reference_view view = {SIZE, SIZE, 0};
+    const struct bd_reference_view view = {.width_px = SIZE, .height_px = SIZE};
     struct bd_integrand integrand = bd_integrand_full;
     integrand.filter = BD_FILTER_BOX;
     uint32_t pixel = p->backwards ? SIZE * SIZE - 1 - i : i;
@@ -123,7 +123,7 @@ static void halves_are_unrelated(void **state)
     integrand.lambert = true;
     integrand.bounces_max = 3;
     integrand.light_vertices = false;
-    const struct bd_reference_view view = {64, 64, 0};
+    const struct bd_reference_view view = {.width_px = 64, .height_px = 64};
     static double a[64 * 64], b[64 * 64];
     double mean = 0, ab = 0, aa = 0, next = 0;
     for (uint32_t p = 0; p < 64 * 64; p++) {
@@ -286,7 +286,7 @@ static void trace_at(double scale, double power, const double offset[3],
                      struct bd_reference_pixel pixels[64])
 {
     struct stage *s = make_room(scale, power, offset);
-    const struct bd_reference_view view = {8, 8, 0};
+    const struct bd_reference_view view = {.width_px = 8, .height_px = 8};
     stage_finish(s, 1);
     memset(pixels, 0, 64 * sizeof *pixels);
     for (uint32_t p = 0; p < 64; p++)

@@ -308,7 +308,7 @@ struct estimate stage_radiance(struct stage *stage, const struct bd_integrand *i
                                uint32_t camera, enum bd_reference_part part, uint32_t size,
                                uint32_t sample_count)
 {
-    const struct bd_reference_view view = {size, size, camera};
+    const struct bd_reference_view view = {.width_px = size, .height_px = size, .camera = camera};
     double means[REPLICATES];
     stage_finish(stage, 1);
     for (int r = 0; r < REPLICATES; r += 2) {

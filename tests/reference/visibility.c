@@ -152,7 +152,7 @@ static void floors_at_any_scale(void **state)
             s->scene->nodes[n].parent_from_node.m[12] += offset;
         stage_finish(s, 1);
         struct bd_integrand direct = lambert(0, BD_REFERENCE_PUNCTUAL);
-        const struct bd_reference_view view = {24, 24, 0};
+        const struct bd_reference_view view = {.width_px = 24, .height_px = 24};
         for (uint32_t p = 0; p < 24 * 24; p++) {
             struct bd_reference_pixel pixel = {0};
             bd_reference_trace(s->reference, &direct, &view, 1, p % 24, p / 24, 0, 1, &pixel);
@@ -380,7 +380,7 @@ static struct stage *create_lit_floor(double half, uint32_t *camera)
 static struct bd_reference_pixel trace_pixel(struct stage *s, uint32_t camera)
 {
     struct bd_reference_pixel pixel = {0};
-    const struct bd_reference_view view = {1, 1, camera};
+    const struct bd_reference_view view = {.width_px = 1, .height_px = 1, .camera = camera};
     stage_finish(s, 1);
     bd_reference_trace(s->reference, &bd_integrand_full, &view, 1, 0, 0, 0, 8, &pixel);
     assert_int_equal(pixel.sample_count[0] + pixel.sample_count[1], 16);
