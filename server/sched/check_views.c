@@ -4,14 +4,14 @@
 #include <string.h>
 
 #include "base/assert.h"
-#include "base/hash.h"
 
 // A pixel takes 0.6 KB: at most 40 MB in all, and no more than was traced.
 #define VIEW_MAX        4
 #define VIEW_PIXELS_MAX 16384
 
 struct entry {
-    uint64_t key; // 0: free
+    bool is_named; // false: free, or of a snapshot without a name
+    uint8_t name[BD_SHA256_BYTES];
     uint64_t used_at;
     struct bd_check_cache *cache;
 };
@@ -36,54 +36,22 @@ void bd_check_views_destroy(struct bd_check_views **views)
     *views = NULL;
 }
 
-static uint64_t hash_integrand(const struct bd_integrand *integrand, uint64_t seed)
-{
-    // Field by field: what lies between them is not defined.
-    const double fields[] = {
-        integrand->bounces_max,  integrand->indirect_visibility,
-        integrand->lights,       integrand->filter,
-        integrand->alpha,        integrand->clamp_per_m2,
-        integrand->lambert,      integrand->lambert_senders,
-        integrand->transmission, integrand->light_vertices,
-    };
-    return bd_hash64(fields, sizeof fields, seed);
-}
-
-static uint64_t key_of(const struct bd_scene *scene, const struct bd_integrand *integrand,
-                       const struct bd_reference_view *view, uint64_t seed)
-{
-    uint64_t key = hash_integrand(integrand, seed);
-    const uint32_t picture[] = {view->width_px, view->height_px, view->camera};
-    key = bd_hash64(picture, sizeof picture, key);
-    key = bd_hash64(scene->content_sha256, sizeof scene->content_sha256, key);
-    return key ? key : 1;
-}
-
-// Snapshots built by hand have no hash: nothing says that two of them are the same.
-static bool has_name(const struct bd_scene *scene)
-{
-    static const uint8_t none[BD_SHA256_BYTES] = {0};
-    return memcmp(scene->content_sha256, none, sizeof none) != 0;
-}
-
 struct bd_check_cache *bd_check_views_find(struct bd_check_views *views,
-                                           const struct bd_scene *scene,
-                                           const struct bd_integrand *integrand,
-                                           const struct bd_reference_view *view, uint64_t seed)
+                                           const struct bd_reference_subject *subject)
 {
-    uint64_t key = key_of(scene, integrand, view, seed);
+    uint8_t name[BD_SHA256_BYTES];
+    const bool is_named = bd_reference_subject_name(subject, name);
     struct entry *chosen = &views->entries[0];
-    for (int i = 0; i < VIEW_MAX; i++) {
+    bool is_known = false;
+    for (int i = 0; i < VIEW_MAX && !is_known; i++) {
         struct entry *entry = &views->entries[i];
-        if (entry->key == key && has_name(scene)) {
-            chosen = entry;
-            break;
-        }
-        if (entry->used_at < chosen->used_at) chosen = entry;
+        is_known = is_named && entry->is_named && memcmp(entry->name, name, sizeof name) == 0;
+        if (is_known || entry->used_at < chosen->used_at) chosen = entry;
     }
-    if (chosen->key != key || !has_name(scene)) {
+    if (!is_known) {
         bd_check_cache_destroy(&chosen->cache);
-        chosen->key = key;
+        chosen->is_named = is_named;
+        if (is_named) memcpy(chosen->name, name, sizeof name);
         chosen->cache = bd_check_cache_create(VIEW_PIXELS_MAX);
     }
     chosen->used_at = ++views->clock;

@@ -7,8 +7,7 @@
 #define BD_SCHED_CHECK_VIEWS_H
 
 #include "reference/check_cache.h"
-#include "reference/reference.h"
-#include "scene/scene.h"
+#include "sched/reference_subject.h"
 
 struct bd_check_views;
 
@@ -18,8 +17,6 @@ void bd_check_views_destroy(struct bd_check_views **views);
 
 // The cache of that view, new or kept. Valid until the next call.
 struct bd_check_cache *bd_check_views_find(struct bd_check_views *views,
-                                           const struct bd_scene *scene,
-                                           const struct bd_integrand *integrand,
-                                           const struct bd_reference_view *view, uint64_t seed);
+                                           const struct bd_reference_subject *subject);
 
 #endif

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/assert.h"
+#include "sched/reference_subject.h"
 #include "sched/reference_trace.h"
 
 struct tracing {
@@ -129,8 +130,7 @@ static enum bd_err plan_reference(const struct bd_checked *checked,
     free(report);
     if (err) return err;
     tracing->integrand = bd_reference_integrand_of(&plan.params);
-    tracing->view =
-        (struct bd_reference_view){request.width_px, request.height_px, (uint32_t)plan.camera};
+    tracing->view = bd_reference_view_of(&request, &plan);
     return BD_ERR_OK;
 }
 
@@ -171,8 +171,11 @@ enum bd_err bd_job_check_measure(struct bd_reference_runner *runner, struct bd_c
     const struct bd_check_options options = options_of(checked);
     const bool is_point = tracing.integrand.filter == BD_FILTER_POINT;
     const struct bd_check_tracer tracer = {trace, loop, &tracing, is_point ? first_surface : NULL};
-    struct bd_check_cache *cache = bd_check_views_find(
-        views, job->request.scene, &tracing.integrand, &tracing.view, tracing.seed);
+    const struct bd_reference_subject subject = {.scene = job->request.scene,
+                                                 .integrand = &tracing.integrand,
+                                                 .view = &tracing.view,
+                                                 .seed = tracing.seed};
+    struct bd_check_cache *cache = bd_check_views_find(views, &subject);
     err = bd_check_run(&frame, &options, &tracer, cache, out, fault);
     bd_reference_runner_give_back(runner, &tracing.reference);
     return err;

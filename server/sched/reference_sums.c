@@ -33,42 +33,6 @@ void bd_reference_sums_destroy(struct bd_reference_sums **sums)
     free(s);
 }
 
-// --- names --------------------------------------------------------------------------------------
-
-static void add_number(struct bd_sha256 *sha, uint64_t number)
-{
-    bd_sha256_update(sha, &number, sizeof number);
-}
-
-// Fields one by one: structs have padding.
-static void add_integrand(struct bd_sha256 *sha, const struct bd_integrand *integrand)
-{
-    const bool words[] = {integrand->indirect_visibility, integrand->lambert,
-                          integrand->lambert_senders, integrand->transmission,
-                          integrand->light_vertices};
-    bd_sha256_update(sha, words, sizeof words);
-    bd_sha256_update(sha, &integrand->clamp_per_m2, sizeof integrand->clamp_per_m2);
-    add_number(sha, integrand->bounces_max);
-    add_number(sha, integrand->lights);
-    add_number(sha, (uint64_t)integrand->filter << 32 | (uint64_t)integrand->alpha);
-}
-
-bool bd_reference_subject_name(const struct bd_reference_subject *subject,
-                               uint8_t name[BD_SHA256_BYTES])
-{
-    static const uint8_t none[BD_SHA256_BYTES] = {0};
-    if (memcmp(subject->scene->content_sha256, none, sizeof none) == 0) return false;
-    struct bd_sha256 *sha = bd_sha256_create();
-    bd_sha256_update(sha, subject->scene->content_sha256, BD_SHA256_BYTES);
-    add_integrand(sha, subject->integrand);
-    add_number(sha, (uint64_t)subject->view->width_px << 32 | subject->view->height_px);
-    add_number(sha, (uint64_t)subject->view->camera << 32 | subject->first_sample);
-    bd_sha256_update(sha, subject->region, 4 * sizeof *subject->region);
-    add_number(sha, subject->seed);
-    bd_sha256_finish(&sha, name);
-    return true;
-}
-
 // --- keeping ------------------------------------------------------------------------------------
 
 static uint64_t bytes_of(const struct bd_traced *traced)

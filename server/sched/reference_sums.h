@@ -28,19 +28,6 @@ struct bd_traced {
     struct bd_reference_pixel *pixels; // malloc's
 };
 
-// What is traced, but for how much of it.
-struct bd_reference_subject {
-    const struct bd_scene *scene;
-    const struct bd_integrand *integrand;
-    const struct bd_reference_view *view;
-    const uint32_t *region; // x, y, width, height
-    uint64_t seed;
-    uint32_t first_sample;
-};
-// False where it has no name: of a snapshot that was built by hand.
-bool bd_reference_subject_name(const struct bd_reference_subject *subject,
-                               uint8_t name[BD_SHA256_BYTES]);
-
 // Whether so many pixels would be kept at all.
 bool bd_reference_sums_may_keep(uint64_t pixel_count);
 // A copy of the sums of that name, where they have no more samples than that: the caller's to go on

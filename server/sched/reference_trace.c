@@ -10,6 +10,7 @@
 #include "frame/plan.h"
 #include "sched/reference_filter.h"
 #include "sched/reference_picture.h"
+#include "sched/reference_subject.h"
 
 _Static_assert((int)BD_LIGHTS_PUNCTUAL == (int)BD_REFERENCE_PUNCTUAL, "one set of bits");
 _Static_assert((int)BD_LIGHTS_EMISSIVE == (int)BD_REFERENCE_EMISSIVE, "one set of bits");
@@ -52,6 +53,17 @@ struct bd_integrand bd_reference_integrand_of(const struct bd_params *params)
         .lambert_senders = params->senders_lambert,
         .transmission = params->transmission,
         .light_vertices = params->light_vertices,
+    };
+}
+
+struct bd_reference_view bd_reference_view_of(const struct bd_frame_request *frame,
+                                              const struct bd_plan *plan)
+{
+    return (struct bd_reference_view){
+        .width_px = frame->width_px,
+        .height_px = frame->height_px,
+        .camera = (uint32_t)plan->camera,
+        .pose = frame->pose,
     };
 }
 
@@ -159,12 +171,15 @@ static enum bd_err trace_bands(struct bd_reference_runner *runner, struct tracin
 static void take_sums(struct bd_reference_runner *runner, struct tracing *tracing)
 {
     const struct bd_frame_request *frame = &tracing->job->request.frame;
-    const struct bd_reference_subject subject = {tracing->job->request.scene,
-                                                 &tracing->integrand,
-                                                 &tracing->view,
-                                                 tracing->region,
-                                                 frame->seed,
-                                                 tracing->plan.params.first_sample};
+    const uint32_t *region = tracing->region;
+    const struct bd_reference_subject subject = {
+        .scene = tracing->job->request.scene,
+        .integrand = &tracing->integrand,
+        .view = &tracing->view,
+        .region = {region[0], region[1], region[2], region[3]},
+        .seed = frame->seed,
+        .first_sample = tracing->plan.params.first_sample,
+    };
     struct bd_traced *traced = &tracing->traced;
     uint8_t name[BD_SHA256_BYTES];
     if (!bd_reference_sums_may_keep(pixel_count_of(tracing))) return;
@@ -292,9 +307,7 @@ enum bd_err bd_reference_trace_job(struct bd_reference_runner *runner,
                            &result->fault);
     if (!err && !job->request.frame.plan_only) {
         tracing.integrand = bd_reference_integrand_of(&tracing.plan.params);
-        tracing.view = (struct bd_reference_view){job->request.frame.width_px,
-                                                  job->request.frame.height_px,
-                                                  (uint32_t)tracing.plan.camera};
+        tracing.view = bd_reference_view_of(&job->request.frame, &tracing.plan);
         choose_region(&tracing);
         err = trace(runner, &tracing);
     }

@@ -6,11 +6,15 @@
 #define BD_SCHED_REFERENCE_TRACE_H
 
 #include "base/err.h"
+#include "frame/plan.h"
 #include "sched/job.h"
 #include "sched/reference_runner.h"
 
 // The part of the rendering equation that parameters of technique reference name.
 struct bd_integrand bd_reference_integrand_of(const struct bd_params *params);
+// What a frame is of.
+struct bd_reference_view bd_reference_view_of(const struct bd_frame_request *frame,
+                                              const struct bd_plan *plan);
 
 // Fills job->result, also after a failure as far as it came; describes the fault but for a cancel
 // and a deadline.
