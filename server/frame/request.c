@@ -173,19 +173,6 @@ static enum bd_err check_pose(const struct bd_pose *pose, struct bd_fault *fault
     return BD_ERR_OK;
 }
 
-// The witness looks through the scene's own cameras.
-static enum bd_err check_pose_use(const struct bd_frame_request *request, bool traced,
-                                  struct bd_fault *fault)
-{
-    if (request->camera[0])
-        return bd_fault_set(fault, BD_ERR_USAGE, "pose", "pose or camera, not both");
-    if (traced || bd_frame_request_is_checked(request))
-        return bd_fault_set(fault, BD_ERR_USAGE, "pose",
-                            "pose: what the reference traces, checks included, is seen through a "
-                            "camera of the scene");
-    return check_pose(&request->pose, fault);
-}
-
 static enum bd_err check_check(const struct bd_frame_request *request, struct bd_fault *fault)
 {
     uint32_t pixels = request->check_pixels;
@@ -254,8 +241,9 @@ enum bd_err bd_frame_request_check(const struct bd_frame_request *request,
                                   : check_rendered(request, technique->name, fault);
     if (err) return err;
     err = check_check(request, fault);
-    if (!err && request->pose.is_set)
-        err = check_pose_use(request, technique->is_reference, fault);
+    if (!err && request->pose.is_set && request->camera[0])
+        err = bd_fault_set(fault, BD_ERR_USAGE, "pose", "pose or camera, not both");
+    if (!err && request->pose.is_set) err = check_pose(&request->pose, fault);
     if (err) return err;
     struct bd_params params;
     return bd_params_read(&request->params, technique, &params, fault);

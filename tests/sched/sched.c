@@ -360,20 +360,6 @@ static void a_pose_sees_what_its_camera_sees(void **state)
     bd_scene_release(&scene);
 }
 
-static void a_pose_is_not_for_what_is_traced(void **state)
-{
-    struct bd_scene *scene = create_scene();
-    struct bd_job_request request = request_of(scene, 32, "vpls=96");
-    request.frame.pose =
-        (struct bd_pose){.is_set = true, .target_m = {0, 0, 1}, .up = {0, 1, 0}};
-    struct bd_job *job;
-    struct bd_fault fault = {0};
-    request.frame.check_pixels = 64;
-    assert_int_equal(bd_sched_submit(*state, &request, &job, &fault), BD_ERR_USAGE);
-    assert_string_equal(fault.field, "pose");
-    bd_scene_release(&scene);
-}
-
 static void no_such_device_says_what_was_tried(void **state)
 {
     (void)state;
@@ -410,7 +396,6 @@ int main(void)
         WITH_SCHED(a_full_queue_says_so),
         WITH_SCHED(oversize_is_refused_by_name),
         WITH_SCHED(a_pose_sees_what_its_camera_sees),
-        WITH_SCHED(a_pose_is_not_for_what_is_traced),
         cmocka_unit_test(no_such_device_says_what_was_tried),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
