@@ -363,6 +363,7 @@ def run(*words, **keywords):
     (["--limit", "nothing=1"], "nothing"), (["--limit", "scenes=0"], "scenes"), (["--frobnicate"], "frobnicate"),
     (["--http"], "http"), (["extra"], "extra"), (["--log", "xml"], "xml"), (["--private", "x"], "private"),
     (["--config", "/nonexistent"], "nonexistent"), (["--gpu-memory", "-1"], "gpu-memory"),
+    (["--code", "slow"], "quick or fast"),
 ])
 def test_bad_options(words, needle):
     result = run(*words)

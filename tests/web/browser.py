@@ -214,6 +214,9 @@ class Page:
         raise AssertionError("the browser delivers no drop")
 
     def set(self, selector, value, event="change"):
+        """Of a select, to an option that it has by then."""
+        self.until(f"(() => {{ const e = document.querySelector({json.dumps(selector)}); "
+                   f"return !e.options || [...e.options].some(one => one.value === {json.dumps(str(value))}); }})()")
         self.run(f"(() => {{ const e = document.querySelector({json.dumps(selector)}); "
                  f"e.value = {json.dumps(value)}; "
                  f"e.dispatchEvent(new Event({json.dumps(event)}, {{bubbles: true}})); }})()")

@@ -143,8 +143,8 @@ class Client:
         if kind == self.server.lost:
             self.server.lost = None
             self.server.cut(is_kept=True)
-        elif kind == "scene_list":
-            threading.Timer(self.server.list_delay_s, self.send, (reply,)).start()
+        elif kind in self.server.delays_s:
+            threading.Timer(self.server.delays_s[kind], self.send, (reply, payload)).start()
         elif kind != "view_credit":
             self.send(reply, payload)
 
@@ -344,7 +344,7 @@ class StandIn:
         self.asked = []  # envelopes, in order
         self.is_locked = False
         self.kept = {}  # clients of connections that broke, by session
-        self.list_delay_s = 0
+        self.delays_s = {}  # of answers, by kind of request
         self.lost = None  # kind of request whose next answer is lost: all connections break before it, and are kept
         self.is_answering = threading.Event()  # GET /v1/scenes, which else says nothing
         self.is_answering.set()

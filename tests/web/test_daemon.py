@@ -60,7 +60,7 @@ def daemon(tmp_path_factory):
 @pytest.fixture
 def page(new_page, daemon):
     one = new_page(daemon.url, **SIZE)
-    one.until("document.getElementById('connection').textContent === 'Connected'", 60)
+    one.until("document.querySelector('#technique option') !== null", 60)  # connected, and told of the techniques
     return one
 
 

@@ -34,9 +34,9 @@ export class ErrorMap {
     this.canvas.hidden = true;
   }
 
-  setLegend(isShown: boolean, hint: string): void {
+  setLegend(isShown: boolean): void {
     this.legend.hidden = !isShown;
-    if (this.canvas.hidden && !this.isBusy) this.text.textContent = hint;
+    if (this.canvas.hidden && !this.isBusy) this.text.textContent = "Tracing";
   }
 
   want(subject: Subject): void {
@@ -77,14 +77,14 @@ export class ErrorMap {
   }
 
   private async floats(
-    { scene, camera, report }: Subject,
+    { scene, look, report }: Subject,
     technique: string,
     parameters: { key: string; value: string }[],
   ): Promise<Floats> {
     const [width = 1, height = 1] = report.size;
     const shrink = Math.min(1, SIDE_MOST_PX / Math.max(width, height));
     const size = [width, height].map((side) => Math.max(1, Math.round(side * shrink)));
-    const frame = { technique, parameters, size, camera, encoding: "half" };
+    const frame = { technique, parameters, size, ...look, encoding: "half" };
     const event = await this.connection.requestWhole("renderReply", { case: "render", value: { scene, frame } });
     const floats = readHalf(event.payload, size[0]!, size[1]!);
     if (!floats) throw new Refusal("bad_input", "the picture has another size than was asked for", "");

@@ -10,7 +10,7 @@ import { Edits, type Op } from "./edits";
 import { type FrameInit, frameRequest, motionMs, motionScale, pictureSize } from "./frame_request";
 import { Handles } from "./handles";
 import { listenForFiles } from "./drop";
-import { type Orbit, diagonalOf, eyeOf, frame, isWithin, nearestOf, ofCamera } from "./orbit";
+import { type Orbit, diagonalOf, eyeOf, frame, isWithin, lookOf, nearestOf, ofCamera } from "./orbit";
 import { CostPanel } from "./panel_cost";
 import { ErrorMap } from "./error_map";
 import { ErrorPanel } from "./panel_error";
@@ -162,6 +162,7 @@ class Page {
     this.edits = new Edits(this.connection, id, () => this.who.by, toast);
     this.selected = null;
     this.orbit = null;
+    this.sync();
   }
 
   private closed(): void {
@@ -223,6 +224,7 @@ class Page {
   }
 
   private sync(): void {
+    this.stage.dataset["current"] = "false";
     const scene = this.scenes.id;
     if (scene === null || !this.orbit || !this.settings.technique) return;
     const isCoarse = this.isMoving && this.settings.coarseInMotion;
@@ -232,12 +234,9 @@ class Page {
     const key = JSON.stringify(request);
     if (key !== this.requestKey) this.request = request;
     this.requestKey = key;
-    this.stage.dataset["current"] = "false";
     this.progress.ask();
     this.view.want({ scene, frame: this.request!, orbit: this.orbit, camera: this.camera });
-    this.error.setHint(this.settings.measure && this.camera === null);
-    const hint = this.camera === null ? "Only what a camera of the scene sees can be compared: choose one above." : "Tracing";
-    this.errorMap.setLegend(this.settings.layer === "error", hint);
+    this.errorMap.setLegend(this.settings.layer === "error");
   }
 
   private sizeAt(scale: number): number[] {
@@ -252,7 +251,8 @@ class Page {
     this.progress.show(shown);
     this.redraw();
     this.stage.dataset["frames"] = String(shown.frame.number);
-    if (shown.isCurrent) this.stage.dataset["current"] = "true";
+    // Without an orbit, a scene is opened that the view does not show yet.
+    if (shown.isCurrent && this.orbit) this.stage.dataset["current"] = "true";
     this.stage.dataset["final"] = String(shown.frame.final);
     if (!report) return;
     this.stage.dataset["technique"] = report.technique;
@@ -263,14 +263,15 @@ class Page {
     const seconds = (shown.atMs - this.changedMs) / 1000;
     this.series = grown(this.series, report, seconds);
     this.error.show(this.series, undefined);
-    this.compare(report, seconds);
+    this.compare(shown.orbit, report, seconds);
   }
 
-  // With the reference, which looks through the scene's cameras alone.
-  private compare(report: Report, seconds: number): void {
-    if (this.isMoving || this.camera === null || report.technique === "reference") return;
-    const { camera, settings } = this;
-    const subject = { scene: this.scenes.id!, camera, against: settings.against, report, seconds };
+  // With the reference.
+  private compare(orbit: Orbit, report: Report, seconds: number): void {
+    if (this.isMoving || report.technique === "reference") return;
+    const { settings } = this;
+    const look = lookOf(orbit, this.camera);
+    const subject = { scene: this.scenes.id!, look, against: settings.against, report, seconds };
     if (settings.measure) this.measure.want(subject);
     if (settings.layer === "error") this.errorMap.want(subject);
   }

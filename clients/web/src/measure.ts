@@ -1,16 +1,15 @@
 // How wrong the picture on the screen is: the server renders it once more, and traces some of its
 // pixels. One request at a time; what changes meanwhile is measured after it, the latest only.
-//
-// The server traces through the scene's own cameras alone, so that a free view cannot be measured.
 
 import { type Report } from "../gen/bounced_pb";
 import { type Connection, Lost, Refusal } from "./connection";
+import { type Look } from "./orbit";
 
 export const CHECK_PIXELS = 256;
 
 export interface Subject {
   readonly scene: string;
-  readonly camera: string;
+  readonly look: Look;
   readonly against: string;
   readonly report: Report; // of the frame on the screen: technique, parameters, size
   readonly seconds: number; // since the last change, when it was shown
@@ -61,8 +60,8 @@ export class Measure {
   }
 }
 
-function requestOf({ scene, camera, against, report }: Subject) {
+function requestOf({ scene, look, against, report }: Subject) {
   const { technique, parameters, size, aa } = report;
-  const frame = { technique, parameters, size, aa, camera, against, check: CHECK_PIXELS, encoding: "none" };
+  const frame = { technique, parameters, size, aa, ...look, against, check: CHECK_PIXELS, encoding: "none" };
   return { case: "render" as const, value: { scene, frame } };
 }

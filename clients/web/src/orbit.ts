@@ -35,6 +35,22 @@ export function forwardOf(orbit: Orbit): Vec3 {
 export const eyeOf = (orbit: Orbit): Vec3 =>
   sub(orbit.target, scale(forwardOf(orbit), orbit.distance));
 
+export interface Pose {
+  readonly eye: number[];
+  readonly target: number[];
+  readonly yfov: number;
+}
+
+// What a frame is asked for with. A camera of the scene is named, not described: it may be tilted,
+// or without perspective.
+export type Look = { readonly camera: string } | { readonly pose: Pose };
+
+export const poseOf = (orbit: Orbit): Pose =>
+  ({ eye: [...eyeOf(orbit)], target: [...orbit.target], yfov: orbit.yfov });
+
+export const lookOf = (orbit: Orbit, camera: string | null): Look =>
+  camera === null ? { pose: poseOf(orbit) } : { camera };
+
 export const rightOf = (orbit: Orbit): Vec3 => [Math.cos(orbit.yaw), 0, -Math.sin(orbit.yaw)];
 
 export const upOf = (orbit: Orbit): Vec3 => cross(rightOf(orbit), forwardOf(orbit));

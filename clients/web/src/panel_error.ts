@@ -10,7 +10,6 @@ const [WIDTH, HEIGHT, LEFT, BOTTOM, TOP, RIGHT] = [300, 132, 40, 18, 8, 6];
 
 export class ErrorPanel {
   private readonly headline = el("p", { class: "headline" });
-  private readonly hint = el("p", { class: "note" }, "Only what a camera of the scene sees can be measured: choose one above.");
   private readonly figure = svg("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, class: "plot", role: "img" });
 
   constructor(root: HTMLElement, settings: Settings, onChange: () => void) {
@@ -28,15 +27,8 @@ export class ErrorPanel {
     against.addEventListener("change", change);
     root.append(this.headline, this.figure,
       field("Measure error", measure, "Traces some pixels of each better picture: it costs time"),
-      field("Against", against, "What the technique's model leaves out counts only against all of the light"),
-      this.hint);
-    this.hint.hidden = true;
+      field("Against", against, "What the technique's model leaves out counts only against all of the light"));
     this.show({ unit: "ms", samples: [] }, undefined);
-  }
-
-  // The error is wanted, and cannot be had here.
-  setHint(isShown: boolean): void {
-    this.hint.hidden = !isShown;
   }
 
   show(series: Series, error: ReportError | undefined): void {

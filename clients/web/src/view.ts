@@ -7,7 +7,7 @@
 import { type Report, type ViewFrame } from "../gen/bounced_pb";
 import { type Connection, type Event, Lost, Refusal } from "./connection";
 import { type FrameInit } from "./frame_request";
-import { type Orbit, eyeOf } from "./orbit";
+import { type Orbit, lookOf, poseOf } from "./orbit";
 import { type Picture } from "./picture";
 
 export const CREDITS = 2;
@@ -228,12 +228,6 @@ export class View {
   }
 }
 
-// A camera of the scene is named, not described: it may be tilted, or without perspective, and the
-// reference looks through no other.
 function frameOf({ frame, orbit, camera }: Wanted) {
-  return camera === null ? { ...frame, pose: poseOf(orbit) } : { ...frame, camera };
-}
-
-function poseOf(orbit: Orbit): { eye: number[]; target: number[]; yfov: number } {
-  return { eye: [...eyeOf(orbit)], target: [...orbit.target], yfov: orbit.yfov };
+  return { ...frame, ...lookOf(orbit, camera) };
 }
