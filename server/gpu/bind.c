@@ -69,7 +69,16 @@ void bd_bind_textures(struct bd_gpu *gpu, const struct bd_bindings *bindings)
     }
 }
 
-static void bind_image(const struct bd_bindings *bindings, uint32_t unit)
+void bd_unbind_images(struct bd_gpu *gpu, const struct bd_bindings *bindings)
+{
+    for (uint32_t i = 0; i < COUNT(bindings->images); i++) {
+        if (bindings->images[i].tex || !(gpu->images_bound >> i & 1)) continue;
+        glBindImageTexture(i, 0, 0, GL_FALSE, 0, GL_READ_ONLY, GL_RGBA32F);
+        gpu->images_bound &= ~(1u << i);
+    }
+}
+
+static void bind_image(struct bd_gpu *gpu, const struct bd_bindings *bindings, uint32_t unit)
 {
     const struct bd_tex *tex = bindings->images[unit].tex;
     const struct bd_format_info *info = bd_format_info(tex->desc.format);
@@ -81,13 +90,15 @@ static void bind_image(const struct bd_bindings *bindings, uint32_t unit)
                                                    : GL_READ_ONLY;
     glBindImageTexture(unit, tex->id, 0, all_layers, all_layers ? 0 : bindings->images[unit].layer,
                        access, info->internal_format);
+    gpu->images_bound |= 1u << unit;
 }
 
 void bd_bind_all(struct bd_gpu *gpu, const struct bd_bindings *bindings)
 {
     bd_bind_textures(gpu, bindings);
+    bd_unbind_images(gpu, bindings);
     for (uint32_t i = 0; i < COUNT(bindings->images); i++)
-        if (bindings->images[i].tex) bind_image(bindings, i);
+        if (bindings->images[i].tex) bind_image(gpu, bindings, i);
     for (uint32_t i = 0; i < COUNT(bindings->storage); i++)
         if (bindings->storage[i].buf)
             glBindBufferBase(GL_SHADER_STORAGE_BUFFER, i, bindings->storage[i].buf->id);

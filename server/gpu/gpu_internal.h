@@ -117,6 +117,9 @@ void bd_warm_draw(struct bd_gpu *gpu, const struct bd_draw *draw);
 
 void bd_bind_note(struct bd_gpu *gpu, const struct bd_bindings *bindings); // barriers
 void bd_bind_textures(struct bd_gpu *gpu, const struct bd_bindings *bindings);
+// Takes images of earlier calls from the units that have none: what a shader stores there is
+// dropped, and not written to somebody's texture.
+void bd_unbind_images(struct bd_gpu *gpu, const struct bd_bindings *bindings);
 void bd_bind_all(struct bd_gpu *gpu, const struct bd_bindings *bindings);
 void bd_draw_submit(struct bd_gpu *gpu, const struct bd_draw *draw, uint32_t index_count,
                     uint32_t instance_count);
@@ -173,6 +176,8 @@ struct bd_gpu {
     GLbitfield barriers_wanted;
 
     GLuint vertex_array, framebuffer;
+    uint32_t images_bound; // units
+
     GLuint samplers[27];
     GLuint zero_buffer, scratch_buffer; // what warm-up binds for uniform and storage blocks
     struct bd_target target;            // between target_begin and target_end

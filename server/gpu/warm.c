@@ -108,6 +108,7 @@ static void run_dispatch(struct bd_gpu *gpu, const struct bd_program *program,
     GLuint stand_ins[COUNT(bindings->images)] = {0};
     bd_bind_textures(gpu, bindings);
     bind_zeroes(gpu, bindings);
+    bd_unbind_images(gpu, bindings);
     for (uint32_t i = 0; i < COUNT(stand_ins); i++)
         if (bindings->images[i].tex)
             stand_ins[i] = bind_stand_in(i, bindings->images[i].tex, bindings->images[i].layer < 0);
