@@ -21,13 +21,20 @@ static void set_content(struct bd_buf *buf, size_t padded, enum content content,
         glNamedBufferSubData(buf->id, 0, (GLsizeiptr)buf->size_bytes, initial);
 }
 
+#define HOST_ACCESS                                                                                \
+    (GL_MAP_READ_BIT | GL_MAP_WRITE_BIT | GL_MAP_PERSISTENT_BIT | GL_MAP_COHERENT_BIT)
+
 static bool make_buffer(struct bd_gpu *gpu, struct bd_buf *buf, size_t padded, enum content content,
                         const void *initial)
 {
+    const bool is_host_memory = gpu->caps.software;
     glCreateBuffers(1, &buf->id);
-    glNamedBufferStorage(buf->id, (GLsizeiptr)padded, NULL, GL_DYNAMIC_STORAGE_BIT);
+    glNamedBufferStorage(buf->id, (GLsizeiptr)padded, NULL,
+                         GL_DYNAMIC_STORAGE_BIT | (is_host_memory ? HOST_ACCESS : 0));
     if (bd_gpu_take_error() == GL_NO_ERROR) {
         set_content(buf, padded, content, initial);
+        if (is_host_memory)
+            buf->bytes = glMapNamedBufferRange(buf->id, 0, (GLsizeiptr)padded, HOST_ACCESS);
         if (gpu->arrays_are_textures) {
             glCreateTextures(GL_TEXTURE_BUFFER, 1, &buf->texel_view);
             glTextureBuffer(buf->texel_view, GL_RGBA32F, buf->id);
@@ -119,4 +126,30 @@ enum bd_err bd_buf_read(struct bd_gpu *gpu, const struct bd_buf *buf, size_t off
     glGetNamedBufferSubData(buf->id, (GLintptr)offset, (GLsizeiptr)size_bytes, bytes);
     bd_gpu_check(gpu, "bd_buf_read");
     return bd_gpu_status(gpu);
+}
+
+enum bd_err bd_buf_borrow(struct bd_gpu *gpu, struct bd_buf *buf, enum bd_borrow how, void **bytes,
+                          struct bd_fault *fault)
+{
+    if (buf->bytes) {
+        glMemoryBarrier(GL_CLIENT_MAPPED_BUFFER_BARRIER_BIT);
+        glFinish();
+        *bytes = buf->bytes;
+        return bd_gpu_status(gpu);
+    }
+    *bytes = malloc(buf->size_bytes);
+    if (!*bytes)
+        return bd_fault_set(fault, BD_ERR_NO_MEMORY, buf->name,
+                            "no memory for a copy of %zu KiB of buffer %s", buf->size_bytes >> 10,
+                            buf->name);
+    return how == BD_BORROW_TO_READ ? bd_buf_read(gpu, buf, 0, *bytes, buf->size_bytes) : BD_ERR_OK;
+}
+
+void bd_buf_return(struct bd_gpu *gpu, struct bd_buf *buf, enum bd_borrow how, void **bytes)
+{
+    if (*bytes && *bytes != buf->bytes) {
+        if (how == BD_BORROW_TO_WRITE) bd_buf_upload(gpu, buf, 0, *bytes, buf->size_bytes);
+        free(*bytes);
+    }
+    *bytes = NULL;
 }

@@ -31,6 +31,9 @@ struct bd_gpu_options {
     const char *device;          // auto | software | egl:N | uuid:HEX | pci:ID
     const char *cache_directory; // for the drivers' shader caches; NULL = the drivers' default
     uint64_t disk_reserve_bytes; // free on its disk, or there is no cache
+    // A software device generates its code in 3/5 of the time, and the code takes up to twice as
+    // long: for who renders little. The same bytes.
+    bool quick_code;
     uint64_t memory_limit_bytes; // of bd_tex and bd_buf together; 0 = no limit
     bool debug;                  // KHR_debug, synchronous, into the log
     uint32_t lose_after_waits;   // test hook: the n-th bd_gpu_wait reports a lost device; 0 = never
@@ -128,6 +131,17 @@ size_t bd_buf_size_bytes(const struct bd_buf *buf);
 void bd_buf_upload(struct bd_gpu *gpu, struct bd_buf *buf, size_t offset, const void *bytes,
                    size_t size_bytes);
 void bd_buf_clear(struct bd_gpu *gpu, struct bd_buf *buf); // to zero
+
+// All bytes of a buffer, where the host works on them until they are returned: of a software device
+// the buffer's own, since its memory is the host's; elsewhere a copy, which goes back if it was
+// borrowed to be written. Waits for what was recorded. Meanwhile nobody else may write to it, nor
+// read it where it is being written; to be returned even after a failure. What is borrowed to be
+// written is written whole.
+enum bd_borrow { BD_BORROW_TO_READ, BD_BORROW_TO_WRITE };
+BD_MUST_CHECK
+enum bd_err bd_buf_borrow(struct bd_gpu *gpu, struct bd_buf *buf, enum bd_borrow how, void **bytes,
+                          struct bd_fault *fault);
+void bd_buf_return(struct bd_gpu *gpu, struct bd_buf *buf, enum bd_borrow how, void **bytes);
 
 // --- programs -----------------------------------------------------------------------------
 //

@@ -60,6 +60,7 @@ struct bd_buf {
     GLuint id;
     GLuint texel_view; // texture buffer over it, for BD_ARRAY; 0 where storage blocks serve
     size_t size_bytes;
+    void *bytes; // of a software device's buffer: where the host works on it; else NULL
     struct bd_access access;
 };
 
@@ -116,10 +117,10 @@ void bd_warm_draw(struct bd_gpu *gpu, const struct bd_draw *draw);
 // --- recording ----------------------------------------------------------------------------
 
 void bd_bind_note(struct bd_gpu *gpu, const struct bd_bindings *bindings); // barriers
-void bd_bind_textures(struct bd_gpu *gpu, const struct bd_bindings *bindings);
 // Takes images of earlier calls from the units that have none: what a shader stores there is
 // dropped, and not written to somebody's texture.
 void bd_unbind_images(struct bd_gpu *gpu, const struct bd_bindings *bindings);
+void bd_bind_textures(struct bd_gpu *gpu, const struct bd_bindings *bindings);
 void bd_bind_all(struct bd_gpu *gpu, const struct bd_bindings *bindings);
 void bd_draw_submit(struct bd_gpu *gpu, const struct bd_draw *draw, uint32_t index_count,
                     uint32_t instance_count);
@@ -175,9 +176,9 @@ struct bd_gpu {
     uint64_t barrier_at[BD_USE_COUNT];
     GLbitfield barriers_wanted;
 
-    GLuint vertex_array, framebuffer;
     uint32_t images_bound; // units
 
+    GLuint vertex_array, framebuffer;
     GLuint samplers[27];
     GLuint zero_buffer, scratch_buffer; // what warm-up binds for uniform and storage blocks
     struct bd_target target;            // between target_begin and target_end

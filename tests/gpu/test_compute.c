@@ -12,7 +12,7 @@ static void fill(struct bd_tex *tex, float offset)
     assert_int_equal(group[0], 8);
     assert_int_equal(group[1], 4);
     const struct bd_bindings bindings = {
-        .images[0] = {.tex = tex, .write = true},
+        .images[0] = {.tex = tex, .write = tex != NULL},
         .uniforms[0] = {&offset, sizeof offset},
     };
     bd_gpu_dispatch(gpu, program, &bindings, TEST_WIDTH / group[0], TEST_HEIGHT / group[1], 1);
@@ -28,6 +28,20 @@ static void dispatch_writes_what_it_computes(void **state)
     for (int y = 0; y < TEST_HEIGHT; y++)
         for (int x = 0; x < TEST_WIDTH; x++)
             assert_true(texels[y][x] == 100.0f * (float)y + (float)x + 0.25f);
+    bd_tex_destroy(gpu, &tex);
+}
+
+// A shader that stores to an image which the call does not have writes nowhere: not to the one that
+// an earlier call had there.
+static void nothing_is_stored_where_no_image_is(void **state)
+{
+    (void)state;
+    struct bd_tex *tex = make_tex(BD_FORMAT_R32F, TEST_WIDTH, TEST_HEIGHT, 0);
+    fill(tex, 0.25f);
+    fill(NULL, 7);
+    float texels[TEST_HEIGHT][TEST_WIDTH];
+    read_tex(tex, 0, texels, sizeof texels);
+    assert_true(texels[0][0] == 0.25f && texels[1][2] == 102.25f);
     bd_tex_destroy(gpu, &tex);
 }
 
@@ -88,6 +102,45 @@ static void sum_array(const struct bd_program *program)
     bd_gpu_dispatch(gpu, program, &bindings, 1, 1, 1);
     assert_int_equal(bd_buf_read(gpu, result, 0, total, sizeof total), BD_ERR_OK);
     assert_memory_equal(total, expected, sizeof total);
+    bd_buf_destroy(gpu, &result);
+    bd_buf_destroy(gpu, &array);
+}
+
+// What the host writes into borrowed bytes the device reads, and the other way round, more than
+// once.
+static void borrow_and_sum(const struct bd_program *sum, struct bd_buf *array,
+                           struct bd_buf *result, float first)
+{
+    float expected = 0;
+    void *bytes = NULL;
+    struct bd_fault fault = {0};
+    assert_int_equal(bd_buf_borrow(gpu, array, BD_BORROW_TO_WRITE, &bytes, &fault), BD_ERR_OK);
+    for (int i = 0; i < 40; i++) {
+        ((float *)bytes)[i] = first + (float)i;
+        if (i % 4 == 0) expected += first + (float)i;
+    }
+    bd_buf_return(gpu, array, BD_BORROW_TO_WRITE, &bytes);
+    assert_null(bytes);
+    const struct bd_bindings bindings = {
+        .arrays[2] = array,
+        .storage[2] = {.buf = result, .write = true},
+    };
+    bd_gpu_dispatch(gpu, sum, &bindings, 1, 1, 1);
+    assert_int_equal(bd_buf_borrow(gpu, result, BD_BORROW_TO_READ, &bytes, &fault), BD_ERR_OK);
+    assert_true(*(float *)bytes == expected);
+    bd_buf_return(gpu, result, BD_BORROW_TO_READ, &bytes);
+}
+
+static void borrowed_bytes_are_the_buffers(void **state)
+{
+    (void)state;
+    const struct bd_program *sum = compute_program("test/array.comp");
+    struct bd_buf *array = make_buf(40 * sizeof(float), NULL);
+    struct bd_buf *result = make_buf(4 * sizeof(float), NULL);
+    for (int i = 0; i < 3; i++) borrow_and_sum(sum, array, result, (float)(10 * i));
+    // As on a device with a memory of its own.
+    array->bytes = result->bytes = NULL;
+    for (int i = 0; i < 3; i++) borrow_and_sum(sum, array, result, (float)(7 * i));
     bd_buf_destroy(gpu, &result);
     bd_buf_destroy(gpu, &array);
 }
@@ -237,11 +290,13 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(dispatch_writes_what_it_computes),
+        cmocka_unit_test(nothing_is_stored_where_no_image_is),
         cmocka_unit_test(chain_of_dispatches_sees_every_write),
         cmocka_unit_test(array_is_read_beside_a_storage_block_of_its_number),
         cmocka_unit_test(warm_up_leaves_no_trace),
         cmocka_unit_test(counts_on_the_device_say_how_much_runs),
         cmocka_unit_test(upload_clear_and_partial_read),
+        cmocka_unit_test(borrowed_bytes_are_the_buffers),
         cmocka_unit_test(sampling_wraps_filters_and_picks_layers),
         cmocka_unit_test(compile_errors_name_file_and_line),
         cmocka_unit_test(a_program_is_made_once),
