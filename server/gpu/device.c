@@ -230,6 +230,8 @@ enum bd_err bd_gpu_create(const struct bd_gpu_options *options, struct bd_gpu **
     struct bd_gpu *gpu = calloc(1, sizeof *gpu);
     BD_ASSERT(gpu);
     bd_shader_cache_prepare(options->cache_directory, options->disk_reserve_bytes);
+    // Read when Mesa is loaded; its cache keeps such code apart.
+    if (options->quick_code) setenv("GALLIVM_PERF", "nopt", 0);
     enum bd_err err = bd_choose(options->device, options->debug, &gpu->egl, fault);
     if (err) goto free_gpu;
     gpu->memory.limit_bytes = options->memory_limit_bytes;

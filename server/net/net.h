@@ -47,7 +47,8 @@ struct bd_net_options {
         uint32_t gpu_memory_mib;
         bool log_json;
         int sandbox; // enum bd_sandbox
-    } fixed;         // what others were given, for a word about what a reload cannot change
+        bool quick_code;
+    } fixed; // what others were given, for a word about what a reload cannot change
     // Borrowed for as long as the net lives.
     struct bd_sched *sched;
     struct bd_blobs *blobs;

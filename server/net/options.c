@@ -129,6 +129,14 @@ static enum bd_err set_gpu_memory(struct bd_options *options, const char *value,
     return err;
 }
 
+static enum bd_err set_code(struct bd_options *options, const char *value, struct bd_fault *fault)
+{
+    options->quick_code = strcmp(value, "quick") == 0;
+    if (options->quick_code || strcmp(value, "fast") == 0) return BD_ERR_OK;
+    return bd_fault_set(fault, BD_ERR_USAGE, "code", "--code is quick or fast, not \"%.40s\"",
+                        value);
+}
+
 static enum bd_err set_sandbox(struct bd_options *options, const char *value,
                                struct bd_fault *fault)
 {
@@ -177,6 +185,9 @@ static const struct option {
     {"listen", set_listen, "unix:PATH|tcp:HOST:PORT  a framed face, repeatable"},
     {"data", set_data, "DIR                scenes, blobs, shader caches"},
     {"device", set_device, "auto|software|egl:N|uuid:HEX|pci:ID"},
+    {"code", set_code,
+     "quick|fast          of a software device: generated sooner, for few small frames, or\n"
+     "                            running faster (default)"},
     {"socket-mode", set_socket_mode,
      "0600|0660|0666  who may reach a Unix socket's file (default 0600)"},
     {"socket-group", set_socket_group,

@@ -20,6 +20,7 @@ struct bd_options {
     uint32_t listen_count;
     const char *data; // NULL = the default
     const char *device;
+    bool quick_code; // bd_gpu_options
     const char *token_file;
     const char *configs[BD_NET_CONFIG_MAX]; // files that were read
     uint32_t config_count;

@@ -99,6 +99,7 @@ static void say_fixed(const struct bd_net_options *running, const struct bd_opti
         say_restart("socket-group", "");
     if (differs(running->fixed.data, fresh->data)) say_restart("data", "");
     if (differs(running->fixed.device, fresh->device)) say_restart("device", "");
+    if (running->fixed.quick_code != fresh->quick_code) say_restart("code", "");
     if (running->fixed.gpu_memory_mib != fresh->gpu_memory_mib) say_restart("gpu-memory", "");
     if (running->fixed.log_json != fresh->log_json) say_restart("log", "");
     if (running->fixed.sandbox != (int)fresh->sandbox) say_restart("sandbox", "");

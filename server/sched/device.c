@@ -31,6 +31,7 @@ enum bd_err bd_sched_open_device(struct bd_sched *sched, uint32_t lose_after,
         .device = sched->device,
         .cache_directory = sched->cache_directory[0] ? sched->cache_directory : NULL,
         .disk_reserve_bytes = sched->disk_reserve_bytes,
+        .quick_code = sched->options.quick_code,
         .lose_after_waits = lose_after,
     };
     enum bd_err err = bd_gpu_create(&options, &sched->gpu, fault);

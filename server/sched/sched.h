@@ -30,6 +30,7 @@ struct bd_sched_options {
     const char *device;          // "auto", "software", "egl:N", "uuid:HEX", "pci:ID"
     const char *data_directory;  // the drivers' shader caches live in it; NULL = none
     uint64_t disk_reserve_bytes; // free on the caches' disk, or there are none
+    bool quick_code;             // bd_gpu_options
     uint32_t gpu_memory_mib;     // 0 = three quarters of what the device says, 2048 if it does not
     uint32_t queue_length_max;   // jobs waiting in each queue; beyond: BD_ERR_BUSY
     uint32_t reference_threads;  // 0 = as many as the machine runs at once
