@@ -15,12 +15,24 @@
 #include "clients/cli/report.h"
 #include "clients/cli/source.h"
 
+#define FEW_PIXELS ((uint64_t)512 * 512) // the default
+
+// Better code of a software device would come too late.
+static bool renders_little(const struct bd_cli_render *options)
+{
+    const uint64_t asked = (uint64_t)options->width_px * options->height_px;
+    const uint64_t pixels = options->width_px ? asked : FEW_PIXELS;
+    return pixels * options->aa <= FEW_PIXELS && options->target_error == 0;
+}
+
 // The daemon first: a private one starts while the files are read here.
 static enum bd_err open_and_render(const struct bd_cli_render *options, struct bd_cli_conn **conn,
                                    struct bd_cli_progress *progress, struct bd_cli_answer *answer,
                                    struct bd_fault *fault)
 {
-    enum bd_err err = bd_cli_conn_open(&options->common, BD_CLI_CONN_RUNNING_OR_START, conn, fault);
+    struct bd_cli_common common = options->common;
+    common.quick_code = renders_little(options);
+    enum bd_err err = bd_cli_conn_open(&common, BD_CLI_CONN_RUNNING_OR_START, conn, fault);
     if (err) return err;
     struct bd_cli_source source;
     err = bd_cli_source_send(&source, options->scene, options->environment, *conn, progress, fault);

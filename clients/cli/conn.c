@@ -377,8 +377,8 @@ static enum bd_err reach(struct bd_cli_conn *conn, const struct bd_cli_common *c
     // A device can be chosen for a new daemon only.
     if (!common->device && bd_transport_connect_default(&conn->fd)) return BD_ERR_OK;
     if (kind == BD_CLI_CONN_RUNNING) return nobody(fault);
-    enum bd_err err = bd_transport_start_private(common->device, common->quiet, &conn->fd,
-                                                 &conn->child, fault);
+    const struct bd_private_options daemon = {common->device, common->quick_code, common->quiet};
+    enum bd_err err = bd_transport_start_private(&daemon, &conn->fd, &conn->child, fault);
     if (!err) bd_interrupt_set_child(conn->child);
     return err;
 }

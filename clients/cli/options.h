@@ -20,6 +20,7 @@ struct bd_cli_common {
     const char *server;     // NULL: the default socket, else a private daemon
     const char *token_file; // NULL: none
     const char *device;     // of the private daemon; NULL: its default
+    bool quick_code;        // of the private daemon: for one that renders little
     bool json, quiet;
 };
 

@@ -65,7 +65,7 @@ enum bd_err bd_transport_find_daemon(char path[BD_TRANSPORT_PATH_BYTES], struct 
 }
 
 // In the child, between fork and exec: nothing that another thread or a buffer could disturb.
-static void become_daemon(const char *path, const char *device, bool quiet, int fd)
+static void become_daemon(const char *path, const struct bd_private_options *options, int fd)
 {
     setpgid(0, 0);
     int null_fd = open("/dev/null", O_RDONLY);
@@ -82,16 +82,18 @@ static void become_daemon(const char *path, const char *device, bool quiet, int 
                           "--limit",
                           "reply_bytes=4294967295",
                           "--log",
-                          quiet ? "errors" : "text",
-                          device ? "--device" : NULL,
-                          device,
+                          options->quiet ? "errors" : "text",
+                          "--code",
+                          options->quick_code ? "quick" : "fast",
+                          options->device ? "--device" : NULL,
+                          options->device,
                           NULL};
     execv(path, (char *const *)argv);
     _exit(127);
 }
 
-enum bd_err bd_transport_start_private(const char *device, bool quiet, int *fd, pid_t *child,
-                                       struct bd_fault *fault)
+enum bd_err bd_transport_start_private(const struct bd_private_options *options, int *fd,
+                                       pid_t *child, struct bd_fault *fault)
 {
     char path[BD_TRANSPORT_PATH_BYTES];
     enum bd_err err = bd_transport_find_daemon(path, fault);
@@ -101,7 +103,7 @@ enum bd_err bd_transport_start_private(const char *device, bool quiet, int *fd, 
         return bd_fault_set(fault, BD_ERR_UNREACHABLE, "server", "no socket pair: %s",
                             strerror(errno));
     *child = fork();
-    if (*child == 0) become_daemon(path, device, quiet, pair[1]);
+    if (*child == 0) become_daemon(path, options, pair[1]);
     close(pair[1]);
     *fd = pair[0];
     if (*child > 0) return BD_ERR_OK;

@@ -30,11 +30,17 @@ bool bd_transport_connect_default(int *fd);
 BD_MUST_CHECK
 enum bd_err bd_transport_find_daemon(char path[BD_TRANSPORT_PATH_BYTES], struct bd_fault *fault);
 
+struct bd_private_options {
+    const char *device; // NULL: the daemon's default
+    bool quick_code;    // it renders little: bounced --code quick
+    bool quiet;
+};
+
 // Starts `bounced --private 3` with one end of a socket pair as its descriptor 3, in a process
-// group of its own, so that the terminal's Ctrl-C reaches only us. `device` may be NULL.
+// group of its own, so that the terminal's Ctrl-C reaches only us.
 BD_MUST_CHECK
-enum bd_err bd_transport_start_private(const char *device, bool quiet, int *fd, pid_t *child,
-                                       struct bd_fault *fault);
+enum bd_err bd_transport_start_private(const struct bd_private_options *options, int *fd,
+                                       pid_t *child, struct bd_fault *fault);
 
 // Waits for the private daemon's end, once its descriptor is closed: `patience_ms` for it to go by
 // itself, then SIGTERM, 2 s later SIGKILL. Returns waitpid's status.

@@ -32,6 +32,32 @@ def device(tmp_path_factory):
     skip_without_device(BOUNCE, tmp_path_factory)
 
 
+def cached(bounce):
+    return {path.name for path in (bounce.folder / "caches").rglob("*") if path.is_file()}
+
+
+def test_code_that_is_generated_sooner_renders_the_same(bounce):
+    bounce.env["MESA_SHADER_CACHE_DIR"] = str(bounce.folder / "caches")
+    bounce.env.pop("GALLIVM_PERF", None)
+    words = ("render", SCENES / "cornell.glb", *SMALL, "--technique", "rsm")
+    ok(bounce(*words, "-o", "quick.exr"))
+    quick = cached(bounce)
+    ok(bounce(*words, "-o", "again.exr"))
+    assert cached(bounce) == quick  # all of it was there
+    with subprocess.Popen([BUILD / "server/bounced", "--http", "none", "--listen", "unix:fast.sock", "--data", "data"],
+                          cwd=bounce.folder, env=bounce.env, stderr=subprocess.DEVNULL) as daemon:
+        while not (bounce.folder / "fast.sock").exists() and daemon.poll() is None:
+            time.sleep(0.02)
+        ok(bounce(*words, "-o", "fast.exr", "--server", "unix:fast.sock"))
+        daemon.send_signal(signal.SIGTERM)
+    if "llvmpipe" in bounce("devices").stdout.decode():
+        assert cached(bounce) > quick  # none of it served the other
+    (soon, _), (late, _) = (exr.read((bounce.folder / name).read_bytes()) for name in ("quick.exr", "fast.exr"))
+    assert soon.keys() == late.keys()
+    for name, plane in soon.items():
+        assert (plane == late[name]).all(), name
+
+
 @pytest.fixture
 def running(bounce):
     """A daemon on the default socket."""

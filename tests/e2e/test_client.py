@@ -246,6 +246,17 @@ def test_a_running_daemon_is_used(running):
     assert len(starts(running)) == 1
 
 
+@pytest.mark.parametrize("words,code", [
+    (["-o", "a.exr"], "quick"), (["-o", "a.png"], "fast"), (["-o", "a.png", "--aa", "1"], "quick"),
+    (["-o", "a.png", "--aa", "16", "--size", "128x128"], "quick"), (["-o", "a.exr", "--size", "513x512"], "fast"),
+    (["-o", "a.exr", "--target-error", "5"], "fast")])
+def test_what_renders_little_wants_its_code_soon(fake, words, code):
+    scene(fake)
+    assert fake("render", "box.glb", *words).returncode == 0
+    (started,) = [entry["argv"] for entry in fake.asked() if "argv" in entry]
+    assert started[started.index("--code") + 1] == code
+
+
 def test_a_device_asks_for_a_daemon_of_its_own(running):
     scene(running)
     assert running("render", "box.glb", "-o", "out.png", "--device", "egl:1").returncode == 0
