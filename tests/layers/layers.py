@@ -3,7 +3,7 @@
 usage: layers.py SOURCE_ROOT
 
 A room may include itself, base/, the contract (protocol/) where the table says so, structs shared
-with GLSL (shared/), and the rooms that stand beside its name. Clients share a few of them. GL and EGL belong to gpu/ alone, SQLite
+with GLSL (shared/, kernel/), and the rooms that stand beside its name. Clients share a few of them. GL and EGL belong to gpu/ alone, SQLite
 to the journal, and C++ to the shim around the glTF parser.
 """
 
@@ -70,7 +70,7 @@ def check_room_include(room, name):
     target = name.split('/')[0]
     if '/' not in name:
         return 'is named without its room'
-    if target in (room, 'base', 'shared'):
+    if target in (room, 'base', 'shared', 'kernel'):
         return None
     if target not in ROOMS and target != 'protocol':
         return f'{target}/ is no room'

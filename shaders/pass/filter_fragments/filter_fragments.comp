@@ -3,7 +3,7 @@
 //
 // One level of an a-trous filter (Dammertz, Sewtz, Hanika, Lensch 2010), whose noise is that of the
 // halves: theirs is a guess from one pair, so that it is taken over the same blocks.
-#include "common/all_channels.glsl"
+#include "kernel/all_channels.h"
 #include "common/blocks.glsl"
 #include "common/block_receiver.glsl"
 #include "shared/gather_fragments.h"

@@ -1,6 +1,6 @@
 // Children of fragments over which light changes too much: a word for each fragment of the list that is
 // no pixel.
-#include "common/all_channels.glsl"
+#include "kernel/all_channels.h"
 #include "pass/fragments/tiles.glsl"
 
 layout(binding = BD_UNIT_BLOCK_FLAGS) uniform usampler2D flags;

@@ -4,7 +4,7 @@
 // image 0: irradiance; a = 0 where none of the four does, and the pixel has to be lit by itself.
 // BD_VECTOR: the first sub-frame keeps what was gathered and the irradiance vector, and this pixel's
 // own normal has its say. Without, only pixels whose shading normals all but agree share light.
-#include "common/all_channels.glsl"
+#include "kernel/all_channels.h"
 #include "common/one_surface.glsl"
 #include "shared/share.h"
 

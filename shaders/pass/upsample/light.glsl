@@ -3,7 +3,7 @@
 // BD_FINE: of level 0, into `irradiance`; with BD_FINE_VECTOR, of pixels whose vectors are kept.
 // BD_KEEP_VECTOR: and what they are before the pixel's own normal, for pass/share. BD_DETAIL: BD_DETAIL_* of shared/upsample.h.
 #include "common/gbuffer.glsl"
-#include "common/all_channels.glsl"
+#include "kernel/all_channels.h"
 #include "common/surfaces.glsl"
 #include "shared/upsample.h"
 
