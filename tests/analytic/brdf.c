@@ -1,4 +1,4 @@
-// The shaders' BRDF (shaders/common/brdf.glsl): it gains no energy, the limit that sees to that is
+// The shaders' BRDF (shaders/kernel/brdf.h): it gains no energy, the limit that sees to that is
 // what quadrature says, and the witness has the same one.
 
 #include <math.h>

@@ -1,4 +1,4 @@
-"""Makes the coefficients of diffuse_limit.glsl, and says how far they are from the integrals.
+"""Makes the coefficients of diffuse_limit.h, and says how far they are from the integrals.
 
 usage: diffuse_limit.py
 
