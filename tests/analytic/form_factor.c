@@ -1,4 +1,4 @@
-// The form factor of a clipped parallelogram (shaders/common/form_factor.glsl) against the same
+// The form factor of a clipped parallelogram (shaders/kernel/form_factor.h) against the same
 // integral in double precision, with corners below, above and exactly on the receiver's horizon.
 
 #include <math.h>

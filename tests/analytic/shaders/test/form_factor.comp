@@ -1,6 +1,6 @@
 // Form factors of a list of parallelograms, each seen from the origin: four vec4s in (centre, u,
 // v, normal of the receiver), one out.
-#include "common/form_factor.glsl"
+#include "kernel/form_factor.h"
 
 layout(local_size_x = 1) in;
 layout(std430, binding = 0) readonly buffer case_block { vec4 cases[]; };
