@@ -10,65 +10,22 @@
 // receiver's normal is their irradiance, and near it for normals near that one.
 // BD_VISIBLE: of a block's VPLs those in `hidden` count for nothing.
 // BD_SPREAD: also how far off light that is interpolated over the receiver's block may be.
-#include "common/all_channels.glsl"
 #include "common/array.glsl"
 #include "common/brdf.glsl"
-#include "common/form_factor.glsl"
 #include "common/gbuffer.glsl"
 #include "common/light_spread.glsl"
+#include "kernel/vpl_light.h"
 #include "shared/vpl.h"
 
 BD_ARRAY(vpls, BD_UNIT_VPLS);
 BD_ARRAY(vpl_quads, BD_UNIT_VPL_QUADS);
 
-// Squared distances below this are a receiver on the VPL itself (render space is about 1 wide).
-const float COINCIDENT_SQUARED = 1e-12;
-// A receiver in the VPL's own plane gets nothing from it, and the patch's form factor has no value
-// there; nor does a VPL in the receiver's plane give it anything, however its shading normal leans.
-// So that rounding cannot lift one out of the other's plane (hazard 3): the sine must be above what
-// a normal loses in the G-buffer (3e-5), the height above what a position does.
-const float COPLANAR_SQUARED = 4e-8;
-const float COPLANAR_HEIGHT = 1e-5;
-
-bool is_above(float height, float r2)
-{
-    return height > COPLANAR_HEIGHT && height * height > COPLANAR_SQUARED * r2;
-}
-
-// Nothing behind the patch's own plane: the VPL's normal, which is smoothed or bent, would have a
-// point that lies just beneath it in front, and covered by it altogether.
-float patch_kernel(uint index, vec3 to_vpl, vec3 n)
-{
-    vec4 u = BD_LOAD(vpl_quads, index * BD_VPL_QUAD_VEC4S);
-    vec3 v = BD_LOAD(vpl_quads, index * BD_VPL_QUAD_VEC4S + 1u).xyz;
-    if (!is_above(-dot(normalize(cross(u.xyz, v)), to_vpl), dot(to_vpl, to_vpl))) return 0.0;
-    return quad_form_factor(to_vpl, u.xyz, v, n) * u.w;
-}
-
 #ifdef BD_GLOSSY
-// Per irradiance. The specular lobe cannot be integrated over a patch: its peak is held to what a
-// patch can send.
+// Per irradiance.
 vec3 beyond_diffuse(receiver r, vec3 viewer, vec3 to_vpl, float r2)
 {
-    vec3 l = to_vpl * inversesqrt(r2);
-    float roughness = max(r.roughness, 0.25);
-    vec3 all = brdf(r.base_color, r.metallic, roughness, r.f0_dielectric, r.normal, l, viewer);
-    return all - r.base_color * ((1.0 - r.metallic) / PI);
-}
-#endif
-
-#ifdef BD_VECTOR
-// Light that grazes the receiver would make the vector long along the surface, for normals so far
-// from its own that they are no longer the same surface.
-const float VECTOR_COSINE_MIN = 0.2;
-
-const float LENGTH_MIN = 1e-12; // for 0 / 0 where a VPL is at the receiver and gives nothing
-
-// Per unit of the VPL's irradiance, but for what it has along the normal (irradiance_vector).
-vec3 direction_of_unit(vec3 to_vpl, float r2, vec3 n)
-{
-    float height = max(dot(to_vpl, n), VECTOR_COSINE_MIN * sqrt(r2));
-    return to_vpl / max(height, LENGTH_MIN);
+    return beyond_diffuse(r.base_color, r.metallic, r.roughness, r.f0_dielectric, r.normal,
+                          f3_scale(to_vpl, 1.0 / sqrt(r2)), viewer);
 }
 #endif
 
@@ -92,28 +49,11 @@ void add(inout sums s, receiver r, vec3 viewer, vec3 to_vpl, float r2, vec3 irra
 #endif
 }
 
-#ifdef BD_VECTOR
-// What all of them have along the normal is known from their irradiance: so it is left out of the
-// sum's terms, and of the sum.
-vec3 irradiance_vector(sums s, vec3 n)
-{
-    return s.directions + n * (all_channels(s.diffuse) - dot(s.directions, n));
-}
-#endif
+vec3 irradiance_vector(sums s, vec3 n) { return irradiance_vector(s.diffuse, s.directions, n); }
 
-bool faces(vec3 normal, vec3 to_vpl, float r2)
-{
-    return is_above(-dot(normal, to_vpl), r2);
-}
-
-// Irradiance of a unit of flux from a disk; 0 where either is below the other's horizon.
 float disk_seen(receiver r, vec3 to_vpl, float r2, vec3 normal, float area)
 {
-    float receiver_dot = dot(r.normal, to_vpl);
-    float side = dot(r.normal_geometric, to_vpl);
-    bool seen = receiver_dot > 0.0 && is_above(side, r2) && r2 > COINCIDENT_SQUARED;
-    if (!seen || !faces(normal, to_vpl, r2)) return 0.0;
-    return disk_kernel(receiver_dot, -dot(normal, to_vpl), r2, area);
+    return disk_light(r.normal, r.normal_geometric, to_vpl, r2, normal, area);
 }
 
 #ifdef BD_VPL_PATCH
@@ -121,11 +61,10 @@ void add_patch(inout sums s, receiver r, vec3 viewer, uint index)
 {
     vec3 to_vpl = BD_LOAD(vpls, index * BD_VPL_VEC4S).xyz - r.position;
     float r2 = dot(to_vpl, to_vpl);
-    // A patch reaches over the edge of what it stands for: only one whose centre is above the
-    // receiver's surface counts, or the outside of a thin wall is lit from within.
-    if (!is_above(dot(to_vpl, r.normal_geometric), r2)) return;
-    vec3 flux = BD_LOAD(vpls, index * BD_VPL_VEC4S + 2u).rgb;
-    add(s, r, viewer, to_vpl, r2, flux * patch_kernel(index, to_vpl, r.normal));
+    vec4 u = BD_LOAD(vpl_quads, index * BD_VPL_QUAD_VEC4S);
+    vec3 v = BD_LOAD(vpl_quads, index * BD_VPL_QUAD_VEC4S + 1u).xyz;
+    float kernel = patch_light(r.normal, r.normal_geometric, to_vpl, r2, u.xyz, v, u.w);
+    add(s, r, viewer, to_vpl, r2, BD_LOAD(vpls, index * BD_VPL_VEC4S + 2u).rgb * kernel);
 }
 #endif
 

@@ -4,11 +4,6 @@
 
 layout(std430, binding = BD_STORAGE_PREFIX) buffer prefix_block { float prefix[]; };
 
-// The disk's light, all channels together; exact where VPLs are far. A near one is integrated as a
-// patch where it is chosen, and has light even where its centre is below a horizon: there cosines
-// count as these at least, so that whatever gives light can be chosen.
-const float NEAR_COSINE_MIN = 0.1;
-
 #ifdef BD_GLOSSY
 // What the whole BRDF makes of its light, or so much of the diffuse lobe at least: irradiance is
 // asked for, too.
@@ -22,20 +17,17 @@ float reflected(receiver r, vec3 viewer, vec3 to_vpl, float r2)
 }
 #endif
 
+// All channels together.
 float strength(receiver r, vec3 viewer, virtual_light vpl)
 {
     vec3 to_vpl = vpl.position_area.xyz - r.position, normal = vpl.normal_near.xyz;
     float r2 = dot(to_vpl, to_vpl);
-    float kernel = disk_seen(r, to_vpl, r2, normal, vpl.position_area.w);
+    float near2 = 0.0;
 #ifdef BD_VPL_PATCH
-    bool near = r2 < vpl.normal_near.w && faces(normal, to_vpl, r2) &&
-                is_above(dot(to_vpl, r.normal_geometric), r2);
-    float least = NEAR_COSINE_MIN * sqrt(r2);
-    float receiver_dot = max(dot(r.normal, to_vpl), least);
-    float vpl_dot = max(-dot(normal, to_vpl), least);
-    float of_near = disk_kernel(receiver_dot, vpl_dot, r2, vpl.position_area.w);
-    kernel = near ? of_near : kernel;
+    near2 = vpl.normal_near.w;
 #endif
+    float kernel = strength_of_unit(r.normal, r.normal_geometric, to_vpl, r2, normal,
+                                    vpl.position_area.w, near2);
     float light = kernel * all_channels(vpl.flux);
 #ifdef BD_GLOSSY
     if (light > 0.0) light *= reflected(r, viewer, to_vpl, r2);

@@ -13,4 +13,8 @@
 #define BD_VPL_VEC4S      3
 #define BD_VPL_QUAD_VEC4S 2
 
+// A partial sum over so many of a list is added to the whole, whoever sums: this sets the order of
+// the sums, and how many a receiver asks about at once.
+#define BD_VPLS_PER_SUM 1024u
+
 #endif
