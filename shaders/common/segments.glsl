@@ -1,23 +1,13 @@
 // Segments between receivers and VPLs, for who asks what lies between them (shared/rays.h).
 //
-// A segment starts on the receiver and ends on the surface that the VPL stands for: at its
-// representative texel, since a mean of texels may lie within a curved wall. Both ends are lifted
-// off their surfaces by what a position loses on its way through G-buffer and map, so that
-// neighbours in the same plane do not hide them.
-#include "common/asker.glsl"
+// A segment starts on the receiver and ends on the surface that the VPL stands for.
 #include "common/vpl_gather.glsl"
+#include "kernel/choice.h"
 #include "shared/rays.h"
-#ifdef BD_FRAGMENTS
-#include "common/block_receiver.glsl"
-#endif
+#include "common/asker_receiver.glsl" // last: what it includes and others do is above
 
 layout(binding = BD_UNIT_GBUFFER_TRIANGLE) uniform usampler2D gbuffer_triangle;
 layout(std430, binding = BD_STORAGE_SEGMENTS) writeonly buffer segment_block { uvec4 segments[]; };
-
-const float LIFT = 3.8e-6;       // times the largest coordinate
-const float LIFT_LEAST = 4.8e-7; // where all are small: lights and eyes are not
-
-float largest(vec3 v) { return max(abs(v.x), max(abs(v.y), abs(v.z))); }
 
 void store_segment(uint index, vec3 from, uint from_triangle, vec3 to)
 {
@@ -27,20 +17,6 @@ void store_segment(uint index, vec3 from, uint from_triangle, vec3 to)
 
 // One that asks nothing.
 void store_no_segment(uint index) { store_segment(index, vec3(0.0), BD_NO_TRIANGLE, vec3(0.0)); }
-
-// What is lit, and a pixel on its surface: a block's receiver lies between pixels, on a curved
-// surface off it, so that rays start from the pixel.
-receiver asker_receiver(asker_place place, out ivec2 pixel)
-{
-#ifdef BD_FRAGMENTS
-    receiver r = block_receiver(place.level, place.block, pixel);
-#else
-    pixel = place.block;
-    receiver r = gbuffer_receiver(pixel);
-#endif
-    r.lit = is_asked(r);
-    return r;
-}
 
 // Where a receiver's rays start, and which triangle that is on.
 struct ray_start {
@@ -61,9 +37,8 @@ void store_segment_to(uint index, ray_start start, uint vpl)
     vec3 position = BD_LOAD(vpls, vpl * BD_VPL_VEC4S).xyz;
     vec3 normal = BD_LOAD(vpls, vpl * BD_VPL_VEC4S + 1u).xyz;
     float along_u = BD_LOAD(vpls, vpl * BD_VPL_VEC4S + 2u).w;
-    vec3 to = position - u.xyz * along_u - v.xyz * v.w;
-    float lift = LIFT * max(largest(view.position.xyz), max(largest(r.position), largest(to)));
-    lift += LIFT_LEAST;
+    vec3 to = end_of_segment(position, u.xyz, v.xyz, along_u, v.w);
+    float lift = lift_of_segment(largest_coordinate(view.position.xyz), r.position, to);
     store_segment(index, r.position + r.normal_geometric * lift, start.triangle, to + normal * lift);
 }
 

@@ -1,0 +1,48 @@
+// What a receiver chooses VPLs by, and where its rays to them go.
+#ifndef BD_KERNEL_CHOICE_H
+#define BD_KERNEL_CHOICE_H
+
+#include "kernel/vpl_light.h"
+
+// A near VPL is integrated as a patch where it is chosen, and has light even where its centre is
+// below a horizon: there cosines count as these at least, so that whatever gives light can be
+// chosen.
+#define NEAR_COSINE_MIN 0.1f
+
+// How much a unit of a VPL's flux would give a receiver if nothing stood between them: by the disk,
+// exact where VPLs are far. near2 = 0: none is integrated as a patch.
+KERNEL float strength_of_unit(f3 n, f3 n_geometric, f3 to_vpl, float r2, f3 vpl_normal, float area,
+                              float near2)
+{
+    bool near = b_and(r2 < near2, b_and(faces(vpl_normal, to_vpl, r2),
+                                        is_above(f3_dot(n_geometric, to_vpl), r2)));
+    bool seen = see_each_other(n, n_geometric, to_vpl, r2, vpl_normal);
+    float least = NEAR_COSINE_MIN * f_sqrt(r2);
+    float receiver_dot = f3_dot(n, to_vpl), vpl_dot = -f3_dot(vpl_normal, to_vpl);
+    float of_near = f_max(receiver_dot, least) * f_max(vpl_dot, least);
+    float of_far = f_select(seen, receiver_dot * vpl_dot, 0.0f);
+    return f_select(near, of_near, of_far) / f_max(r2 * (F_PI * r2 + area), 1e-37f);
+}
+
+// Segments are lifted off their surfaces by what a position loses on its way through G-buffer and
+// map, so that neighbours in the same plane do not hide them.
+#define LIFT       3.8e-6f // times the largest coordinate
+#define LIFT_LEAST 4.8e-7f // where all are small: lights and eyes are not
+
+KERNEL float largest_coordinate(f3 v) { return f_max(f_abs(v.x), f_max(f_abs(v.y), f_abs(v.z))); }
+
+// `view` = the largest of the view's position.
+KERNEL float lift_of_segment(float view, f3 from, f3 to)
+{
+    float most = f_max(view, f_max(largest_coordinate(from), largest_coordinate(to)));
+    return LIFT * most + LIFT_LEAST;
+}
+
+// On the surface that a VPL stands for: at its representative texel, since a mean of texels may lie
+// within a curved wall. along = shared/vpl.h's places, in u and v.
+KERNEL f3 end_of_segment(f3 position, f3 u, f3 v, float along_u, float along_v)
+{
+    return f3_sub(f3_sub(position, f3_scale(u, along_u)), f3_scale(v, along_v));
+}
+
+#endif
