@@ -78,42 +78,18 @@ node_light light_of(receiver r, tree_node n, uint level, float most)
     return node_light(n.flux * (form_factor / (4.0 * PI) * tree_args.light.z), to_node);
 }
 #else
-// Mean over a lobe of <leaf's normal, direction to the receiver>, those below 0 counted as 0, times
-// share and distance. What the mean normal's square lacks of 1 is the variance of the leaves'
-// normals, which the two directions across the mean share alike; over that the cosine is spread
-// evenly.
-float mean_facing(lobe l, vec3 to_lobe, float r2)
-{
-    float mean = -dot(l.normal, to_lobe);
-    float variance = 0.5 * max(l.share * l.share - dot(l.normal, l.normal), 0.0) * r2;
-    float reach = max(sqrt(3.0 * variance), 1e-18); // of an even spread
-    float above = clamp(mean, -reach, reach) + reach;
-    return above * above / (4.0 * reach) + max(mean - reach, 0.0);
-}
-
-// Irradiance of a unit of the node's flux from a lobe: of an inner node as a point. A point is
-// unbounded, the node's bounds are not.
-float lobe_kernel(receiver r, lobe l, vec3 to_lobe, bool inner, float area)
-{
-    float r2 = dot(to_lobe, to_lobe);
-    float receiver_dot = dot(r.normal, to_lobe), facing = -dot(l.normal, to_lobe);
-    bool seen = receiver_dot > 0.0 && is_above(dot(r.normal_geometric, to_lobe), r2) &&
-                r2 > COINCIDENT_SQUARED;
-    if (!seen || !(inner || is_above(facing, r2))) return 0.0;
-    return disk_kernel(receiver_dot, inner ? mean_facing(l, to_lobe, r2) : facing, r2,
-                       inner ? 0.0 : area);
-}
-
 node_light light_of(receiver r, tree_node n, uint level, float most)
 {
-    bool inner = is_inner(level);
+    if (!is_inner(level)) {
+        vec3 to_leaf = n.first.position - r.position;
+        float kernel = disk_seen(r, to_leaf, dot(to_leaf, to_leaf), n.first.normal, n.area);
+        return node_light(n.flux * kernel, to_leaf);
+    }
     lobe second = second_lobe(n);
-    vec3 to_first = n.first.position - r.position, to_second = second.position - r.position;
-    float first_kernel = lobe_kernel(r, n.first, to_first, inner, n.area), kernel = first_kernel;
-    if (inner) kernel += lobe_kernel(r, second, to_second, inner, 0.0);
-    float share = kernel > 0.0 ? first_kernel / kernel : 1.0;
-    if (inner) kernel = min(kernel, most / strongest(n.flux));
-    return node_light(n.flux * kernel, mix(to_second, to_first, share));
+    inner_light l = light_of_inner(n.first, second, strongest(n.flux), r.position, r.normal,
+                                   r.normal_geometric, most);
+    return node_light(n.flux * l.kernel,
+                      direction_of_inner(n.first, second, l.share, r.position));
 }
 #endif
 

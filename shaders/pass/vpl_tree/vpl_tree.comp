@@ -4,6 +4,7 @@
 #include "common/light.glsl"
 #include "common/morton.glsl"
 #include "common/vpl_tree.glsl"
+#include "kernel/vpl_tree_build.h"
 #include "shared/vpl.h"
 #include "shared/vpl_tree.h"
 
@@ -13,10 +14,10 @@ BD_ARRAY(vpls, BD_UNIT_VPLS);
 BD_ARRAY(vpl_quads, BD_UNIT_VPL_QUADS);
 layout(std430, binding = BD_STORAGE_TREE_NODES) buffer node_block { vec4 nodes[]; };
 
-const float FAR = 3.4e38;
 const lobe NO_LOBE = lobe(vec3(0.0), vec3(0.0), 0.0);
-const tree_node NOTHING = tree_node(vec3(0.0), vec3(0.0), vec3(0.0), vec3(FAR), vec3(-FAR),
-                                    0.0, 0.0, 0.0, 0.0, 0.0, NO_LOBE);
+const tree_node NOTHING =
+    tree_node(vec3(0.0), vec3(0.0), vec3(0.0), vec3(TREE_FAR), vec3(-TREE_FAR), 0.0, 0.0, 0.0, 0.0,
+              0.0, NO_LOBE);
 
 void store_node(uint at, tree_node n)
 {
@@ -35,16 +36,6 @@ tree_node load_node(uint at)
                         nodes[at + 5u], nodes[at + 6u]);
 }
 
-// How far the patch's own normal is from the VPL's, which may be bent by a normal map.
-float patch_chord(vec3 normal, vec3 u, vec3 v)
-{
-    vec3 across = cross(u, v);
-    float size = length(across);
-    if (!(size > 0.0)) return 0.0;
-    across /= size;
-    return min(length(across - normal), length(across + normal));
-}
-
 tree_node leaf(uint face, uint morton)
 {
     uvec2 place = place_of_morton(morton);
@@ -52,80 +43,48 @@ tree_node leaf(uint face, uint morton)
     vec4 position = BD_LOAD(vpls, index * BD_VPL_VEC4S);
     vec4 normal = BD_LOAD(vpls, index * BD_VPL_VEC4S + 1u);
     vec3 flux = BD_LOAD(vpls, index * BD_VPL_VEC4S + 2u).rgb;
-    vec4 u = BD_LOAD(vpl_quads, index * BD_VPL_QUAD_VEC4S);
+    vec3 u = BD_LOAD(vpl_quads, index * BD_VPL_QUAD_VEC4S).xyz;
     vec3 v = BD_LOAD(vpl_quads, index * BD_VPL_QUAD_VEC4S + 1u).xyz;
     if (!(strongest(flux) > 0.0)) return NOTHING;
-    vec3 reach = abs(u.xyz) + abs(v), from_light = position.xyz - light.position.xyz;
-    bool directional = light.kind.x == BD_LIGHT_KIND_DIRECTIONAL;
     tree_node n;
     n.position = position.xyz;
     n.area = position.w;
     n.normal = normal.xyz;
-    n.chord = patch_chord(normal.xyz, u.xyz, v);
+    n.chord = patch_chord(normal.xyz, u, v);
     n.flux = flux;
-    n.radiosity = position.w > 0.0 ? strongest(flux) / position.w : FAR;
-    n.box_min = position.xyz - reach;
-    n.box_max = position.xyz + reach;
-    n.light_distance2 = directional ? 1.0 : dot(from_light, from_light);
+    n.radiosity = radiosity_of_vpl(flux, position.w);
+    n.box_min = position.xyz - patch_reach(u, v);
+    n.box_max = position.xyz + patch_reach(u, v);
+    n.light_distance2 = distance2_of_light(position.xyz, light.position.xyz,
+                                           light.kind.x == BD_LIGHT_KIND_DIRECTIONAL);
     n.near2 = normal.w;
     n.first = lobe(n.position, n.normal, 1.0);
     return n;
 }
 
-// Sum of the channels, rounded alike whatever their order.
-float weight(tree_node n)
-{
-    float least = min(n.flux.r, min(n.flux.g, n.flux.b)), most = strongest(n.flux);
-    float middle = max(min(n.flux.r, n.flux.g), min(max(n.flux.r, n.flux.g), n.flux.b));
-    return least + middle + most;
-}
-
-// A number in steps of 1 / 2048 of itself: rounding, which changes with the light's power, must not
-// choose between lobes that are equal.
-float in_steps(float number)
-{
-    return uintBitsToFloat((floatBitsToUint(number) + 0x800u) & 0xfffff000u);
-}
-
-// How much of a lobe does not face along a unit vector.
-float off_direction(lobe l, vec3 direction)
-{
-    return in_steps(length(l.normal) - dot(l.normal, direction));
-}
-
-vec3 direction_of(lobe l)
-{
-    float size = length(l.normal);
-    return size > 0.0 ? l.normal / size : vec3(0.0);
-}
-
-const float NO_TIE = 1e-3;
-
-// Of the children's eight lobes those that face rather as the largest than as the one that differs
-// most from it.
-lobe first_lobe(tree_node children[4], float sum)
+lobe first_lobe(tree_node children[4], float shares[4])
 {
     lobe lobes[8];
     for (int k = 0; k < 8; k++) {
-        float share = weight(children[k >> 1]) / sum;
         lobes[k] = (k & 1) == 0 ? children[k >> 1].first : second_lobe(children[k >> 1]);
-        lobes[k].share *= share;
-        lobes[k].normal *= share;
+        lobes[k].share *= shares[k >> 1];
+        lobes[k].normal *= shares[k >> 1];
     }
     int largest = 0, other = 0;
     for (int k = 1; k < 8; k++)
         if (in_steps(lobes[k].share) > in_steps(lobes[largest].share)) largest = k;
-    vec3 direction = direction_of(lobes[largest]);
+    vec3 direction = direction_of_lobe(lobes[largest].normal);
     for (int k = 1; k < 8; k++)
-        if (off_direction(lobes[k], direction) > off_direction(lobes[other], direction)) other = k;
-    vec3 other_direction = direction_of(lobes[other]);
+        if (off_direction(lobes[k].normal, direction) >
+            off_direction(lobes[other].normal, direction))
+            other = k;
+    vec3 other_direction = direction_of_lobe(lobes[other].normal);
     lobe first = NO_LOBE;
     for (int k = 0; k < 8; k++) {
-        float nearer_other = dot(lobes[k].normal, other_direction - direction);
-        if (nearer_other > NO_TIE * length(lobes[k].normal)) continue;
-        first.position += lobes[k].share * lobes[k].position;
-        first.normal += lobes[k].normal;
-        first.share += lobes[k].share;
+        float part = part_of_first(lobes[k].normal, direction, other_direction);
+        first.position += part * lobes[k].share * lobes[k].position;
+        first.normal += part * lobes[k].normal;
+        first.share += part * lobes[k].share;
     }
     first.position /= first.share;
     return first;
@@ -138,21 +97,21 @@ tree_node parent(tree_node children[4])
         n.flux += children[k].flux;
         n.area += children[k].area;
         n.radiosity += children[k].radiosity;
-        n.box_min = min(n.box_min, children[k].box_min);
-        n.box_max = max(n.box_max, children[k].box_max);
+        n.box_min = least_corner(n.box_min, children[k].box_min);
+        n.box_max = greatest_corner(n.box_max, children[k].box_max);
         n.light_distance2 = max(n.light_distance2, children[k].light_distance2);
     }
-    float sum = weight(n);
-    if (!(sum > 0.0)) return NOTHING;
+    if (!(strongest(n.flux) > 0.0)) return NOTHING;
+    float shares[4];
     for (int k = 0; k < 4; k++) {
-        float share = weight(children[k]) / sum;
-        n.position += share * children[k].position;
-        n.normal += share * children[k].normal;
+        shares[k] = share_of_child(children[k].flux, n.flux);
+        n.position += shares[k] * children[k].position;
+        n.normal += shares[k] * children[k].normal;
     }
     for (int k = 0; k < 4; k++)
-        if (weight(children[k]) > 0.0)
-            n.chord = max(n.chord, children[k].chord + length(children[k].normal - n.normal));
-    n.first = first_lobe(children, sum);
+        n.chord = max(n.chord, chord_with_child(children[k].flux, children[k].normal,
+                                                children[k].chord, n.normal));
+    n.first = first_lobe(children, shares);
     return n;
 }
 
