@@ -15,6 +15,7 @@
 #include "gpu/gpu.h"
 #include "image/image.h"
 #include "pass/occluders.h"
+#include "pass/pass.h"
 #include "pass/slicer.h"
 #include "upload/gpu_scene.h"
 
@@ -25,7 +26,8 @@ struct bd_renderer {
     struct bd_uploader uploader;
     struct bd_memo *memo;
     struct bd_slicer slicer;
-    struct bd_pool *pool;   // for rays; NULL before the first frame that traces any
+    struct bd_pool *pool; // for rays and native passes; NULL before the first of them
+    struct bd_processor processor;
     enum bd_rays_executor rays_on; // for tests; set before the first frame
     struct bd_frame *frame; // that is being rendered; NULL between frames
 };
@@ -35,6 +37,9 @@ void bd_renderer_init(struct bd_renderer *renderer, struct bd_gpu *gpu,
                       uint64_t memo_budget_bytes);
 // Destroys everything on the device; call while the context still stands, or is lost.
 void bd_renderer_finish(struct bd_renderer *renderer);
+
+// Its threads beside the caller's.
+struct bd_pool *bd_renderer_pool(struct bd_renderer *renderer);
 
 // Renders the requested layers into `layers` (the caller destroys them; all NULL on failure) and
 // fills the report, also on failure as far as it came. `should_stop` is asked between slices. Times

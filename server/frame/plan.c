@@ -2,6 +2,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "base/hash.h"
@@ -340,4 +341,19 @@ uint32_t bd_plan_rsm_size(const struct bd_plan *plan, uint32_t grid_side)
     uint32_t asked = plan->params.rsm_size;
     if (asked < grid_side) return grid_side;
     return asked > most ? (uint32_t)most : asked;
+}
+
+static bool is_native_by_itself(bool device_is_software)
+{
+    const char *forced = getenv("BD_EXECUTOR");
+    return forced ? strcmp(forced, "native") == 0 : device_is_software;
+}
+
+void bd_plan_place(struct bd_plan *plan, bool device_is_software, struct bd_report *report)
+{
+    if (!bd_plan_reads(plan, BD_PARAM_EXECUTOR)) return;
+    const enum bd_executor asked = (enum bd_executor)plan->params.executor;
+    plan->native = asked == BD_EXECUTOR_NATIVE ||
+                   (asked == BD_EXECUTOR_AUTO && is_native_by_itself(device_is_software));
+    snprintf(report->executor, sizeof report->executor, "%s", plan->native ? "native" : "device");
 }

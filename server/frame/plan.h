@@ -26,6 +26,7 @@ struct bd_plan {
     bool filtered;    // what few rays leave noisy
     bool shared;      // of several sub-frames all but the first take its indirect light over
     bool normal_maps; // some surface has one
+    bool native;      // passes that have loops for the processor run them (bd_plan_place)
     bool glossy;      // receivers with a specular lobe worth its price
     bool emission;    // some surface emits or is unlit
     bool unoccluded;  // there is indirect light, and nothing in the scene hides any of it
@@ -38,6 +39,10 @@ struct bd_plan {
 BD_MUST_CHECK
 enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_request *request,
                          struct bd_plan *out, struct bd_report *report, struct bd_fault *fault);
+
+// Decides who does the arithmetic, on that kind of device. BD_EXECUTOR of the environment, "device"
+// or "native", is what `auto` means: so every test runs with either.
+void bd_plan_place(struct bd_plan *plan, bool device_is_software, struct bd_report *report);
 
 static inline bool bd_plan_reads(const struct bd_plan *plan, enum bd_param param)
 {

@@ -54,6 +54,7 @@ struct bd_report {
         char device_class[64]; // same class, same bytes: driver family and version
         bool software;
     } device;
+    char executor[8]; // "device", "native": who does the arithmetic; "" where there is no choice
     struct bd_report_time time_ms;
     uint32_t pass_count;
     struct {

@@ -267,7 +267,7 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
             .is_needed = has_tree,
             .why_not = no_tree,
             .from = STAGE(VPL_GRID),
-            .params = PARAM(TREE_ROOTS),
+            .params = PARAM(TREE_ROOTS) | PARAM(EXECUTOR),
             KEEPS(tree, frame_light, bd_run_vpl_tree),
         },
     [BD_STAGE_VPL_ORDER] =

@@ -17,7 +17,9 @@ static enum bd_err gather_glossy(const struct bd_pass_context *context,
                                  const struct bd_technique_inputs *inputs,
                                  struct bd_indirect *indirect, struct bd_fault *fault)
 {
-    if (inputs->occluders) return bd_visible_lobes(context, inputs, indirect, fault);
+    // A device without rays is given a list of the pixels that have lobes.
+    if (inputs->occluders || context->processor)
+        return bd_visible_lobes(context, inputs, indirect, fault);
     return bd_glossy_light(context, inputs, BD_GLOSSY_LIGHT_AT_PIXELS, indirect, fault);
 }
 
@@ -73,9 +75,9 @@ const struct bd_technique bd_technique_multires_gather = {
     .model = {.indirect_bounces = 1, .lights = BD_LIGHTS_PUNCTUAL, .glossy_receivers = true},
     .inputs = BD_INPUT_VPL_GRID | BD_INPUT_FRAGMENTS,
     .passes = passes,
-    .params_read = BD_READS_VPL_GRID | BD_READS_VISIBILITY | BD_READS_FRAGMENTS |
-                   BD_READS(BD_PARAM_LIGHT_THRESHOLD) | BD_READS(BD_PARAM_VISIT) |
-                   BD_READS(BD_PARAM_SUB_FRAMES),
+    .params_read = BD_READS_VPL_GRID | BD_READS_VISIBILITY | BD_READS(BD_PARAM_EXECUTOR) |
+                   BD_READS_FRAGMENTS | BD_READS(BD_PARAM_LIGHT_THRESHOLD) |
+                   BD_READS(BD_PARAM_VISIT) | BD_READS(BD_PARAM_SUB_FRAMES),
     .tolerance = {.direct = 1e-3, .indirect = 1e-2},
     .hazard_codes = "TN",
     .defaults = defaults,

@@ -135,6 +135,8 @@ static const struct param_row table[BD_PARAM_COUNT] = {
     [BD_PARAM_LIGHT_VERTICES] = {"light_vertices", PARAM_CHOICE, FIELD(light_vertices), 0, 0, 1,
                                  OFF_ON},
     [BD_PARAM_NOISE_FILTER] = {"noise_filter", PARAM_CHOICE, FIELD(noise_filter), 0, 0, 0, OFF_ON},
+    [BD_PARAM_EXECUTOR] =
+        {"executor", PARAM_CHOICE, FIELD(executor), 0, 0, 0, {"auto", "device", "native"}},
 };
 
 // Other words for choices. They are read, and never written.

@@ -85,11 +85,16 @@ enum bd_param {
     BD_PARAM_TRANSMISSION,        // on | off
     BD_PARAM_LIGHT_VERTICES,      // on | off
     BD_PARAM_NOISE_FILTER,        // off | on (image/light_filter.h)
+    BD_PARAM_EXECUTOR,            // auto | device | native: who does arithmetic; auto is native on
+                                  // a software device alone
     BD_PARAM_COUNT,
 };
 
 // What hides indirect light. BD_VISIBILITY_NONE is false.
 enum bd_visibility { BD_VISIBILITY_NONE, BD_VISIBILITY_RAYS };
+
+// Who does the arithmetic of passes that have a loop for the processor (pass/native).
+enum bd_executor { BD_EXECUTOR_AUTO, BD_EXECUTOR_DEVICE, BD_EXECUTOR_NATIVE };
 
 // Whether each sub-frame has its own indirect light, or the first one's.
 enum bd_sub_frames { BD_SUB_FRAMES_SHARED, BD_SUB_FRAMES_OWN };
@@ -134,6 +139,7 @@ struct bd_params {
     uint32_t transmission;
     uint32_t light_vertices;
     uint32_t noise_filter;
+    uint32_t executor; // enum bd_executor
 };
 
 // What clients are told about a parameter.
