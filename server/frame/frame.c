@@ -19,6 +19,19 @@ void bd_renderer_init(struct bd_renderer *renderer, struct bd_gpu *gpu, uint64_t
     bd_prime_samplers(gpu);
 }
 
+static const struct bd_processor *processor_of(struct bd_renderer *renderer)
+{
+    renderer->processor.pool = bd_renderer_pool(renderer);
+    renderer->processor.loops = bd_native_loops();
+    return &renderer->processor;
+}
+
+struct bd_pool *bd_renderer_pool(struct bd_renderer *renderer)
+{
+    if (!renderer->pool) renderer->pool = bd_pool_create(0);
+    return renderer->pool;
+}
+
 void bd_renderer_finish(struct bd_renderer *renderer)
 {
     bd_memo_destroy(&renderer->memo);
@@ -412,6 +425,7 @@ enum bd_err bd_frame_render(struct bd_renderer *renderer, struct bd_scene *scene
     struct bd_plan plan;
     enum bd_err err = bd_plan_make(scene, request, &plan, report, fault);
     report_device(report, gpu);
+    if (!err) bd_plan_place(&plan, bd_gpu_caps(gpu)->software, report);
     if (err || request->plan_only) return err;
     BD_ASSERT(!plan.technique->is_reference); // sched/ takes those elsewhere
 
@@ -420,7 +434,7 @@ enum bd_err bd_frame_render(struct bd_renderer *renderer, struct bd_scene *scene
     bd_gpu_memory_reset_peak(gpu);
     struct bd_frame frame = {
         .renderer = renderer,
-        .context = {gpu, &renderer->slicer},
+        .context = {gpu, &renderer->slicer, plan.native ? processor_of(renderer) : NULL},
         .snapshot = scene,
         .request = request,
         .plan = &plan,

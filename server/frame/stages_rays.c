@@ -118,7 +118,7 @@ enum bd_err bd_run_rays(struct bd_frame *frame, struct bd_frame_light *light)
                                        bd_stage_rows[BD_STAGE_RAYS].destroy, could_be_followed,
                                        frame->snapshot, &earlier_key);
     if (earlier) building.earlier = earlier->rays;
-    if (!frame->renderer->pool) frame->renderer->pool = bd_pool_create(0);
+    bd_renderer_pool(frame->renderer);
     enum bd_err err = build_apart(frame, &building);
     if (!err && building.rays && earlier && bd_rays_share(building.rays, earlier->rays))
         frame->rests_on = earlier_key;

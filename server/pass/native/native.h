@@ -1,0 +1,119 @@
+// Arithmetic on the processor, where the device is software: loops over the receivers of a group
+// (shared/receivers.h), a lane each, with the formulas of shaders/kernel. They stand once and are
+// compiled for several widths of vectors; every width, compiler and number of threads gives the
+// same bits, since no sum is reordered and nothing is contracted.
+//
+// Thread: any; a receiver group is one thread's.
+
+#ifndef BD_PASS_NATIVE_NATIVE_H
+#define BD_PASS_NATIVE_NATIVE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "shared/gather_tree.h"
+#include "shared/rays.h"
+#include "shared/receivers.h"
+#include "shared/types.h"
+
+// VPLs as they are in the arrays of a list (shared/vpl.h), those from `first` to before `end`.
+struct bd_native_vpls {
+    const struct bd_vec4 *vpls, *quads;
+    uint32_t first, end;
+};
+
+// Which of them a group's lanes do not see: of each lane in turn `words` words, the bits of which
+// are VPLs from the first on.
+struct bd_native_hidden {
+    const uint32_t *bits; // NULL: none are hidden
+    uint32_t words;
+};
+
+// What a few of a list are chosen by (pass/choose.h): all of it, from 0 on, in groups.
+struct bd_native_choice {
+    struct bd_native_vpls vpls;
+    uint32_t group_vpls, group_count;
+    uint32_t rays;    // of a lane
+    float view_reach; // largest coordinate of the view's position
+};
+
+// Of groups of VPLs, or of rays.
+struct bd_native_part {
+    uint32_t first, end;
+};
+
+// Of a VPL of each lane, its light times how many it stands for.
+struct bd_native_pick {
+    struct bd_lanes3 irradiance, vector;
+};
+
+// A tree of VPLs (shared/vpl_tree.h) over a list of leaves, and how it is cut: the roots
+// args.tree.x to x + y, and what rows of args say to the device is not read.
+struct bd_native_tree {
+    const struct bd_vec4 *nodes;
+    struct bd_native_vpls leaves;
+    struct bd_gather_tree_args args;
+};
+
+// Leaves of a tree in Morton order of their place in a face, those from `first` on, at most
+// BD_LANES: of the face's grid of `side` x `side` VPLs (shared/vpl_tree.h).
+struct bd_native_leaves {
+    const struct bd_vec4 *vpls, *quads; // of the face
+    uint32_t side, first, count;
+    struct bd_vec4 light; // its position
+    bool directional;
+};
+
+// What is summed beside irradiance.
+struct bd_native_wishes {
+    bool near_patches; // VPLs nearer than their limit are integrated as patches
+    bool vector, spread; // a group without blocks is spared its spread
+};
+
+struct bd_native_loops {
+    const char *width; // of vectors: "baseline" (SSE2 on x86), "avx2", "avx512"
+    // Nodes of a tree, side by side: leaves,
+    void (*make_leaves)(const struct bd_native_leaves *leaves, struct bd_vec4 *nodes);
+    // and at most BD_LANES inner ones, of four children each.
+    void (*join_nodes)(const struct bd_vec4 *children, uint32_t count, struct bd_vec4 *nodes);
+    // Adds the light of the VPLs, in their order, to that of a group.
+    void (*gather)(const struct bd_receivers *receivers, const struct bd_native_vpls *vpls,
+                   const struct bd_native_hidden *hidden, const struct bd_native_wishes *wishes,
+                   struct bd_receiver_light *light);
+    // Adds what the lanes' specular lobes reflect of them beyond the diffuse lobe
+    // (kernel/brdf.h), where they are worth their price.
+    void (*gather_glossy)(const struct bd_receivers *receivers,
+                          const struct bd_glossy_receivers *surfaces,
+                          const struct bd_native_vpls *vpls, const struct bd_native_hidden *hidden,
+                          const struct bd_native_wishes *wishes, struct bd_lanes3 *light);
+    // Adds what the tree's roots by themselves send to each lane, in whole steps.
+    void (*estimate)(const struct bd_receivers *receivers, const struct bd_native_tree *tree,
+                     uint32_t steps[BD_LANES]);
+    // Adds the light of a cut of the tree to each lane; `steps` of all lights.
+    void (*gather_tree)(const struct bd_receivers *receivers, const struct bd_native_tree *tree,
+                        const struct bd_native_wishes *wishes, const uint32_t steps[BD_LANES],
+                        struct bd_receiver_light *light);
+    // Running sums over a part of the groups of VPLs, which follows on the one before: into `sums`,
+    // a float of each lane for each group of VPLs; and adds to the lanes' spread.
+    void (*weigh)(const struct bd_receivers *receivers, const struct bd_native_choice *choice,
+                  const struct bd_native_wishes *wishes, const struct bd_native_part *groups,
+                  float *sums, struct bd_receiver_light *light);
+    // Chooses by those, for a part of the rays: a pick a ray, and segments, those of a lane side by
+    // side.
+    void (*choose)(const struct bd_receivers *receivers, const struct bd_ray_starts *starts,
+                   const struct bd_native_choice *choice, const struct bd_native_wishes *wishes,
+                   const struct bd_native_part *rays, const float *sums,
+                   struct bd_native_pick *picks, struct bd_segment *segments);
+    // Sums those whose segments are not occluded: all, and half the difference of those at even and
+    // at odd places.
+    void (*sum_picks)(const struct bd_receivers *receivers, const struct bd_native_pick *picks,
+                      uint32_t rays, const uint32_t *occluded, struct bd_receiver_light *light);
+};
+
+// The widest that this machine has, or none wider than BD_NATIVE_WIDTH of the environment says:
+// for tests, whose pictures are the same.
+const struct bd_native_loops *bd_native_loops(void);
+// By index, for tests; NULL behind the last, and for those that this machine has not.
+const struct bd_native_loops *bd_native_loops_at(uint32_t index, const char **width);
+
+#endif
