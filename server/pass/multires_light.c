@@ -2,6 +2,7 @@
 
 #include "base/assert.h"
 #include "pass/gather_fragments.h"
+#include "pass/kernels.h"
 
 static enum bd_err create_cleared(struct bd_gpu *gpu, const char *name, uint32_t width_px,
                                   uint32_t height_px, struct bd_tex **out, struct bd_fault *fault)
@@ -57,6 +58,15 @@ enum bd_err bd_multires_light_add_noise(struct bd_gpu *gpu, struct bd_multires_l
                                      light->layout.size_px.y, &light->fine_noise, fault);
     return err ? err
                : create_cleared(gpu, "noise of blocks", wide, high, &light->coarse_noise, fault);
+}
+
+void bd_multires_light_bind(const void *light, struct bd_bindings *bindings)
+{
+    const struct bd_multires_light *out = light;
+    bd_bind_image(bindings, 0, out->fine, false, true);
+    bd_bind_image(bindings, 1, out->coarse, false, true);
+    bd_bind_image(bindings, 2, out->fine_vector, false, true);
+    bd_bind_image(bindings, 3, out->coarse_vector, false, true);
 }
 
 void bd_multires_light_destroy(struct bd_gpu *gpu, struct bd_multires_light **light)

@@ -53,7 +53,9 @@ light_spread spread_of_block(uint level, receiver r, uint finest_level)
     float half_pixel = view.axis_x.w / float(view.size_px.x) * depth;
     float cosine = abs(dot(direction_to_viewer(r.relative_position), r.normal_geometric));
     float radius = half_pixel * exp2(float(level)) / max(cosine, LONGEST_COSINE);
-    return light_spread(0.0, radius, level <= finest_level ? 1.0 : 0.0);
+    // Nobody splits pixels.
+    return level == 0u ? light_spread(0.0, 0.0, 0.0)
+                       : light_spread(0.0, radius, level <= finest_level ? 1.0 : 0.0);
 }
 #endif
 

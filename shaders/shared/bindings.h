@@ -86,6 +86,13 @@
 #define BD_STORAGE_RAY_CUTOUTS   6
 #define BD_STORAGE_RAY_TEXELS    7
 
+// Storage blocks of receivers, beside BD_STORAGE_FRAGMENTS.
+#define BD_STORAGE_RECEIVERS        3
+#define BD_STORAGE_RECEIVER_LIGHT   4
+#define BD_STORAGE_RAY_STARTS       5
+#define BD_STORAGE_GLOSSY_RECEIVERS 6
+#define BD_STORAGE_GLOSSY_LIGHT     5
+
 // Storage blocks of gather_fragments.
 #define BD_STORAGE_FRAGMENTS 0
 

@@ -1,0 +1,260 @@
+#include "pass/receivers.h"
+
+#include <stdlib.h>
+
+#include "pass/fragment_order.h"
+#include "pass/kernels.h"
+#include "shared/bindings.h"
+
+// Groups at once: 16 MiB of receivers.
+#define GROUPS_MAX 5461u
+
+struct receivers {
+    const struct bd_pass_context *context;
+    const struct bd_receivers_inputs *inputs;
+    struct bd_askers askers;
+    struct bd_fragments in_order; // of fragments: theirs, in an order of our own
+    const struct bd_program *write, *store;
+    struct bd_buf *receivers, *starts, *surfaces, *light, *glossy;
+    uint32_t groups_max;
+    struct bd_receiver_part part;
+};
+
+// --- room ---------------------------------------------------------------------------------------
+
+static enum bd_err get_programs(struct receivers *r, struct bd_fault *fault)
+{
+    struct bd_defines defines = {0};
+    struct bd_gpu *gpu = r->context->gpu;
+    bd_askers_define(&r->inputs->askers, &defines);
+    if (r->inputs->spread) bd_define(&defines, "BD_SPREAD", 1);
+    if (r->inputs->glossy) bd_define(&defines, "BD_GLOSSY", 1);
+    struct bd_defines write = defines, store = defines;
+    if (r->inputs->starts) bd_define(&write, "BD_CHOSEN", 1);
+    if (r->inputs->noise) bd_define(&store, "BD_NOISE", 1);
+    enum bd_err err =
+        bd_compute_get(gpu, "pass/receivers/receivers.comp", &write, &r->write, fault);
+    return err ? err : bd_compute_get(gpu, "pass/receivers/light.comp", &store, &r->store, fault);
+}
+
+static uint32_t groups_of(uint64_t receivers)
+{
+    return (uint32_t)((receivers + BD_LANES - 1) / BD_LANES);
+}
+
+static uint64_t receiver_count(const struct bd_askers *askers)
+{
+    return askers->fragments ? askers->fragments->count
+                             : (uint64_t)askers->viewpoint->width_px * askers->viewpoint->height_px;
+}
+
+// No more than there are.
+static uint32_t groups_at_once(const struct bd_receivers_inputs *inputs)
+{
+    const uint64_t all = receiver_count(&inputs->askers);
+    const uint64_t asked = inputs->receivers_max ? inputs->receivers_max : all;
+    const uint32_t most = groups_of(asked < all ? asked : all);
+    return most < GROUPS_MAX ? most : GROUPS_MAX;
+}
+
+// On the device and here, of all groups.
+static enum bd_err make_both(const struct receivers *r, const char *name, size_t group_bytes,
+                             struct bd_buf **buf, void **copy, struct bd_fault *fault)
+{
+    const size_t bytes = r->groups_max * group_bytes;
+    *copy = malloc(bytes);
+    if (!*copy)
+        return bd_fault_set(fault, BD_ERR_NO_MEMORY, "size", "no memory for %u groups of %s",
+                            r->groups_max, name);
+    return bd_buf_create_unset(r->context->gpu, name, bytes, buf, fault);
+}
+
+#define MAKE(name, field)                                                                          \
+    make_both(r, name, sizeof *r->part.field, &r->field, (void **)&r->part.field, fault)
+
+static enum bd_err make_room(struct receivers *r, struct bd_fault *fault)
+{
+    r->groups_max = groups_at_once(r->inputs);
+    enum bd_err err = MAKE("receivers", receivers);
+    if (!err) err = MAKE("light of receivers", light);
+    if (!err && r->inputs->starts) err = MAKE("starts of rays", starts);
+    if (!err && r->inputs->glossy) err = MAKE("surfaces of receivers", surfaces);
+    if (!err && r->inputs->glossy) err = MAKE("glossy light of receivers", glossy);
+    return err;
+}
+
+static void free_room(struct receivers *r)
+{
+    struct bd_buf **bufs[] = {&r->receivers, &r->starts, &r->surfaces, &r->light, &r->glossy};
+    void *copies[] = {r->part.receivers, r->part.starts, r->part.surfaces, r->part.light,
+                      r->part.glossy};
+    for (size_t i = 0; i < sizeof bufs / sizeof *bufs; i++) {
+        bd_buf_destroy(r->context->gpu, bufs[i]);
+        free(copies[i]);
+    }
+}
+
+static enum bd_err put_in_order(struct receivers *r, struct bd_fault *fault)
+{
+    struct bd_gpu *gpu = r->context->gpu;
+    const uint32_t count = r->in_order.count;
+    uint32_t *list = malloc(count * sizeof *list);
+    uint64_t *spare = malloc(count * sizeof *spare);
+    enum bd_err err = BD_ERR_OK;
+    if (!list || !spare)
+        err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "size", "no memory for %u fragments", count);
+    if (!err) err = bd_buf_read(gpu, r->in_order.list, 0, list, count * sizeof *list);
+    r->in_order.list = NULL;
+    if (!err) bd_fragment_order(list, spare, count);
+    if (!err)
+        err = bd_buf_create(gpu, "fragments in order", count * sizeof *list, list,
+                            &r->in_order.list, fault);
+    free(list);
+    free(spare);
+    return err;
+}
+
+static enum bd_err set_askers(struct receivers *r, struct bd_fault *fault)
+{
+    r->askers = r->inputs->askers;
+    r->part.askers = &r->askers;
+    if (!r->askers.fragments) return BD_ERR_OK;
+    r->in_order = *r->askers.fragments;
+    r->askers.fragments = &r->in_order;
+    return put_in_order(r, fault);
+}
+
+// --- a part -------------------------------------------------------------------------------------
+
+static void dispatch(const struct receivers *r, const struct bd_program *program,
+                     struct bd_asking *asking)
+{
+    bd_askers_set_uniforms(asking);
+    bd_gpu_dispatch(r->context->gpu, program, &asking->bindings, r->part.group_count, 1, 1);
+}
+
+static enum bd_err fetch(const struct receivers *r)
+{
+    struct bd_gpu *gpu = r->context->gpu;
+    const uint32_t groups = r->part.group_count;
+    struct bd_asking asking;
+    bd_askers_bind(&r->askers, &r->part.slice, &asking);
+    bd_bind_storage(&asking.bindings, BD_STORAGE_RECEIVERS, r->receivers, false, true);
+    if (r->starts) bd_bind_storage(&asking.bindings, BD_STORAGE_RAY_STARTS, r->starts, false, true);
+    if (r->surfaces)
+        bd_bind_storage(&asking.bindings, BD_STORAGE_GLOSSY_RECEIVERS, r->surfaces, false, true);
+    asking.args.rays.y = bd_askers_seed(r->inputs->seed);
+    dispatch(r, r->write, &asking);
+    enum bd_err err =
+        bd_buf_read(gpu, r->receivers, 0, r->part.receivers, groups * sizeof *r->part.receivers);
+    if (!err && r->starts)
+        err = bd_buf_read(gpu, r->starts, 0, r->part.starts, groups * sizeof *r->part.starts);
+    if (!err && r->surfaces)
+        err = bd_buf_read(gpu, r->surfaces, 0, r->part.surfaces, groups * sizeof *r->part.surfaces);
+    return err;
+}
+
+static void store(const struct receivers *r)
+{
+    struct bd_gpu *gpu = r->context->gpu;
+    const uint32_t groups = r->part.group_count;
+    struct bd_asking asking;
+    bd_askers_bind(&r->askers, &r->part.slice, &asking);
+    bd_buf_upload(gpu, r->light, 0, r->part.light, groups * sizeof *r->part.light);
+    bd_bind_storage(&asking.bindings, BD_STORAGE_RECEIVER_LIGHT, r->light, true, false);
+    if (r->glossy) {
+        bd_buf_upload(gpu, r->glossy, 0, r->part.glossy, groups * sizeof *r->part.glossy);
+        bd_bind_storage(&asking.bindings, BD_STORAGE_GLOSSY_LIGHT, r->glossy, true, false);
+    }
+    r->inputs->bind(r->inputs->out, &asking.bindings);
+    dispatch(r, r->store, &asking);
+}
+
+static enum bd_err light_part(struct receivers *r)
+{
+    r->part.group_count = groups_of(bd_askers_count(&r->askers, &r->part.slice));
+    for (uint32_t i = 0; i < r->part.group_count; i++)
+        r->part.light[i] = (struct bd_receiver_light){0};
+    for (uint32_t i = 0; r->glossy && i < r->part.group_count; i++)
+        r->part.glossy[i] = (struct bd_lanes3){0};
+    enum bd_err err = fetch(r);
+    if (!err) err = r->inputs->light(r->inputs->user, &r->part);
+    if (!err) store(r);
+    return err;
+}
+
+// Rows of pixels, or a part of one.
+static bool next_tile(const struct receivers *r, uint32_t most, struct bd_tile *tile)
+{
+    const struct bd_viewpoint *viewpoint = r->askers.viewpoint;
+    const bool row_goes_on = tile->height > 0 && tile->x + tile->width < viewpoint->width_px;
+    tile->x = row_goes_on ? tile->x + tile->width : 0;
+    tile->y += row_goes_on ? 0 : tile->height;
+    const uint32_t across = viewpoint->width_px - tile->x, down = viewpoint->height_px - tile->y;
+    tile->width = across < most ? across : most;
+    const uint32_t rows = tile->width < viewpoint->width_px ? 1 : most / tile->width;
+    tile->height = rows < down ? rows : down;
+    return down > 0;
+}
+
+// False after the last.
+static bool next_part(struct receivers *r)
+{
+    const uint32_t most =
+        r->inputs->receivers_max < r->groups_max * BD_LANES && r->inputs->receivers_max > 0
+            ? r->inputs->receivers_max
+            : r->groups_max * BD_LANES;
+    struct bd_askers_slice *slice = &r->part.slice;
+    if (!r->askers.fragments) return next_tile(r, most, &slice->tile);
+    const uint32_t done = slice->first + slice->count, left = r->askers.fragments->count - done;
+    *slice = bd_askers_of_list(done, left < most ? left : most);
+    return left > 0;
+}
+
+enum bd_err bd_receivers_run(const struct bd_pass_context *context,
+                             const struct bd_receivers_inputs *inputs, struct bd_fault *fault)
+{
+    struct receivers r = {.context = context, .inputs = inputs};
+    if (receiver_count(&inputs->askers) == 0) return BD_ERR_OK;
+    if (inputs->pass) bd_gpu_pass_begin(context->gpu, inputs->pass);
+    enum bd_err err = set_askers(&r, fault);
+    if (!err) err = get_programs(&r, fault);
+    if (!err) err = make_room(&r, fault);
+    while (!err && next_part(&r)) err = light_part(&r);
+    if (inputs->pass) bd_gpu_pass_end(context->gpu);
+    bd_buf_destroy(context->gpu, &r.in_order.list);
+    free_room(&r);
+    return err;
+}
+
+// --- slices -------------------------------------------------------------------------------------
+
+struct turn {
+    void (*work)(void *user, uint32_t group);
+    void *user;
+    uint32_t first;
+};
+
+static void work_on(void *user, uint32_t i)
+{
+    const struct turn *turn = user;
+    turn->work(turn->user, turn->first + i);
+}
+
+enum bd_err bd_receivers_each(const struct bd_pass_context *context, uint32_t group_count,
+                              double units, void (*work)(void *user, uint32_t group), void *user)
+{
+    struct turn turn = {work, user, 0};
+    const uint32_t least = bd_pool_thread_count(context->processor->pool);
+    enum bd_err err = BD_ERR_OK;
+    while (!err && turn.first < group_count) {
+        const uint32_t left = group_count - turn.first;
+        const double fit = bd_slicer_units(context->slicer) / units;
+        const uint32_t most = fit > least ? (fit < left ? (uint32_t)fit : left) : least;
+        const uint32_t count = most < left ? most : left;
+        err = bd_pool_run(context->processor->pool, count, work_on, NULL, &turn);
+        turn.first += count;
+        if (!err) err = bd_slicer_checkpoint(context->slicer, units * count);
+    }
+    return err;
+}

@@ -1,0 +1,83 @@
+// Stores the light that loops over lanes summed for the receivers of a slice (shared/receivers.h):
+// of pixels irradiance; of fragments that of level 0 and of the rest, and with BD_VECTOR the vectors
+// of both, with BD_SPREAD the spread in their a. With BD_NOISE the noise of the light, too;
+// with BD_GLOSSY what lobes of pixels reflect.
+#include "common/asker.glsl"
+#ifdef BD_FRAGMENTS
+#include "common/blocks.glsl"
+#endif
+#include "shared/receivers.h"
+
+layout(local_size_x = 64) in;
+layout(std430, binding = BD_STORAGE_RECEIVER_LIGHT) readonly buffer light_block { float light[]; };
+layout(binding = 0, rgba32f) uniform image2D light_0;
+#ifdef BD_FRAGMENTS
+layout(binding = 1, rgba32f) uniform image2D light_1;
+#ifdef BD_VECTOR
+layout(binding = 2, rgba32f) uniform image2D vector_0;
+layout(binding = 3, rgba32f) uniform image2D vector_1;
+#endif
+#ifdef BD_NOISE
+layout(binding = 4, rgba32f) uniform image2D noise_0;
+layout(binding = 5, rgba32f) uniform image2D noise_1;
+#endif
+#elif defined(BD_NOISE)
+layout(binding = 2, rgba32f) uniform image2D noise_0;
+#endif
+#ifdef BD_GLOSSY
+layout(std430, binding = BD_STORAGE_GLOSSY_LIGHT) readonly buffer glossy_block { float glossy[]; };
+layout(binding = 1, rgba32f) uniform image2D glossy_0;
+#endif
+
+float field(uint index, uint which)
+{
+    return light[(index / BD_LANES * BD_LIGHT_FIELDS + which) * BD_LANES + index % BD_LANES];
+}
+
+vec4 vector_field(uint index, uint which, float a)
+{
+    return vec4(field(index, which), field(index, which + 1u), field(index, which + 2u), a);
+}
+
+#ifdef BD_GLOSSY
+vec4 glossy_light(uint index)
+{
+    uint first = index / BD_LANES * BD_GLOSSY_LIGHT_FIELDS * BD_LANES + index % BD_LANES;
+    return vec4(glossy[first], glossy[first + BD_LANES], glossy[first + 2u * BD_LANES], 1.0);
+}
+#endif
+
+void main()
+{
+    uint index = gl_GlobalInvocationID.x;
+    asker_place asker = asker_place_at(uvec2(index % args.tile.z, index / args.tile.z));
+    if (!asker.exists) return;
+    vec4 irradiance = vector_field(index, BD_LIGHT_IRRADIANCE, 1.0);
+#ifdef BD_FRAGMENTS
+    ivec2 at = asker.level == 0u ? asker.block : in_stack(asker.level, asker.block);
+    if (asker.level == 0u) imageStore(light_0, at, irradiance);
+    else imageStore(light_1, at, irradiance);
+#ifdef BD_NOISE
+    vec4 noise = vector_field(index, BD_LIGHT_NOISE, 1.0);
+    if (asker.level == 0u) imageStore(noise_0, at, noise);
+    else imageStore(noise_1, at, noise);
+#endif
+#ifdef BD_VECTOR
+    float spread = 1.0;
+#ifdef BD_SPREAD
+    spread = asker.level == 0u ? 1.0 : field(index, BD_LIGHT_SPREAD);
+#endif
+    vec4 vector = vector_field(index, BD_LIGHT_VECTOR, spread);
+    if (asker.level == 0u) imageStore(vector_0, at, vector);
+    else imageStore(vector_1, at, vector);
+#endif
+#else
+    imageStore(light_0, asker.block, irradiance);
+#ifdef BD_NOISE
+    imageStore(noise_0, asker.block, vector_field(index, BD_LIGHT_NOISE, 1.0));
+#endif
+#ifdef BD_GLOSSY
+    imageStore(glossy_0, asker.block, glossy_light(index));
+#endif
+#endif
+}
