@@ -4,11 +4,12 @@
 #include <stdlib.h>
 
 #include "base/assert.h"
+#include "pass/gather_native.h"
+#include "pass/kernels.h"
 #include "shared/bindings.h"
 #include "shared/gather.h"
+#include "shared/vpl.h"
 
-// VPLs a dispatch: a fixed number, because it sets the order of the sums.
-#define VPLS_PER_DISPATCH 1024u
 #define GLOSSY_UNITS      4.0 // one evaluation of the whole BRDF against a diffuse one
 
 struct gather {
@@ -96,10 +97,10 @@ static enum bd_err gather_range(const struct gather *g, const struct bd_vpl_list
 static enum bd_err gather_list(const struct gather *g, const struct bd_vpl_list *list, bool *first,
                                struct bd_fault *fault)
 {
-    for (uint32_t at = 0; at < list->count; at += VPLS_PER_DISPATCH) {
+    for (uint32_t at = 0; at < list->count; at += BD_VPLS_PER_SUM) {
         uint32_t left = list->count - at;
-        enum bd_err err = gather_range(
-            g, list, at, left < VPLS_PER_DISPATCH ? left : VPLS_PER_DISPATCH, *first, fault);
+        enum bd_err err = gather_range(g, list, at, left < BD_VPLS_PER_SUM ? left : BD_VPLS_PER_SUM,
+                                       *first, fault);
         if (err) return err;
         *first = false;
     }
@@ -125,6 +126,42 @@ static enum bd_err gather_all(struct gather *g, struct bd_fault *fault)
     return err;
 }
 
+static enum bd_err gather_on_device(struct gather *g, struct bd_fault *fault)
+{
+    struct bd_gpu *gpu = g->context->gpu;
+    enum bd_err err = BD_ERR_OK;
+    if (g->inputs->visibility) err = bd_segments_create(gpu, BD_SEGMENTS_MAX, &g->segments, fault);
+    if (!err) err = gather_all(g, fault);
+    if (!err && g->segments) bd_ray_counts_add(&g->out->rays, g->segments->traced);
+    bd_segments_destroy(gpu, &g->segments);
+    return err;
+}
+
+static void bind_outputs(const void *user, struct bd_bindings *bindings)
+{
+    const struct bd_indirect *out = user;
+    bd_bind_image(bindings, 0, out->irradiance, false, true);
+    bd_bind_image(bindings, 1, out->glossy, false, true);
+}
+
+static enum bd_err gather_native(const struct gather *g, struct bd_fault *fault)
+{
+    const struct bd_gather_native_inputs native = {
+        .receivers =
+            {
+                .pass = bd_gather_pass(g->inputs),
+                .askers = bd_gather_askers(g->inputs),
+                .glossy = g->inputs->glossy,
+                .bind = bind_outputs,
+                .out = g->out,
+            },
+        .lists = g->inputs->lists,
+        .list_count = g->inputs->list_count,
+        .visibility = g->inputs->visibility,
+    };
+    return bd_gather_native_run(g->context, &native, &g->out->rays, fault);
+}
+
 struct bd_askers bd_gather_askers(const struct bd_gather_inputs *inputs)
 {
     return (struct bd_askers){
@@ -147,12 +184,8 @@ enum bd_err bd_gather_run(const struct bd_pass_context *context,
     };
     enum bd_err err =
         bd_indirect_create(context->gpu, inputs->viewpoint, inputs->glossy, &g.out, fault);
-    if (!err && inputs->visibility)
-        err = bd_segments_create(context->gpu, BD_SEGMENTS_BYTES_MAX / sizeof(struct bd_segment),
-                                 &g.segments, fault);
-    if (!err) err = gather_all(&g, fault);
-    if (!err && g.segments) g.out->rays = g.segments->traced;
-    bd_segments_destroy(context->gpu, &g.segments);
+    const bool is_native = bd_gather_may_be_native(context, inputs->visibility);
+    if (!err) err = is_native ? gather_native(&g, fault) : gather_on_device(&g, fault);
     if (err) {
         bd_indirect_destroy(context->gpu, &g.out);
         return err;

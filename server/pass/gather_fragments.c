@@ -1,11 +1,11 @@
 #include "pass/gather_fragments.h"
 
+#include "pass/gather_native.h"
 #include "pass/kernels.h"
 #include "shared/bindings.h"
 #include "shared/gather_fragments.h"
+#include "shared/vpl.h"
 
-// VPLs a dispatch: a fixed number, because it sets the order of the sums. As in gather.c.
-#define VPLS_PER_DISPATCH 1024u
 #define GROUPS_MAX        65535u // of one dispatch
 // The irradiance vector takes as long again as the sum.
 #define VECTOR_UNITS 2.0
@@ -78,10 +78,10 @@ for_each_range(struct gather *g,
     g->ranges_done = 0;
     for (uint32_t l = 0; l < g->inputs->list_count; l++) {
         const struct bd_vpl_list *list = g->inputs->lists[l];
-        for (uint32_t at = 0; at < list->count; at += VPLS_PER_DISPATCH) {
+        for (uint32_t at = 0; at < list->count; at += BD_VPLS_PER_SUM) {
             uint32_t left = list->count - at;
             enum bd_err err =
-                visit(g, list, at, left < VPLS_PER_DISPATCH ? left : VPLS_PER_DISPATCH, fault);
+                visit(g, list, at, left < BD_VPLS_PER_SUM ? left : BD_VPLS_PER_SUM, fault);
             if (err) return err;
             g->ranges_done++;
         }
@@ -302,6 +302,43 @@ static enum bd_err gather_all(struct gather *g, struct bd_fault *fault)
     return err ? err : gather(g, false, fault);
 }
 
+static enum bd_err gather_on_device(struct gather *g, struct bd_fault *fault)
+{
+    struct bd_gpu *gpu = g->context->gpu;
+    enum bd_err err = BD_ERR_OK;
+    if (g->inputs->visibility) err = bd_segments_create(gpu, BD_SEGMENTS_MAX, &g->segments, fault);
+    if (!err) err = gather_all(g, fault);
+    if (!err && g->segments) bd_ray_counts_add(&g->out->rays, g->segments->traced);
+    bd_segments_destroy(gpu, &g->segments);
+    return err;
+}
+
+// --- the processor ------------------------------------------------------------------------------
+
+static enum bd_err gather_native(const struct gather *g, struct bd_fault *fault)
+{
+    const struct bd_gather_native_inputs native = {
+        .receivers =
+            {
+                .pass = "gather",
+                .askers = bd_fragment_askers(g->inputs),
+                .spread = g->inputs->spread,
+                .bind = bd_multires_light_bind,
+                .out = g->out,
+            },
+        .lists = g->inputs->lists,
+        .list_count = g->inputs->list_count,
+        .visibility = g->inputs->visibility,
+    };
+    return bd_gather_native_run(g->context, &native, &g->out->rays, fault);
+}
+
+static bool is_native(const struct gather *g)
+{
+    return bd_gather_may_be_native(g->context, g->inputs->visibility) &&
+           g->inputs->visit == BD_FRAGMENT_VISIT_LIST;
+}
+
 enum bd_light_vectors bd_fragment_vectors(const struct bd_gather_fragments_inputs *inputs)
 {
     if (!inputs->vector) return BD_LIGHT_VECTORS_NONE;
@@ -323,12 +360,7 @@ enum bd_err bd_gather_fragments_run(const struct bd_pass_context *context,
     else
         err = bd_multires_light_create(context->gpu, &inputs->fragments->layout,
                                        bd_fragment_vectors(inputs), &g.out, fault);
-    if (!err && inputs->visibility)
-        err = bd_segments_create(context->gpu, BD_SEGMENTS_BYTES_MAX / sizeof(struct bd_segment),
-                                 &g.segments, fault);
-    if (!err) err = gather_all(&g, fault);
-    if (!err && g.segments) bd_ray_counts_add(&g.out->rays, g.segments->traced);
-    bd_segments_destroy(context->gpu, &g.segments);
+    if (!err) err = is_native(&g) ? gather_native(&g, fault) : gather_on_device(&g, fault);
     if (err) {
         if (!inputs->into) bd_multires_light_destroy(context->gpu, &g.out);
         return err;

@@ -76,6 +76,8 @@ enum bd_err bd_multires_light_create(struct bd_gpu *gpu, const struct bd_multire
 BD_MUST_CHECK
 enum bd_err bd_multires_light_add_noise(struct bd_gpu *gpu, struct bd_multires_light *light,
                                         struct bd_fault *fault);
+// Its light at images 0 and 1, level 0 and the rest, and its vectors at 2 and 3, to be written.
+void bd_multires_light_bind(const void *light, struct bd_bindings *bindings);
 void bd_multires_light_destroy(struct bd_gpu *gpu, struct bd_multires_light **light);
 
 #endif
