@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "base/assert.h"
+#include "pass/gather_native.h"
 #include "pass/kernels.h"
 #include "pass/tree_walk.h"
 #include "shared/bindings.h"
@@ -162,8 +163,44 @@ static enum bd_err gather_all(struct gather_tree *g)
     return err;
 }
 
+static void bind_pixels(const void *out, struct bd_bindings *bindings)
+{
+    const struct bd_indirect *pixels = out;
+    bd_bind_image(bindings, 0, pixels->irradiance, false, true);
+}
+
+static enum bd_err run_native(const struct gather_tree *g, struct bd_fault *fault)
+{
+    const struct bd_gather_tree_inputs *in = g->inputs;
+    const struct bd_receivers_inputs receivers = {
+        .askers =
+            {
+                .viewpoint = in->viewpoint,
+                .space = &in->scene->space,
+                .gbuffer = in->gbuffer,
+                .near_patches = in->near_patches,
+                .fragments = g->blocks ? in->fragments : NULL,
+                .discontinuity = in->discontinuity,
+                .finest_level = in->finest_level,
+                .vector = g->blocks && in->vector,
+            },
+        .spread = g->blocks && in->spread,
+        .bind = g->blocks ? bd_multires_light_bind : bind_pixels,
+        .out = g->blocks ? (const void *)g->blocks : g->pixels,
+    };
+    return bd_gather_tree_native_run(g->context, &receivers, in, fault);
+}
+
+// By loops of the processor, as far as there are any.
+static bool is_native(const struct gather_tree *g)
+{
+    return g->context->processor && g->inputs->criterion != BD_TREE_PRINTED &&
+           !(g->pixels && g->inputs->glossy);
+}
+
 static enum bd_err run(struct gather_tree *g, struct bd_fault *fault)
 {
+    if (is_native(g)) return run_native(g, fault);
     const size_t receivers = (size_t)g->row_width * g->row_count;
     enum bd_err err = get_programs(g, fault);
     if (!err) err = bd_tree_walk_begin(g->context->gpu, g->inputs, receivers, &g->walk, fault);

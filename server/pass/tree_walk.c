@@ -25,11 +25,16 @@ static double mean_irradiance(const struct bd_gather_tree_inputs *inputs)
     return flux / (4 * M_PI * radius * radius);
 }
 
+struct bd_tree_walk bd_tree_walk_of(const struct bd_gather_tree_inputs *inputs)
+{
+    return (struct bd_tree_walk){.inputs = inputs, .mean_irradiance = mean_irradiance(inputs)};
+}
+
 enum bd_err bd_tree_walk_begin(struct bd_gpu *gpu, const struct bd_gather_tree_inputs *inputs,
                                size_t receivers, struct bd_tree_walk *out, struct bd_fault *fault)
 {
     const size_t bytes = (receivers + 1) * sizeof(uint32_t);
-    *out = (struct bd_tree_walk){.inputs = inputs, .mean_irradiance = mean_irradiance(inputs)};
+    *out = bd_tree_walk_of(inputs);
     enum bd_err err = bd_buf_create(gpu, "tree estimates", bytes, NULL, &out->estimates, fault);
     if (!err) err = bd_buf_create(gpu, "tree walks", bytes, NULL, &out->next_roots, fault);
     if (err) bd_tree_walk_end(gpu, out);
@@ -76,7 +81,7 @@ void bd_tree_walk_bind(const struct bd_tree_walk *walk, const struct bd_tree_roo
     bd_bind_storage(bindings, BD_STORAGE_NEXT_ROOTS, walk->next_roots, true, !roots->estimate);
 }
 
-static uint32_t root_count(const struct bd_vpl_tree *tree)
+uint32_t bd_tree_root_count(const struct bd_vpl_tree *tree)
 {
     return tree->root_side * tree->root_side * tree->face_count;
 }
@@ -85,7 +90,7 @@ static enum bd_err estimate(struct bd_tree_walk *walk, uint32_t light, bd_tree_r
                             void *user)
 {
     struct bd_tree_roots roots = {.light = light, .estimate = true};
-    for (const uint32_t end = root_count(walk->inputs->trees[light]); roots.first < end;) {
+    for (const uint32_t end = bd_tree_root_count(walk->inputs->trees[light]); roots.first < end;) {
         roots.count = end - roots.first < LEAVES_PER_ROUND ? end - roots.first : LEAVES_PER_ROUND;
         roots.anew = light == 0 && roots.first == 0;
         enum bd_err err = visit(user, &roots);
@@ -108,7 +113,8 @@ enum bd_err bd_tree_walk_light(struct bd_gpu *gpu, struct bd_tree_walk *walk, ui
                                bd_tree_roots_fn *visit, void *user)
 {
     const struct bd_vpl_tree *tree = walk->inputs->trees[light];
-    struct bd_tree_roots roots = {.light = light, .count = root_count(tree), .anew = light == 0};
+    struct bd_tree_roots roots = {
+        .light = light, .count = bd_tree_root_count(tree), .anew = light == 0};
     BD_ASSERT_CMP(tree->leaf_side / tree->root_side, <=, BD_TREE_ROOT_LEAVES_MAX);
     uint32_t unfinished = 0;
     do {

@@ -26,6 +26,10 @@ struct bd_tree_walk {
     uint32_t round;           // counted over all lights, from 1
 };
 
+// Without buffers: for bd_tree_walk_args alone.
+struct bd_tree_walk bd_tree_walk_of(const struct bd_gather_tree_inputs *inputs);
+// Of all faces.
+uint32_t bd_tree_root_count(const struct bd_vpl_tree *tree);
 // Buffers for so many receivers.
 BD_MUST_CHECK
 enum bd_err bd_tree_walk_begin(struct bd_gpu *gpu, const struct bd_gather_tree_inputs *inputs,

@@ -4,14 +4,18 @@
 #include <stdlib.h>
 
 #include "base/assert.h"
+#include "pass/native_lists.h"
 #include "shared/bindings.h"
 #include "shared/types.h"
+#include "shared/vpl.h"
 #include "shared/vpl_tree.h"
 
 // Of the slicer, one for each evaluation of a VPL.
 #define UNITS_PER_NODE  100.0
 #define NODES_PER_GROUP 64u
 #define GROUPS_MAX      65535u // of one dispatch
+
+#define UNITS_PER_NATIVE_NODE 4.0 // as it makes them, a fifth of a microsecond
 
 static bool is_power_of_two(uint32_t n)
 {
@@ -64,7 +68,7 @@ static void describe_light(struct bd_vpl_tree *tree, const struct bd_light_setup
                  (directional ? tree->face_extent : bd_light_effective_solid_angle_sr(light));
 }
 
-// --- the nodes ------------------------------------------------------------------------------
+// --- on the device ------------------------------------------------------------------------------
 
 static void dispatch(const struct bd_pass_context *context, const struct bd_vpl_tree_inputs *inputs,
                      const struct bd_program *program, const struct bd_vpl_tree *tree,
@@ -114,21 +118,107 @@ static enum bd_err build_level(const struct bd_pass_context *context,
     return BD_ERR_OK;
 }
 
-static enum bd_err build(const struct bd_pass_context *context,
-                         const struct bd_vpl_tree_inputs *inputs, struct bd_vpl_tree *tree,
-                         struct bd_fault *fault)
+static enum bd_err build_on_device(const struct bd_pass_context *context,
+                                   const struct bd_vpl_tree_inputs *inputs,
+                                   const struct bd_vpl_tree *tree, struct bd_fault *fault)
 {
     const struct bd_program_source source = {.compute = "pass/vpl_tree/vpl_tree.comp"};
     struct bd_program *program;
     enum bd_err err = bd_program_get(context->gpu, &source, &program, fault);
     if (err) return err;
-    size_t bytes =
-        (size_t)face_nodes(tree) * tree->face_count * BD_TREE_NODE_VEC4S * sizeof(struct bd_vec4);
-    err = bd_buf_create(context->gpu, "vpl tree", bytes, NULL, &tree->nodes, fault);
     bd_slicer_work(context->slicer, "vpl_tree");
     for (uint32_t level = bd_vpl_tree_level_count(tree); !err && level-- > 0;)
         err = build_level(context, inputs, program, tree, level);
     return err;
+}
+
+// --- by the processor ---------------------------------------------------------------------------
+
+// A level, in groups of BD_LANES nodes of one face.
+struct level {
+    const struct bd_native_loops *loops;
+    const struct bd_vpl_tree *tree;
+    struct bd_vec4 *nodes;
+    struct bd_native_leaves leaves; // of all faces
+    uint32_t level, face_groups;
+};
+
+static void build_group(void *user, uint32_t group)
+{
+    const struct level *l = user;
+    const uint32_t face = group / l->face_groups, first = group % l->face_groups * BD_LANES;
+    const uint32_t count = level_nodes(l->tree, l->level);
+    const uint32_t left = count - first, lanes = left < BD_LANES ? left : BD_LANES;
+    struct bd_vec4 *face_at = l->nodes + (size_t)face * face_nodes(l->tree) * BD_TREE_NODE_VEC4S;
+    struct bd_vec4 *at =
+        face_at + (bd_vpl_tree_level_first(l->tree, l->level) + (size_t)first) * BD_TREE_NODE_VEC4S;
+    if (l->level + 1 < bd_vpl_tree_level_count(l->tree)) {
+        const size_t below = bd_vpl_tree_level_first(l->tree, l->level + 1) + (size_t)first * 4;
+        l->loops->join_nodes(face_at + below * BD_TREE_NODE_VEC4S, lanes, at);
+        return;
+    }
+    struct bd_native_leaves leaves = l->leaves;
+    leaves.vpls += (size_t)face * count * BD_VPL_VEC4S;
+    leaves.quads += (size_t)face * count * BD_VPL_QUAD_VEC4S;
+    leaves.first = first;
+    leaves.count = lanes;
+    l->loops->make_leaves(&leaves, at);
+}
+
+static enum bd_err build_levels(const struct bd_pass_context *context,
+                                const struct bd_vpl_tree_inputs *inputs,
+                                const struct bd_vpl_tree *tree, const struct bd_native_vpls *vpls,
+                                struct bd_vec4 *nodes)
+{
+    const struct bd_light_uniform light = bd_light_setup_uniform(inputs->light, inputs->space, 0);
+    struct level level = {
+        .loops = context->processor->loops,
+        .tree = tree,
+        .nodes = nodes,
+        .leaves = {.vpls = vpls->vpls,
+                   .quads = vpls->quads,
+                   .side = tree->leaf_side,
+                   .light = light.position,
+                   .directional = inputs->light->light->kind == BD_LIGHT_DIRECTIONAL},
+        .level = bd_vpl_tree_level_count(tree),
+    };
+    enum bd_err err = BD_ERR_OK;
+    bd_slicer_work(context->slicer, "native vpl_tree");
+    while (!err && level.level-- > 0) {
+        level.face_groups = (level_nodes(tree, level.level) + BD_LANES - 1) / BD_LANES;
+        err = bd_receivers_each(context, level.face_groups * tree->face_count,
+                                UNITS_PER_NATIVE_NODE * BD_LANES, build_group, &level);
+    }
+    return err;
+}
+
+static enum bd_err build_native(const struct bd_pass_context *context,
+                                const struct bd_vpl_tree_inputs *inputs,
+                                const struct bd_vpl_tree *tree, struct bd_fault *fault)
+{
+    struct bd_gpu *gpu = context->gpu;
+    struct bd_native_vpls *vpls = NULL;
+    void *nodes = NULL;
+    enum bd_err err = bd_native_lists_borrow(gpu, &inputs->leaves, 1, &vpls, fault);
+    if (!err) err = bd_buf_borrow(gpu, tree->nodes, BD_BORROW_TO_WRITE, &nodes, fault);
+    if (!err) err = build_levels(context, inputs, tree, vpls, nodes);
+    bd_buf_return(gpu, tree->nodes, BD_BORROW_TO_WRITE, &nodes);
+    bd_native_lists_return(gpu, &inputs->leaves, 1, &vpls);
+    return err;
+}
+
+// --- all ----------------------------------------------------------------------------------------
+
+static enum bd_err build(const struct bd_pass_context *context,
+                         const struct bd_vpl_tree_inputs *inputs, struct bd_vpl_tree *tree,
+                         struct bd_fault *fault)
+{
+    const size_t bytes =
+        (size_t)face_nodes(tree) * tree->face_count * BD_TREE_NODE_VEC4S * sizeof(struct bd_vec4);
+    enum bd_err err = bd_buf_create_unset(context->gpu, "vpl tree", bytes, &tree->nodes, fault);
+    if (err) return err;
+    return context->processor ? build_native(context, inputs, tree, fault)
+                              : build_on_device(context, inputs, tree, fault);
 }
 
 enum bd_err bd_vpl_tree_run(const struct bd_pass_context *context,

@@ -1,6 +1,7 @@
 // A quadtree of VPLs over each face of a reflective shadow map (Nichols, Shopf and Wyman 2009, 3.5;
 // algorithms.md A2.4): leaves are a grid of VPLs, each inner node sums up its four children, so
-// that a receiver may take a whole patch of the map for one light where that is good enough.
+// that a receiver may take a whole patch of the map for one light where that is good enough. By the
+// processor's loops (pass/native) where the context has them.
 
 #ifndef BD_PASS_VPL_TREE_H
 #define BD_PASS_VPL_TREE_H
