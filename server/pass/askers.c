@@ -44,14 +44,19 @@ void bd_askers_bind(const struct bd_askers *askers, const struct bd_askers_slice
     if (askers->fragments) bind_fragments(askers, &out->bindings);
 }
 
-void bd_askers_dispatch(struct bd_gpu *gpu, const struct bd_program *program,
-                        struct bd_asking *asking)
+void bd_askers_set_uniforms(struct bd_asking *asking)
 {
-    uint32_t group[3];
     asking->bindings.uniforms[BD_UNIFORM_VIEW].bytes = &asking->view;
     asking->bindings.uniforms[BD_UNIFORM_VIEW].size_bytes = sizeof asking->view;
     asking->bindings.uniforms[BD_UNIFORM_ARGS].bytes = &asking->args;
     asking->bindings.uniforms[BD_UNIFORM_ARGS].size_bytes = sizeof asking->args;
+}
+
+void bd_askers_dispatch(struct bd_gpu *gpu, const struct bd_program *program,
+                        struct bd_asking *asking)
+{
+    uint32_t group[3];
+    bd_askers_set_uniforms(asking);
     bd_program_group_size(program, group);
     bd_gpu_dispatch(gpu, program, &asking->bindings, bd_divided_up(asking->args.tile.z, group[0]),
                     bd_divided_up(asking->args.tile.w, group[1]), 1);

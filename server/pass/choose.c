@@ -90,13 +90,20 @@ struct bd_chooser {
     struct bd_askers_slice slice; // the last one
 };
 
+struct bd_list_groups bd_list_groups_of(uint32_t vpl_count)
+{
+    struct bd_list_groups groups = {GROUP_VPLS, 0};
+    while (bd_divided_up(vpl_count, groups.vpls) > GROUPS_MAX && groups.vpls < GROUP_VPLS_MAX)
+        groups.vpls *= 2;
+    groups.count = bd_divided_up(vpl_count, groups.vpls);
+    return groups;
+}
+
 static void group_list(struct bd_chooser *c)
 {
-    const uint32_t count = c->inputs.list->count;
-    c->group_vpls = GROUP_VPLS;
-    while (bd_divided_up(count, c->group_vpls) > GROUPS_MAX && c->group_vpls < GROUP_VPLS_MAX)
-        c->group_vpls *= 2;
-    c->group_count = bd_divided_up(count, c->group_vpls);
+    const struct bd_list_groups groups = bd_list_groups_of(c->inputs.list->count);
+    c->group_vpls = groups.vpls;
+    c->group_count = groups.count;
     c->sum_count = c->group_count + c->inputs.spread;
 }
 
@@ -196,7 +203,7 @@ static void bind(const struct bd_chooser *c, struct bd_asking *asking)
 {
     const struct bd_chooser_inputs *in = &c->inputs;
     bd_askers_bind(&in->askers, &c->slice, asking);
-    asking->args.rays = (struct bd_uvec4){in->rays, (uint32_t)(in->seed ^ in->seed >> 32), 0, 0};
+    asking->args.rays = (struct bd_uvec4){in->rays, bd_askers_seed(in->seed), 0, 0};
     if (in->choice) {
         asking->args.vpls.w = in->choice->spread_row;
         return;

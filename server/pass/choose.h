@@ -34,6 +34,18 @@ struct bd_askers {
     bool vector;                                  // the irradiance vector is asked for, too
 };
 
+// What choices go by of a frame's seed.
+static inline uint32_t bd_askers_seed(uint64_t seed)
+{
+    return (uint32_t)(seed ^ seed >> 32);
+}
+
+// How a list is divided for running sums.
+struct bd_list_groups {
+    uint32_t vpls, count;
+};
+struct bd_list_groups bd_list_groups_of(uint32_t vpl_count);
+
 // Fragments of a slice stand in rows of so many: a work group across.
 #define BD_ASKERS_ROW 64u
 
@@ -57,6 +69,7 @@ struct bd_asking {
 };
 void bd_askers_bind(const struct bd_askers *askers, const struct bd_askers_slice *slice,
                     struct bd_asking *out);
+void bd_askers_set_uniforms(struct bd_asking *asking); // before a dispatch of one's own
 void bd_askers_dispatch(struct bd_gpu *gpu, const struct bd_program *program,
                         struct bd_asking *asking);
 // For a program whose askers they are.

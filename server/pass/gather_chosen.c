@@ -1,5 +1,6 @@
 #include "pass/gather_chosen.h"
 
+#include "pass/gather_native.h"
 #include "pass/kernels.h"
 
 struct gather {
@@ -60,12 +61,48 @@ static enum bd_err run(struct gather *g, struct bd_fault *fault)
     return err;
 }
 
+static void bind_native(const void *user, struct bd_bindings *bindings)
+{
+    const struct bd_indirect *out = user;
+    bd_bind_image(bindings, 0, out->irradiance, false, true);
+    bd_bind_image(bindings, 2, out->noise, false, true);
+}
+
+static enum bd_err run_native(struct gather *g, struct bd_fault *fault)
+{
+    const struct bd_gather_inputs *gather = g->inputs->gather;
+    enum bd_err err = create_out(g, fault);
+    const struct bd_gather_chosen_native_inputs native = {
+        .receivers =
+            {
+                .pass = bd_gather_pass(gather),
+                .askers = bd_gather_askers(gather),
+                .noise = true,
+                .seed = g->inputs->seed,
+                .bind = bind_native,
+                .out = g->out,
+            },
+        .list = g->inputs->list,
+        .rays = g->inputs->rays,
+        .visibility = gather->visibility,
+    };
+    if (!err) err = bd_gather_chosen_native_run(g->context, &native, &g->out->rays, fault);
+    return err;
+}
+
+// By loops of the processor, as far as there are any.
+static bool is_native(const struct gather *g)
+{
+    const struct bd_gather_inputs *gather = g->inputs->gather;
+    return bd_gather_may_be_native(g->context, gather->visibility) && !gather->glossy;
+}
+
 enum bd_err bd_gather_chosen_run(const struct bd_pass_context *context,
                                  const struct bd_gather_chosen_inputs *inputs,
                                  struct bd_indirect **out, struct bd_fault *fault)
 {
     struct gather g = {.context = context, .inputs = inputs};
-    enum bd_err err = run(&g, fault);
+    enum bd_err err = is_native(&g) ? run_native(&g, fault) : run(&g, fault);
     bd_chooser_destroy(context->gpu, &g.chooser);
     if (err && g.out) bd_indirect_destroy(context->gpu, &g.out);
     *out = g.out;

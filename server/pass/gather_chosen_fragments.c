@@ -1,5 +1,6 @@
 #include "pass/gather_chosen_fragments.h"
 
+#include "pass/gather_native.h"
 #include "pass/kernels.h"
 
 struct gather {
@@ -12,10 +13,7 @@ struct gather {
 static void bind_outputs(const void *user, struct bd_bindings *bindings)
 {
     const struct bd_multires_light *out = user;
-    bd_bind_image(bindings, 0, out->fine, false, true);
-    bd_bind_image(bindings, 1, out->coarse, false, true);
-    bd_bind_image(bindings, 2, out->fine_vector, false, true);
-    bd_bind_image(bindings, 3, out->coarse_vector, false, true);
+    bd_multires_light_bind(out, bindings);
     bd_bind_image(bindings, 4, out->fine_noise, false, true);
     bd_bind_image(bindings, 5, out->coarse_noise, false, true);
 }
@@ -45,6 +43,33 @@ static enum bd_err run(struct gather *g, struct bd_fault *fault)
     return err;
 }
 
+static enum bd_err run_native(struct gather *g, struct bd_fault *fault)
+{
+    const struct bd_gather_fragments_inputs *gather = g->inputs->gather;
+    const struct bd_gather_chosen_native_inputs native = {
+        .receivers =
+            {
+                .pass = "gather",
+                .askers = bd_fragment_askers(gather),
+                .spread = gather->spread,
+                .noise = g->out->fine_noise != NULL,
+                .seed = g->inputs->seed,
+                .bind = bind_outputs,
+                .out = g->out,
+            },
+        .list = g->inputs->list,
+        .rays = g->inputs->rays,
+        .visibility = gather->visibility,
+    };
+    return bd_gather_chosen_native_run(g->context, &native, &g->out->rays, fault);
+}
+
+// By loops of the processor, as far as there are any.
+static bool is_native(const struct gather *g)
+{
+    return bd_gather_may_be_native(g->context, g->inputs->gather->visibility) && !g->inputs->choice;
+}
+
 enum bd_err bd_gather_chosen_fragments_run(const struct bd_pass_context *context,
                                            const struct bd_gather_chosen_fragments_inputs *inputs,
                                            struct bd_multires_light **out, struct bd_fault *fault)
@@ -56,7 +81,7 @@ enum bd_err bd_gather_chosen_fragments_run(const struct bd_pass_context *context
                                        bd_fragment_vectors(inputs->gather), &g.out, fault);
     if (!err && inputs->noise && !inputs->gather->into)
         err = bd_multires_light_add_noise(context->gpu, g.out, fault);
-    if (!err) err = run(&g, fault);
+    if (!err) err = is_native(&g) ? run_native(&g, fault) : run(&g, fault);
     bd_chooser_destroy(context->gpu, &g.chooser);
     if (err && !inputs->gather->into) bd_multires_light_destroy(context->gpu, &g.out);
     if (!err) *out = g.out;

@@ -62,24 +62,35 @@ static enum bd_err make_host_room(struct bd_segments *s, struct bd_fault *fault)
                         s->count_max);
 }
 
+enum bd_err bd_visibility_ask(const struct bd_pass_context *context,
+                              const struct bd_visibility_inputs *inputs,
+                              const struct bd_segment *segments, size_t count, uint32_t *occluded,
+                              struct bd_ray_counts *traced)
+{
+    bd_slicer_work(context->slicer, "visibility");
+    enum bd_err err = BD_ERR_OK;
+    for (size_t at = 0, rays; !err && at < count; at += rays) {
+        rays = slice_of(context->slicer, count - at);
+        const uint64_t start_ns = bd_clock_ns();
+        traced->count += bd_rays_occluded(inputs->occluders->rays, inputs->pool, inputs->alpha,
+                                          segments + at, rays, occluded + at / 32);
+        traced->ms += bd_ms_since(start_ns);
+        err = bd_slicer_checkpoint(context->slicer, (double)rays);
+    }
+    return err;
+}
+
 static enum bd_err ask_processor(const struct bd_pass_context *context,
                                  const struct bd_visibility_inputs *inputs,
                                  struct bd_segments *segments, size_t count, struct bd_fault *fault)
 {
     enum bd_err err = make_host_room(segments, fault);
-    if (err) return err;
-    bd_slicer_work(context->slicer, "visibility");
-    err = bd_buf_read(context->gpu, segments->segments, 0, segments->host,
-                      count * sizeof *segments->host);
-    for (size_t at = 0, rays; !err && at < count; at += rays) {
-        rays = slice_of(context->slicer, count - at);
-        const uint64_t start_ns = bd_clock_ns();
-        segments->traced.count +=
-            bd_rays_occluded(inputs->occluders->rays, inputs->pool, inputs->alpha,
-                             segments->host + at, rays, segments->host_bits + at / 32);
-        segments->traced.ms += bd_ms_since(start_ns);
-        err = bd_slicer_checkpoint(context->slicer, (double)rays);
-    }
+    if (!err)
+        err = bd_buf_read(context->gpu, segments->segments, 0, segments->host,
+                          count * sizeof *segments->host);
+    if (!err)
+        err = bd_visibility_ask(context, inputs, segments->host, count, segments->host_bits,
+                                &segments->traced);
     if (!err)
         bd_buf_upload(context->gpu, segments->occluded, 0, segments->host_bits,
                       (count + 31) / 32 * sizeof *segments->host_bits);

@@ -47,12 +47,20 @@ struct bd_segments {
 
 // Of the buffer of segments: a slice of any picture's.
 #define BD_SEGMENTS_BYTES_MAX ((size_t)64 << 20)
+#define BD_SEGMENTS_MAX       (BD_SEGMENTS_BYTES_MAX / sizeof(struct bd_segment))
 
 BD_MUST_CHECK
 enum bd_err bd_segments_create(struct bd_gpu *gpu, size_t count_max, struct bd_segments **out,
                                struct bd_fault *fault);
 void bd_segments_destroy(struct bd_gpu *gpu, struct bd_segments **segments);
 
+// Asks the processor, where the occluders lie there, about segments in memory: a bit each, words
+// of `occluded`; in slices.
+BD_MUST_CHECK
+enum bd_err bd_visibility_ask(const struct bd_pass_context *context,
+                              const struct bd_visibility_inputs *inputs,
+                              const struct bd_segment *segments, size_t count, uint32_t *occluded,
+                              struct bd_ray_counts *traced);
 // Answers the first `count`, in slices of their own.
 BD_MUST_CHECK
 enum bd_err bd_visibility_run(const struct bd_pass_context *context,
