@@ -1,0 +1,128 @@
+"""Who does the arithmetic, with the real renderer: device and processor agree, and reports say which it was."""
+import bounced
+import numpy
+import pytest
+from conftest import SCENES
+
+SIZE = (120, 88)
+TECHNIQUES = ("rsm", "multires_gather", "isr", "hisr")
+
+
+@pytest.fixture(scope="module")
+def scene():
+    with bounced.private() as client:
+        yield client.scenes.add(SCENES / "cornell.glb")
+
+
+@pytest.fixture(scope="module")
+def glossy_scene():
+    """Metal, a smooth dielectric, and what is left as it was: some receivers have a lobe worth its price."""
+    with bounced.private() as client:
+        scene = client.scenes.add(SCENES / "cornell.glb")
+        materials = [o["id"] for o in scene.objects("material")]
+        with scene.edit() as edit:
+            edit.set_material(materials[0], metallic=.7, roughness=.3)
+            edit.set_material(materials[1], roughness=.15)
+        yield scene
+
+
+def indirect(scene, technique, executor, **asked):
+    frame = scene.render(size=SIZE, technique=technique, layers=["indirect"],
+                         parameters={"executor": executor, **asked})
+    assert frame.report["executor"] == executor
+    return frame.layers["indirect"].astype(float)
+
+
+@pytest.mark.parametrize("technique", TECHNIQUES)
+@pytest.mark.parametrize("asked", [{}, {"brdf": "lambert"}, {"vpl_kernel": "disk", "brdf": "lambert"}],
+                         ids=["whole", "lambert", "disk"])
+def test_both_give_the_same_light(scene, technique, asked):
+    device, native = (indirect(scene, technique, executor, **asked) for executor in ("device", "native"))
+    assert device.mean() > 0
+    # Cuts of trees are decisions: where one differs by rounding, light does by a part of `tau`.
+    most = 2e-4 if technique == "hisr" else 1e-5
+    assert numpy.sqrt(((native - device) ** 2).mean()) < most * device.mean()
+    assert native.mean() == pytest.approx(device.mean(), rel=1e-5)
+
+
+@pytest.mark.parametrize("technique", ("rsm", "multires_gather"))
+@pytest.mark.parametrize("asked", [{}, {"vpl_kernel": "disk"}, {"vpls": 5000}, {"indirect_visibility": "rays", "vpls": 64, "rays": 64},
+                                   {"indirect_visibility": "rays", "vpls": 64, "rays": 64, "vpl_kernel": "disk"}],
+                         ids=["whole", "disk", "many", "all seen", "all seen, disk"])
+def test_glossy_receivers(glossy_scene, technique, asked):
+    device, native = (indirect(glossy_scene, technique, executor, **asked) for executor in ("device", "native"))
+    lambert = indirect(glossy_scene, technique, "native", brdf="lambert", **asked)
+    assert numpy.sqrt(((native - lambert) ** 2).mean()) > 0.05 * device.mean()
+    differ = numpy.abs(native - device).max(axis=-1) > 1e-3 * device.mean()
+    assert differ.mean() < (1e-3 if "rays" in asked else 1e-9)  # by a ray that grazes
+    assert numpy.sqrt(((native - device)[~differ] ** 2).mean()) < 1e-5 * device.mean()
+
+
+@pytest.mark.parametrize("asked", [{"tau": 0, "vpls": 4096}, {"tree_cut": "bound", "tau": 0.001}, {"tree_cut": "level", "tau": 0.01},
+                                   {"vpls": 256, "tree_roots": 256}, {"vpls": 65536, "tree_roots": 1, "vpl_kernel": "disk"}],
+                         ids=["leaves", "bound", "level", "roots", "one root"])
+def test_cuts_of_trees(scene, asked):
+    device, native = (indirect(scene, "hisr", executor, **asked) for executor in ("device", "native"))
+    most = 1e-5 if asked.get("tau") == 0 or asked.get("vpls") == 256 else 2e-4
+    assert numpy.sqrt(((native - device) ** 2).mean()) < most * device.mean()
+
+
+@pytest.mark.parametrize("asked", [{"rays": 6}, {"rays": 6, "noise_filter": "off"}, {"rays": 17, "vpls": 4000, "vpl_kernel": "disk"},
+                                   {"vpls": 64, "rays": 64}],
+                         ids=["few", "noisy", "many", "all"])
+@pytest.mark.parametrize("technique", ("rsm", "multires_gather", "isr"))
+def test_rays(scene, technique, asked):
+    """The same virtual lights are asked about: noise is the same, too."""
+    if technique == "isr":
+        asked = {name: value for name, value in asked.items() if name != "vpls"}
+    asked = {"indirect_visibility": "rays", "brdf": "lambert", **asked}
+    device, native = (indirect(scene, technique, executor, **asked) for executor in ("device", "native"))
+    assert device.mean() > 0
+    differ = numpy.abs(native - device).max(axis=-1) > 1e-3 * device.mean()
+    assert differ.mean() < 1e-3
+    assert numpy.sqrt(((native - device)[~differ] ** 2).mean()) < 3e-5 * device.mean()
+
+
+def test_a_tree_is_its_executors(scene):
+    """Its last bits differ: what was asked before must not show in a picture."""
+    built = []
+    for executor in ("device", "native", "device"):
+        frame = scene.render(size=SIZE, technique="hisr", fresh="camera", parameters={"executor": executor, "tree_roots": 77})
+        built += [p["state"] for p in frame.report["passes"] if p["name"] == "vpl_tree"]
+    assert built == ["ran", "ran", "reused"]
+
+
+def test_without_surface_detail(scene):
+    """Blocks without irradiance vectors."""
+    asked = {"surface_detail": "off", "light_threshold": "inf"}
+    device, native = (indirect(scene, "multires_gather", executor, **asked) for executor in ("device", "native"))
+    assert numpy.sqrt(((native - device) ** 2).mean()) < 1e-5 * device.mean()
+
+
+def test_it_is_the_processor_on_a_software_device(scene):
+    frame = scene.render(size=(16, 16))
+    assert frame.report["device"]["software"] and frame.report["executor"] == "native"
+    assert scene.render(size=(16, 16), technique="rsm", plan_only=True).report["executor"] == "native"
+    assert "executor" not in scene.render(size=(16, 16), technique="direct").report
+
+
+def test_tests_run_with_either(monkeypatch):
+    monkeypatch.setenv("BD_EXECUTOR", "device")
+    with bounced.private() as client:
+        scene = client.scenes.add(SCENES / "cornell.glb")
+        by_itself = scene.render(size=(16, 16), technique="rsm").report["executor"]
+        told = scene.render(size=(16, 16), technique="rsm", parameters={"executor": "native"}).report["executor"]
+    assert (by_itself, told) == ("device", "native")
+
+
+@pytest.mark.parametrize("asked", [{"technique": "rsm"}, {"technique": "hisr"},
+                                   {"technique": "multires_gather", "parameters": {"indirect_visibility": "rays", "rays": 5}}],
+                         ids=["list", "tree", "choice"])
+def test_no_width_changes_a_byte(scene, asked, monkeypatch):
+    """A daemon that has the narrowest instructions alone."""
+    asked = {"parameters": {"brdf": "lambert", **asked.get("parameters", {})}, "technique": asked["technique"]}
+    here = scene.render(size=SIZE, **asked).rgba
+    monkeypatch.setenv("BD_NATIVE_WIDTH", "baseline")
+    with bounced.private() as client:
+        narrow = client.scenes.add(SCENES / "cornell.glb").render(size=SIZE, **asked).rgba
+    assert (here == narrow).all()
