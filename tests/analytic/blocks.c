@@ -270,7 +270,7 @@ void blocks_create(struct bd_gpu *gpu, const struct blocks_scene *scene, struct 
             bd_multires_layout_of(scene->width_px, scene->height_px, scene->coarsest_side),
     };
     bd_slicer_init(&out->slicer, gpu, NULL, NULL);
-    out->context = (struct bd_pass_context){gpu, &out->slicer};
+    out->context = (struct bd_pass_context){.gpu = gpu, .slicer = &out->slicer};
     make_gbuffer(gpu, scene, &out->gbuffer);
     make_discontinuity(scene, out);
     make_fragments(scene, out);

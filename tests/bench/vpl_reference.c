@@ -344,15 +344,15 @@ static enum bd_err run_view(struct bd_gpu *gpu, struct bd_scene *scene, FILE *fi
                             const struct arguments *arguments, struct bd_fault *fault)
 {
     static struct bd_report report;
-    struct view v = {.context = {gpu, &slicer}};
+    struct view v = {.context = {.gpu = gpu, .slicer = &slicer}};
     enum bd_err err = bd_plan_make(scene, &arguments->request, &v.plan, &report, fault);
     if (err) return err;
     struct bd_uploader uploader = {.gpu = gpu};
     bd_slicer_init(&slicer, gpu, NULL, NULL);
     err = bd_gpu_scene_create(&uploader, scene, &v.scene, fault);
     if (err) return err;
-    v.viewpoint = bd_viewpoint_of_camera(scene, (uint32_t)v.plan.camera,
-                                         arguments->request.width_px, arguments->request.height_px);
+    v.viewpoint = bd_viewpoint_of(scene, &arguments->request.pose, (uint32_t)v.plan.camera,
+                                  arguments->request.width_px, arguments->request.height_px);
     bd_viewpoint_set_sub_frame(&v.viewpoint, 0, 1);
     err = sum_view(&v, scene, file, arguments, fault);
     finish_view(&v);
