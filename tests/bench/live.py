@@ -69,6 +69,20 @@ def place(number):
     return (.25 * math.cos(angle), 1.96, .25 * math.sin(angle))
 
 
+def lamp_of(scene):
+    """The node of a scene's first light that hangs from none, and its matrix."""
+    node = next(one for one in scene.objects("node") if one["node"]["light"] >= 0 and one["node"]["parent"] < 0)
+    return node["id"], numpy.reshape(node["world_from_node"], (4, 4)).T
+
+
+def move_lamp(edit, lamp, number):
+    """About where it was, on a circle of 25 cm that lies flat."""
+    node, matrix = lamp[0], lamp[1].copy()
+    x, _, z = place(number)
+    matrix[:3, 3] += (x, 0, z)
+    edit.set_transform(node, matrix=matrix)
+
+
 def move_light(edit, number):
     edit.set_transform(SPOT_NODE, translation=place(number), rotation=FACING_DOWN)
 

@@ -82,9 +82,10 @@ def test_passes_that_ran_and_that_did_not():
 def test_the_goal_is_told_as_measured_and_as_the_machine_allows():
     row = {"technique": "hisr", "kind": "light moved", "durability": "durable", "refine": True,
            "latency_ms": {"p50": 200, "p99": 700}}
-    lines = list(edit_latency.verdict({"machine": {"times_slower": 2}, "rows": [row]}))
-    assert "p50 200 ms, goal 120 ms" in lines[0] and lines[0].endswith("240 ms here: met")
-    assert "2.00 times slower" in lines[1] and lines[1].endswith("missed")
+    lines = list(edit_latency.verdict({"machine": {"times_slower": 2.5}, "scene": "cornell", "rows": [row]}))
+    assert "p50 200 ms, goal 90 ms" in lines[0] and lines[0].endswith("225 ms here: met")
+    assert list(edit_latency.verdict({"machine": {"times_slower": 2.5}, "scene": "duck", "rows": [row]})) == []
+    assert "2.50 times slower" in lines[1] and lines[1].endswith("missed")
 
 
 @pytest.mark.parametrize("slower, budget", [(.5, 1), (2, 2), (9, 3)])
