@@ -128,13 +128,13 @@ static enum bd_err get_programs(struct gather_tree *g, struct bd_fault *fault)
 {
     struct bd_program_source source = {.compute = "pass/gather_tree/gather_tree.comp"};
     if (g->blocks) bd_define(&source.defines, "BD_FRAGMENTS", 1);
-    struct bd_program_source estimate = source;
+    if (g->blocks && g->inputs->vector) bd_define(&source.defines, "BD_VECTOR", 1);
+    struct bd_program_source estimate = source; // of the same receivers
     // Printed formulas know no patches.
     const bool printed = g->inputs->criterion == BD_TREE_PRINTED;
     if (printed) bd_define(&source.defines, "BD_PRINTED", 1);
     if (g->inputs->near_patches && !printed) bd_define(&source.defines, "BD_VPL_PATCH", 1);
     if (g->pixels && g->inputs->glossy) bd_define(&source.defines, "BD_GLOSSY", 1);
-    if (g->blocks && g->inputs->vector) bd_define(&source.defines, "BD_VECTOR", 1);
     if (g->blocks && g->inputs->spread) bd_define(&source.defines, "BD_SPREAD", 1);
     bd_define(&estimate.defines, "BD_ESTIMATE", 1);
     struct bd_program *program = NULL, *estimate_program = NULL;
