@@ -13,6 +13,8 @@
 #include "pass/upsample.h"
 #include "technique/sub_frame_light.h"
 
+#define VPL_BUDGET_SHARES 4.0 // unless said otherwise: so many lights' own
+
 bool bd_plan_light_shines(const struct bd_scene *scene, uint32_t placed_light)
 {
     const struct bd_light *light = &scene->lights[scene->placed_lights[placed_light].object];
@@ -20,11 +22,12 @@ bool bd_plan_light_shines(const struct bd_scene *scene, uint32_t placed_light)
     return light->intensity > 0 && coloured;
 }
 
-static bool any_light_shines(const struct bd_scene *scene)
+static uint32_t count_lights(const struct bd_scene *scene)
 {
+    uint32_t count = 0;
     for (uint32_t i = 0; i < scene->placed_light_count; i++)
-        if (bd_plan_light_shines(scene, i)) return true;
-    return false;
+        count += bd_plan_light_shines(scene, i);
+    return count;
 }
 
 static uint64_t count_vpls(const struct bd_plan *plan, const struct bd_scene *scene)
@@ -44,8 +47,8 @@ static bool some_map_is_reduced(const struct bd_plan *plan, const struct bd_scen
     for (uint32_t i = 0; i < scene->placed_light_count; i++) {
         if (!bd_plan_light_shines(scene, i)) continue;
         const struct bd_light_setup setup = bd_light_setup_of(scene, i);
-        uint32_t size = bd_plan_rsm_size(plan, bd_plan_grid_side(plan, &setup));
-        if (size < plan->params.rsm_size) return true;
+        if (bd_plan_grid_side(plan, &setup) * BD_PLAN_BLOCK_TEXELS_MAX < plan->params.rsm_size)
+            return true;
     }
     return false;
 }
@@ -281,8 +284,8 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
     if (err) return err;
 
     const struct bd_features *f = &scene->features;
-    out->lights = any_light_shines(scene);
-    out->indirect = out->lights && out->technique->indirect;
+    out->light_count = count_lights(scene);
+    out->indirect = out->light_count > 0 && out->technique->indirect;
     out->glossy = out->indirect && out->technique->model.glossy_receivers && !out->params.lambert &&
                   f->has_glossy;
     out->flux_lm = total_flux_lm(scene);
@@ -315,16 +318,25 @@ static uint32_t nearest_power_of_two(double number)
     return 1u << (uint32_t)fmax(round(log2(fmax(number, 1))), 0);
 }
 
+// Each light has as many as asked for, up to a budget of all; beyond it they are split by flux.
+// Papers know lights one by one.
+static double vpls_of(const struct bd_plan *plan, const struct bd_light_setup *light)
+{
+    const struct bd_params *params = &plan->params;
+    if (params->vpl_budget == 0 && params->paper_mode) return params->vpls;
+    const double budget =
+        params->vpl_budget ? params->vpl_budget : VPL_BUDGET_SHARES * params->vpls;
+    if (plan->light_count * (double)params->vpls <= budget || !(plan->flux_lm > 0))
+        return params->vpls;
+    return budget * light->flux_lm / plan->flux_lm;
+}
+
 uint32_t bd_plan_grid_side(const struct bd_plan *plan, const struct bd_light_setup *light)
 {
-    double vpls = plan->params.vpls;
-    if (plan->params.vpl_budget > 0 && plan->flux_lm > 0)
-        vpls = plan->params.vpl_budget * light->flux_lm / plan->flux_lm;
-    double side = sqrt(vpls / light->face_count);
+    const double side = sqrt(vpls_of(plan, light) / light->face_count);
     if (plan->technique->inputs & (BD_INPUT_VPL_CLUSTERS | BD_INPUT_VPL_TREE))
         return nearest_power_of_two(side);
-    side = round(side);
-    return side > 1 ? (uint32_t)side : 1;
+    return side > 1 ? (uint32_t)round(side) : 1;
 }
 
 uint32_t bd_plan_tree_root_side(const struct bd_plan *plan, const struct bd_light_setup *light,
@@ -335,10 +347,13 @@ uint32_t bd_plan_tree_root_side(const struct bd_plan *plan, const struct bd_ligh
     return side < grid_side ? side : grid_side;
 }
 
-uint32_t bd_plan_rsm_size(const struct bd_plan *plan, uint32_t grid_side)
+uint32_t bd_plan_rsm_size(const struct bd_plan *plan, const struct bd_light_setup *light,
+                          uint32_t grid_side)
 {
     uint64_t most = (uint64_t)grid_side * BD_PLAN_BLOCK_TEXELS_MAX;
-    uint32_t asked = plan->params.rsm_size;
+    // A light that has fewer VPLs for its budget keeps the texels of each.
+    const double share = fmin(vpls_of(plan, light) / plan->params.vpls, 1);
+    const uint32_t asked = (uint32_t)ceil(plan->params.rsm_size * sqrt(share));
     if (asked < grid_side) return grid_side;
     return asked > most ? (uint32_t)most : asked;
 }

@@ -19,7 +19,6 @@ struct bd_plan {
     struct bd_params params;
     int32_t camera;   // placed camera
     uint32_t stages;  // bits of enum bd_stage (frame/stage_rows.h)
-    bool lights;      // some punctual light shines: shadow maps and direct run
     bool indirect;    // the technique's indirect light runs
     bool rays;        // hide indirect light
     bool chosen;      // of some VPLs alone, since there are more of them than rays
@@ -31,7 +30,8 @@ struct bd_plan {
     bool emission;    // some surface emits or is unlit
     bool unoccluded;  // there is indirect light, and nothing in the scene hides any of it
     uint32_t layers;  // that are made: the request's, beauty, and what auto exposure reads
-    double flux_lm;   // of all lights
+    uint32_t light_count; // that are punctual and shine: shadow maps and direct run
+    double flux_lm;       // of all of them
 };
 
 // Also fills the parts of `report` that are known now: request, parameters, planned passes, what
@@ -64,8 +64,10 @@ uint32_t bd_plan_tree_root_side(const struct bd_plan *plan, const struct bd_ligh
 // times, and cannot be stopped: this keeps it at 0.1 s on the software device.
 #define BD_PLAN_BLOCK_TEXELS_MAX 1024
 
-// Texels along one face's side of the map that a grid is made from: `rsm_size`, held to between 1
-// and BD_PLAN_BLOCK_TEXELS_MAX for each VPL along the side. Where it is less, the plan says so.
-uint32_t bd_plan_rsm_size(const struct bd_plan *plan, uint32_t grid_side);
+// Texels along one face's side of the map that a grid is made from: `rsm_size`, less where the
+// light has fewer VPLs for its budget, held to between 1 and BD_PLAN_BLOCK_TEXELS_MAX for each VPL
+// along the side. Where it is held to the latter, the plan says so.
+uint32_t bd_plan_rsm_size(const struct bd_plan *plan, const struct bd_light_setup *light,
+                          uint32_t grid_side);
 
 #endif

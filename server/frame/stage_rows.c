@@ -26,7 +26,7 @@ static bool is_rendered(const struct bd_plan *plan)
 
 static bool is_lit(const struct bd_plan *plan)
 {
-    return plan->lights && is_rendered(plan);
+    return plan->light_count > 0 && is_rendered(plan);
 }
 
 static bool is_indirect(const struct bd_plan *plan)
@@ -367,7 +367,7 @@ static void set_up_lights(struct bd_subject *subject)
         struct bd_frame_light *light = &subject->lights[subject->light_count++];
         light->setup = bd_light_setup_of(scene, i);
         light->grid_side = bd_plan_grid_side(subject->plan, &light->setup);
-        light->rsm_size = bd_plan_rsm_size(subject->plan, light->grid_side);
+        light->rsm_size = bd_plan_rsm_size(subject->plan, &light->setup, light->grid_side);
     }
 }
 

@@ -190,6 +190,28 @@ static void cube_room_with_a_vpl_a_wall(void **state)
     }
 }
 
+// The lamp in many parts, one of them with half of its power: all together have the budget's virtual
+// lights, and light the room as one lamp does. Of two parts each has its own.
+static void many_lamps_share_a_budget(void **state)
+{
+    const double centre[][2] = {{0, 0}};
+    const uint32_t lamps[] = {2, 36};
+    const double vpls[] = {2 * 1536, 4 * 1536};
+    for (int k = 0; k < 2; k++) {
+        struct world *w = *state;
+        make_cube_room(w, centre, 1);
+        w->scene->lights[0].intensity = .5f;
+        for (uint32_t i = 1; i < lamps[k]; i++)
+            world_add_light(w, BD_LIGHT_POINT, origin, down, .5f / (float)(lamps[k] - 1));
+        const char *shared[] = {"brdf=lambert", "vpls=1536", NULL};
+        ASSERT_REL(first_bounce(w, 0, shared), .590616, 2e-2);
+        ASSERT_REL((double)w->report.counts.vpls, vpls[k], .2);
+    }
+    const char *of_each[] = {"brdf=lambert", "vpls=96", "vpl_budget=4000", NULL};
+    ASSERT_REL(first_bounce(*state, 0, of_each), .590616, 3e-2);
+    assert_int_equal(((struct world *)*state)->report.counts.vpls, 36 * 96);
+}
+
 static void cube_room_direct(void **state)
 {
     const double points[][2] = {{0, 0}, {.5, 0}, {.5, .5}};
@@ -370,6 +392,7 @@ int main(void)
         cmocka_unit_test(cube_room_near_the_walls),
         cmocka_unit_test(cube_room_by_every_technique),
         cmocka_unit_test(cube_room_with_a_vpl_a_wall),
+        cmocka_unit_test(many_lamps_share_a_budget),
         cmocka_unit_test(sphere_with_the_bare_kernel),
         cmocka_unit_test(sphere_with_the_disk_kernel),
     };

@@ -119,7 +119,7 @@ static enum bd_err make_vpls(struct view *v, const struct bd_light_setup *light,
 {
     const uint32_t side = bd_plan_grid_side(&v->plan, light);
     struct bd_vpl_list *all = NULL;
-    enum bd_err err = make_grid(v, light, bd_plan_rsm_size(&v->plan, side), side, &all, fault);
+    enum bd_err err = make_grid(v, light, bd_plan_rsm_size(&v->plan, light, side), side, &all, fault);
     if (!err) err = append_list(v, all);
     if (!err) err = make_grid(v, light, ROUGH_MAP_PX, ROUGH_SIDE, rough, fault);
     bd_vpl_list_destroy(v->context.gpu, &all);
