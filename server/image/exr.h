@@ -62,9 +62,9 @@ struct bd_exr {
 };
 
 // Reads the first part: half, float and uint channels, scan lines or tiles (of mip maps, the
-// largest level), uncompressed or RLE, ZIP, ZIPS or PIZ. Deep data, subsampled channels and lossy
-// compression are BD_ERR_UNSUPPORTED; broken or truncated bytes BD_ERR_BAD_INPUT; sizes above
-// `limits`, or that the file's length cannot justify, are refused before memory is taken.
+// largest level), in every compression from NONE to DWAB. Deep data, subsampled channels and
+// other compressions are BD_ERR_UNSUPPORTED; broken or truncated bytes BD_ERR_BAD_INPUT; sizes
+// above `limits`, or that the file's length cannot justify, are refused before memory is taken.
 BD_MUST_CHECK
 enum bd_err bd_exr_read(const void *bytes, size_t size_bytes, const struct bd_exr_limits *limits,
                         struct bd_exr **out, struct bd_fault *fault);

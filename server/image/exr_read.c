@@ -3,14 +3,22 @@
 
 #include "image/exr.h"
 #include "image/exr_core.h"
+#include "image/exr_lossy.h"
 
 const struct bd_exr_limits bd_exr_limits_default = {
     .side_px_max = 32768,
     .size_bytes_max = (uint64_t)1 << 30,
 };
 
-// The best that deflate can do, and RLE is worse; PIZ has no such bound.
-#define DEFLATE_RATIO_MAX 1032u
+// How much smaller a picture of halves can get, by compression: deflate's best is 1032, and RLE is
+// worse; B44A keeps 3 bytes of 16 samples; DWA deflates runs of which two bytes hold 128, and its
+// other ways are worse; PIZ has no such bound (0).
+static const uint32_t ratio_max[EXR_COMPRESSION_LAST_TYPE] = {
+    [EXR_COMPRESSION_NONE] = 1,     [EXR_COMPRESSION_RLE] = 1032, [EXR_COMPRESSION_ZIPS] = 1032,
+    [EXR_COMPRESSION_ZIP] = 1032,   [EXR_COMPRESSION_PIZ] = 0,    [EXR_COMPRESSION_PXR24] = 1032,
+    [EXR_COMPRESSION_B44] = 11,     [EXR_COMPRESSION_B44A] = 11,  [EXR_COMPRESSION_DWAA] = 66048,
+    [EXR_COMPRESSION_DWAB] = 66048,
+};
 
 struct read_stream {
     struct bd_exr_complaint complaint; // first: see image/exr_core.h
@@ -75,25 +83,11 @@ static enum bd_err check_kind(const struct layout *layout, struct bd_fault *faul
 {
     if (layout->storage != EXR_STORAGE_SCANLINE && layout->storage != EXR_STORAGE_TILED)
         return bd_fault_set(fault, BD_ERR_UNSUPPORTED, "exr", "deep EXR data is not read");
-    switch (layout->compression) {
-    case EXR_COMPRESSION_NONE:
-    case EXR_COMPRESSION_RLE:
-    case EXR_COMPRESSION_ZIPS:
-    case EXR_COMPRESSION_ZIP:
-    case EXR_COMPRESSION_PIZ:
-        break;
-    case EXR_COMPRESSION_PXR24:
-    case EXR_COMPRESSION_B44:
-    case EXR_COMPRESSION_B44A:
-    case EXR_COMPRESSION_DWAA:
-    case EXR_COMPRESSION_DWAB:
-    case EXR_COMPRESSION_LAST_TYPE:
-    default:
+    if ((unsigned)layout->compression >= EXR_COMPRESSION_LAST_TYPE)
         return bd_fault_set(fault, BD_ERR_UNSUPPORTED, "exr",
-                            "EXR compression %d is lossy or unknown; NONE, RLE, ZIP, ZIPS and PIZ "
-                            "are read",
-                            (int)layout->compression);
-    }
+                            "EXR compression %d is unknown; those from 0 (NONE) to %d (DWAB) are "
+                            "read",
+                            (int)layout->compression, EXR_COMPRESSION_LAST_TYPE - 1);
     int32_t count = layout->channels->num_channels;
     if (count < 1 || count > BD_EXR_CHANNEL_MAX)
         return bd_fault_set(fault, BD_ERR_LIMIT, "exr", "%d EXR channels; 1 to %d are read", count,
@@ -129,7 +123,8 @@ static enum bd_err check_size(const struct layout *layout, uint64_t file_bytes,
                             (unsigned long long)(samples * sizeof(float) >> 20),
                             (unsigned long long)(limits->size_bytes_max >> 20));
     // Two bytes is the smallest sample (half).
-    if (layout->compression != EXR_COMPRESSION_PIZ && samples * 2 / DEFLATE_RATIO_MAX > file_bytes)
+    const uint32_t ratio = ratio_max[layout->compression];
+    if (ratio && samples * 2 / ratio > file_bytes)
         return bd_fault_set(fault, BD_ERR_BAD_INPUT, "exr",
                             "EXR of %lldx%lld in %llu bytes is truncated or a bomb",
                             (long long)width, (long long)height, (unsigned long long)file_bytes);
@@ -221,6 +216,33 @@ static exr_result_t decode_tiles(exr_context_t context, exr_decode_pipeline_t *p
     return rv;
 }
 
+static enum bd_err decode(exr_context_t context, const struct read_stream *stream,
+                          const struct layout *layout, struct bd_exr *exr, struct bd_fault *fault)
+{
+    exr_decode_pipeline_t pipe = EXR_DECODE_PIPELINE_INITIALIZER;
+    exr_result_t rv = layout->storage == EXR_STORAGE_TILED
+                          ? decode_tiles(context, &pipe, exr)
+                          : decode_scanlines(context, layout->window.min.y, &pipe, exr);
+    exr_decoding_destroy(context, &pipe);
+    return rv ? fault_of(rv, stream, fault) : BD_ERR_OK;
+}
+
+// Of which the core makes nothing, or nothing right. PXR24 it knows.
+static bool is_lossy(exr_compression_t compression)
+{
+    return compression >= EXR_COMPRESSION_B44;
+}
+
+static enum bd_err decode_lossy(const struct read_stream *stream, const struct layout *layout,
+                                struct bd_exr *exr, struct bd_fault *fault)
+{
+    char why[256];
+    const exr_attr_v2i_t first = layout->window.min;
+    enum bd_err err = bd_exr_lossy_read(stream->bytes, stream->size_bytes, first.x, first.y, exr,
+                                        why, sizeof why);
+    return err ? bd_fault_set(fault, err, "exr", "cannot read EXR: %s", why) : err;
+}
+
 static enum bd_err copy_attributes(exr_context_t context, struct bd_exr *exr)
 {
     int32_t count = 0;
@@ -255,12 +277,8 @@ static enum bd_err read_part(exr_context_t context, const struct read_stream *st
     if (!err) err = copy_attributes(context, *exr);
     if (err) return bd_fault_set(fault, err, "exr", "no memory for the EXR's planes");
 
-    exr_decode_pipeline_t pipe = EXR_DECODE_PIPELINE_INITIALIZER;
-    rv = layout.storage == EXR_STORAGE_TILED
-             ? decode_tiles(context, &pipe, *exr)
-             : decode_scanlines(context, layout.window.min.y, &pipe, *exr);
-    exr_decoding_destroy(context, &pipe);
-    return rv ? fault_of(rv, stream, fault) : BD_ERR_OK;
+    return is_lossy(layout.compression) ? decode_lossy(stream, &layout, *exr, fault)
+                                        : decode(context, stream, &layout, *exr, fault);
 }
 
 enum bd_err bd_exr_read(const void *bytes, size_t size_bytes, const struct bd_exr_limits *limits,
