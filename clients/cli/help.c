@@ -81,7 +81,8 @@ int bd_help_render(void)
         "  --fail-on FLAG[,FLAG] exit code 5 where the frame has such a flag, as for blank_frame\n"
         "                       anyway (none,FLAG: for these alone); repeatable\n"
         "  --strict             exit code 5 for any flag\n"
-        "  --environment R,G,B|FILE.exr    light from infinitely far away, cd/m^2\n"
+        "  --environment R,G,B|FILE\n"
+        "                       light from infinitely far away: cd/m^2, or an .exr or .hdr\n"
         "  --region X,Y,W,H     technique reference: trace only these pixels\n"
         "  --plan               print what would run and what is left out; render nothing\n"
         "  --report FILE.json   write the frame's report\n"
@@ -128,7 +129,8 @@ int bd_help_reference(void)
         "                       technique's model says: its own limit\n"
         "  --set KEY=VALUE      brdf=lambert, senders=lambert, transmission=off,\n"
         "                       light_vertices=off; repeatable\n"
-        "  --environment R,G,B|FILE.exr    light from infinitely far away, cd/m^2\n"
+        "  --environment R,G,B|FILE\n"
+        "                       light from infinitely far away: cd/m^2, or an .exr or .hdr\n"
         "  --report FILE.json   write the report\n" START_HELP COMMON_HELP END_HELP,
         stdout);
     return 0;
@@ -169,7 +171,7 @@ int bd_help_compare(void)
 int bd_help_scenes(void)
 {
     fputs("usage: bounce scenes [options]\n"
-          "       bounce scene add FILE [--environment R,G,B|FILE.exr] [options]\n"
+          "       bounce scene add FILE [--environment R,G,B|FILE] [options]\n"
           "       bounce scene rm ID [options]\n"
           "       bounce scene log ID [--after REVISION] [--limit N] [options]\n"
           "       bounce scene undo ID | redo ID [--all] [--by NAME] [options]\n"

@@ -49,7 +49,7 @@ struct bd_cli_render {
     double target_error;     // per cent, 0 = none
     const char *against;     // of both; NULL = the server's default
     uint32_t region[4];      // x, y, width, height; width 0 = all
-    const char *environment; // "R,G,B" or an .exr; NULL = none
+    const char *environment; // "R,G,B" or an .exr or .hdr; NULL = none
     uint64_t fail_on;        // flags that make the exit code 5, bits of enum bd_flag
     bool strict;             // any flag does
     bool help;

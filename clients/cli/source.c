@@ -20,7 +20,7 @@ static bool is_held(const char *scene)
 static bool is_map(const char *environment)
 {
     const char *dot = strrchr(environment, '.');
-    return dot && strcasecmp(dot, ".exr") == 0;
+    return dot && (strcasecmp(dot, ".exr") == 0 || strcasecmp(dot, ".hdr") == 0);
 }
 
 static bool read_radiance(const char *text, double out[3])
@@ -54,7 +54,8 @@ static enum bd_err check_environment(const char *scene, const char *environment,
     if (is_map(environment)) return check_file(environment, fault);
     if (read_radiance(environment, radiance)) return BD_ERR_OK;
     return bd_fault_set(fault, BD_ERR_USAGE, "environment",
-                        "--environment %.60s: R,G,B in cd/m^2, each 0 or more, or a FILE.exr",
+                        "--environment %.60s: R,G,B in cd/m^2, each 0 or more, or a FILE.exr "
+                        "or FILE.hdr",
                         environment);
 }
 

@@ -23,7 +23,7 @@ struct bd_cli_source {
 };
 
 // What can be seen to fail before a daemon is started for it. `environment` is "R,G,B" in cd/m^2,
-// an .exr, or NULL for none; it goes with a file.
+// an .exr or .hdr, or NULL for none; it goes with a file.
 BD_MUST_CHECK
 enum bd_err bd_cli_source_check(const char *scene, const char *environment, struct bd_fault *fault);
 

@@ -78,7 +78,7 @@ enum bd_err bd_import_picture(struct bd_import_pool *pool, const struct bd_impor
                               const struct bd_import_limits *limits, struct bd_picture **out,
                               struct bd_fault *fault);
 
-// An EXR, as bd_sky_map_read takes them, its uri the field that faults name. The caller owns a
+// An EXR or a Radiance picture, as bd_sky_map_read takes them, its uri the field that faults name. The caller owns a
 // reference to a sealed map; `negative_count` texels of it were raised to 0.
 BD_MUST_CHECK
 enum bd_err bd_import_sky_map(struct bd_import_pool *pool, const struct bd_import_file *file,

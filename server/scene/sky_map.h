@@ -1,4 +1,5 @@
-// A picture of the whole sky from the bytes of an EXR.
+// A picture of the whole sky from the bytes of an EXR or of a Radiance picture (.hdr), as they
+// begin.
 //
 // The input is a stranger's: size before memory, every texel before use. Negative radiance, which
 // resampling filters leave behind, is no light: it becomes 0 and is counted.
@@ -16,10 +17,11 @@
 
 #define BD_SKY_MAP_SIDE_MAX_PX 8192
 
-// Reads the channels R, G and B. On success the caller owns one reference to a map that is not
-// sealed yet; `negative_count` is how
-// many texels were raised to 0. BD_ERR_BAD_INPUT for what is no such EXR, not finite, or larger
-// than BD_SKY_MAP_SIDE_MAX_PX a side; the fault names `field`.
+// Reads what image/exr.h and image/rgbe.h say: of an EXR the channels R, G and B, or Y alone, which
+// is grey. On success the caller owns one reference to a map that is not sealed yet;
+// `negative_count` is how many texels were raised to 0. BD_ERR_BAD_INPUT for what is no such file
+// or not finite, that or BD_ERR_LIMIT for more than BD_SKY_MAP_SIDE_MAX_PX a side; the fault names
+// `field`.
 BD_MUST_CHECK
 enum bd_err bd_sky_map_read(const void *bytes, size_t size_bytes, const char *field,
                             struct bd_sky_map **out, uint64_t *negative_count,

@@ -432,7 +432,7 @@ class Edit:
         """Light from infinitely far away.
 
         radiance  RGB in cd/m^2; of a map, a factor on it
-        map       an EXR file: the whole sphere, zenith on top
+        map       an EXR or Radiance (.hdr) file: the whole sphere, zenith on top
         """
         fields: dict[str, Any] = {"radiance": radiance}
         if radiance is not None:

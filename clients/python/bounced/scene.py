@@ -32,7 +32,7 @@ class Environment:
     """Light from infinitely far away, over a scene from a file.
 
     radiance  RGB in cd/m^2; of a map, a factor on it
-    map       an EXR file: the whole sphere, zenith on top
+    map       an EXR or Radiance (.hdr) file: the whole sphere, zenith on top
     """
 
     def __init__(self, radiance: Vector | None = None, map: PathLike | None = None) -> None:

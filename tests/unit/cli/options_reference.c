@@ -112,7 +112,7 @@ static void skies_are_three_numbers_or_a_map(void **state)
 {
     (void)state;
     static const char *const bad[] = {"",      "1",          "1,2",    "1,2,3,4", "1,-1,1", "1,x,1",
-                                      "1,2,3 ", "1,2,1e39",   "nan,1,1", "1;1;1",  "sky.hdr"};
+                                      "1,2,3 ", "1,2,1e39",   "nan,1,1", "1;1;1",  "sky.png"};
     struct bd_fault fault = {0};
     for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
         if (bd_cli_source_check("/dev/null/none", NULL, &fault) == BD_ERR_OK) fail();
@@ -126,6 +126,7 @@ static void skies_are_three_numbers_or_a_map(void **state)
     }
     assert_int_equal(bd_cli_source_check(self, "0,0.5,1e3", &fault), BD_ERR_OK);
     assert_int_equal(bd_cli_source_check(self, "/nowhere/sky.exr", &fault), BD_ERR_IO);
+    assert_int_equal(bd_cli_source_check(self, "/nowhere/sky.HDR", &fault), BD_ERR_IO);
 }
 
 static void a_sky_goes_with_scene_add_alone(void **state)

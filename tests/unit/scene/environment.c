@@ -67,6 +67,43 @@ static void what_is_negative_becomes_dark_and_is_counted(void **state)
     bd_sky_map_release(&map);
 }
 
+// Y alone is grey; beside R, G and B it is another layer.
+static void a_luminance_alone_is_grey(void **state)
+{
+    (void)state;
+    struct bd_bytes file = map_file("YAZ", 0, 6, 7);
+    struct bd_sky_map *map = NULL;
+    uint64_t negative_count = 99;
+    struct bd_fault fault = {0};
+    if (bd_sky_map_read(file.data, file.size_bytes, "map", &map, &negative_count, &fault))
+        fail_msg("%s", fault.message);
+    for (int i = 0; i < 3 * SIDE * SIDE; i++)
+        assert_true(map->rgb[i] == (i / 3 == 6 ? 7.0f : 0.5f));
+    bd_sky_map_release(&map);
+    bd_bytes_finish(&file);
+}
+
+static void a_radiance_picture_is_a_map(void **state)
+{
+    (void)state;
+    static const char file[] = "#?RADIANCE\n\n-Y 1 +X 2\n\x7f\x3f\x1f\x81\x00\x00\x00\x00";
+    struct bd_sky_map *map = NULL;
+    uint64_t negative_count = 99;
+    struct bd_fault fault = {0};
+    if (bd_sky_map_read(file, sizeof file - 1, "map", &map, &negative_count, &fault))
+        fail_msg("%s", fault.message);
+    assert_int_equal(negative_count, 0);
+    assert_int_equal(map->width_px, 2);
+    assert_int_equal(map->height_px, 1);
+    const float want[6] = {127.5f / 128, 63.5f / 128, 31.5f / 128};
+    assert_memory_equal(map->rgb, want, sizeof want);
+    bd_sky_map_release(&map);
+    assert_int_equal(bd_sky_map_read(file, sizeof file - 2, "map", &map, &negative_count, &fault),
+                     BD_ERR_BAD_INPUT);
+    assert_string_equal(fault.field, "map");
+    assert_non_null(strstr(fault.message, "map: "));
+}
+
 static void assert_map_refused(struct bd_bytes file, size_t size, enum bd_err err, const char *word)
 {
     struct bd_sky_map *map = NULL;
@@ -191,6 +228,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_map_is_read_texel_by_texel),
+        cmocka_unit_test(a_luminance_alone_is_grey),
+        cmocka_unit_test(a_radiance_picture_is_a_map),
         cmocka_unit_test(what_is_negative_becomes_dark_and_is_counted),
         cmocka_unit_test(maps_that_are_none_are_refused),
         cmocka_unit_test(a_map_of_9000_texels_a_side_is_too_large),
