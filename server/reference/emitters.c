@@ -10,13 +10,16 @@ static bool is_emissive(const struct bd_material *m)
     return !m->unlit && (m->emissive[0] > 0 || m->emissive[1] > 0 || m->emissive[2] > 0);
 }
 
+// As many as a tree holds. Further ones are found by scattering alone.
+#define EMITTERS_MAX (1u << 30)
+
 static uint32_t count_emitters(const struct bd_geometry *geometry)
 {
     uint64_t count = 0;
     for (uint32_t p = 0; p < geometry->part_count; p++)
         if (is_emissive(geometry->parts[p].material))
             count += geometry->parts[p].primitive->index_count / 3;
-    return count < UINT32_MAX ? (uint32_t)count : UINT32_MAX;
+    return count < EMITTERS_MAX ? (uint32_t)count : EMITTERS_MAX;
 }
 
 void bd_emission_at(const struct bd_geometry *geometry, const struct bd_meeting *at,
@@ -53,44 +56,66 @@ static double mean_luminance(const struct bd_geometry *geometry, const struct bd
     return sum / (rows * rows);
 }
 
-static double area_of(const struct bd_part *part, uint32_t triangle)
+static double area_of(const struct bd_triangle *triangle)
 {
-    const uint32_t *index = part->primitive->index + 3 * (size_t)triangle;
     bd_dvec3 p[3];
     for (int c = 0; c < 3; c++) {
-        const float *at = part->position + 3 * (size_t)index[c];
+        const float *at = triangle->corner[c];
         p[c] = (bd_dvec3){at[0], at[1], at[2]};
     }
     return 0.5 * bd_dvec3_length(
                      bd_dvec3_cross(bd_dvec3_sub(p[1], p[0]), bd_dvec3_sub(p[2], p[0])));
 }
 
+// --- listing ------------------------------------------------------------------------------------
+
+// Of edges this small beside the scene nothing is ever seen, and the inverse is finite.
+#define AREA_MIN 1e-30
+
 static void list_part(struct bd_emitters *e, const struct bd_geometry *geometry, uint32_t index)
 {
     const struct bd_part *part = &geometry->parts[index];
-    double sides = part->material->double_sided ? 2 : 1;
-    for (uint32_t t = 0; t < part->primitive->index_count / 3 && e->count < UINT32_MAX; t++) {
-        double area = area_of(part, t);
-        double power = area > 0 ? sides * area * mean_luminance(geometry, part, t) : 0;
+    for (uint32_t t = 0; t < part->primitive->index_count / 3 && e->count < EMITTERS_MAX; t++) {
+        double area = area_of(&part->triangles[t]);
         e->part[e->count] = index;
         e->triangle[e->count] = t;
-        e->cumulated[e->count] = power + (e->count ? e->cumulated[e->count - 1] : 0);
-        e->density[e->count] = power > 0 ? (float)(power / area) : 0;
+        e->inverse_area[e->count] = area > AREA_MIN ? (float)(1 / area) : 0;
         e->count++;
     }
 }
 
-static void normalize(struct bd_emitters *e)
+struct listed {
+    const struct bd_emitters *emitters;
+    const struct bd_geometry *geometry;
+};
+
+static struct bd_tree_light light_at(const void *user, uint32_t index)
 {
-    double sum = e->count ? e->cumulated[e->count - 1] : 0;
-    if (!(sum > 0)) {
-        e->count = 0;
-        return;
+    const struct listed *listed = user;
+    const struct bd_emitters *e = listed->emitters;
+    const struct bd_part *part = &listed->geometry->parts[e->part[index]];
+    const struct bd_triangle *triangle = &part->triangles[e->triangle[index]];
+    struct bd_tree_light light = {.two_sided = part->material->double_sided};
+    for (int k = 0; k < 3; k++) {
+        float a = triangle->corner[0][k], b = triangle->corner[1][k], c = triangle->corner[2][k];
+        light.low[k] = bd_minf(a, bd_minf(b, c));
+        light.high[k] = bd_maxf(a, bd_maxf(b, c));
     }
-    for (uint32_t i = 0; i < e->count; i++) {
-        e->cumulated[i] /= sum;
-        e->density[i] = (float)(e->density[i] / sum);
-    }
+    bd_vec3f_copy(light.axis, triangle->normal);
+    if (e->inverse_area[index] > 0)
+        light.power = mean_luminance(listed->geometry, part, e->triangle[index]) *
+                      (light.two_sided ? 2 : 1) / e->inverse_area[index];
+    return light;
+}
+
+static enum bd_err allocate(struct bd_emitters *emitters, size_t count, struct bd_fault *fault)
+{
+    emitters->part = malloc(count * sizeof *emitters->part);
+    emitters->triangle = malloc(count * sizeof *emitters->triangle);
+    emitters->inverse_area = malloc(count * sizeof *emitters->inverse_area);
+    if (emitters->part && emitters->triangle && emitters->inverse_area) return BD_ERR_OK;
+    return bd_fault_set(fault, BD_ERR_NO_MEMORY, "reference",
+                        "no memory for %zu emissive triangles", count);
 }
 
 enum bd_err bd_emitters_init(struct bd_emitters *emitters, struct bd_geometry *geometry,
@@ -99,56 +124,59 @@ enum bd_err bd_emitters_init(struct bd_emitters *emitters, struct bd_geometry *g
     *emitters = (struct bd_emitters){0};
     size_t count = count_emitters(geometry);
     if (count == 0) return BD_ERR_OK;
-    emitters->part = malloc(count * sizeof *emitters->part);
-    emitters->triangle = malloc(count * sizeof *emitters->triangle);
-    emitters->cumulated = malloc(count * sizeof *emitters->cumulated);
-    emitters->density = malloc(count * sizeof *emitters->density);
-    if (!emitters->part || !emitters->triangle || !emitters->cumulated || !emitters->density)
-        return bd_fault_set(fault, BD_ERR_NO_MEMORY, "reference",
-                            "no memory for %zu emissive triangles", count);
+    enum bd_err err = allocate(emitters, count, fault);
+    if (err) return err;
     for (uint32_t p = 0; p < geometry->part_count; p++) {
         if (!is_emissive(geometry->parts[p].material)) continue;
         geometry->parts[p].first_emitter = emitters->count;
         list_part(emitters, geometry, p);
     }
-    normalize(emitters);
-    return BD_ERR_OK;
+    const struct listed listed = {emitters, geometry};
+    err = bd_light_tree_init(&emitters->tree, emitters->count, false, light_at, &listed, fault);
+    if (!err && emitters->tree.count == 0) emitters->count = 0;
+    return err;
 }
 
 void bd_emitters_finish(struct bd_emitters *emitters)
 {
+    bd_light_tree_finish(&emitters->tree);
     free(emitters->part);
     free(emitters->triangle);
-    free(emitters->cumulated);
-    free(emitters->density);
+    free(emitters->inverse_area);
     *emitters = (struct bd_emitters){0};
 }
 
-float bd_emitters_density(const struct bd_emitters *emitters, const struct bd_part *part,
-                          uint32_t triangle)
+uint64_t bd_emitters_bytes(const struct bd_emitters *e)
+{
+    return bd_light_tree_bytes(&e->tree, e->count) +
+           e->count * (sizeof *e->part + sizeof *e->triangle + sizeof *e->inverse_area);
+}
+
+// --- choosing -----------------------------------------------------------------------------------
+
+float bd_emitters_density(const struct bd_emitters *emitters, const struct bd_receiver *receiver,
+                          const struct bd_part *part, uint32_t triangle)
 {
     if (emitters->count == 0 || part->first_emitter == UINT32_MAX) return 0;
-    return emitters->density[part->first_emitter + triangle];
+    uint64_t emitter = (uint64_t)part->first_emitter + triangle;
+    if (emitter >= emitters->count || emitters->inverse_area[emitter] == 0) return 0;
+    return emitters->inverse_area[emitter] *
+           bd_light_tree_probability(&emitters->tree, receiver, (uint32_t)emitter);
 }
 
-static uint32_t choose(const struct bd_emitters *emitters, double choice)
+uint32_t bd_emitters_choose(const struct bd_emitters *emitters, const struct bd_receiver *receiver,
+                            double *u, float *density)
 {
-    uint32_t low = 0, high = emitters->count - 1;
-    while (low < high) {
-        uint32_t middle = low + (high - low) / 2;
-        if (emitters->cumulated[middle] > choice)
-            high = middle;
-        else
-            low = middle + 1;
-    }
-    return low;
+    float probability;
+    uint32_t emitter = bd_light_tree_choose(&emitters->tree, receiver, u, &probability);
+    *density = probability * emitters->inverse_area[emitter];
+    return emitter;
 }
 
-void bd_emitters_sample(const struct bd_emitters *emitters, const struct bd_geometry *geometry,
-                        uint32_t choice, const float u[2], struct bd_meeting *out)
+void bd_emitters_point(const struct bd_emitters *emitters, const struct bd_geometry *geometry,
+                       uint32_t emitter, const float u[2], struct bd_meeting *out)
 {
-    uint32_t i = choose(emitters, choice * 0x1p-32);
     float root = sqrtf(u[0]);
-    bd_geometry_point(&geometry->parts[emitters->part[i]], emitters->triangle[i], root * u[1],
-                      1 - root, out);
+    bd_geometry_point(&geometry->parts[emitters->part[emitter]], emitters->triangle[emitter],
+                      root * u[1], 1 - root, out);
 }

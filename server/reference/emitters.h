@@ -1,5 +1,6 @@
-// Emissive triangles as lights: chosen in proportion to the flux that they emit, then a point
-// uniformly by area. A double-sided triangle emits on both sides, a single-sided one in front.
+// Emissive triangles as lights: chosen by what they can give to a point (light_tree.h), or in
+// proportion to the flux that they emit; then a point uniformly by area. A double-sided triangle
+// emits on both sides, a single-sided one in front.
 //
 // Built on one thread, then read by all.
 
@@ -11,13 +12,14 @@
 
 #include "base/err.h"
 #include "reference/geometry.h"
+#include "reference/light_tree.h"
 
 struct bd_emitters {
-    uint32_t count;    // triangles
-    uint32_t *part;    // of each
+    uint32_t count; // triangles of materials that emit; 0 if nothing comes of any
+    uint32_t *part; // of each
     uint32_t *triangle;
-    double *cumulated; // probability of all up to and with this
-    float *density;    // probability per area in reference space
+    float *inverse_area; // per area in reference space
+    struct bd_light_tree tree;
 };
 
 // Numbers the triangles and sets `first_emitter` of the parts.
@@ -26,14 +28,18 @@ enum bd_err bd_emitters_init(struct bd_emitters *emitters, struct bd_geometry *g
                              struct bd_fault *fault);
 void bd_emitters_finish(struct bd_emitters *emitters);
 
-// The density per area with which bd_emitters_sample chooses points of this triangle; 0 for one
-// that emits nothing.
-float bd_emitters_density(const struct bd_emitters *emitters, const struct bd_part *part,
-                          uint32_t triangle);
-
-// `choice`: uniform over 32 bits. Not to be called without emitters.
-void bd_emitters_sample(const struct bd_emitters *emitters, const struct bd_geometry *geometry,
-                        uint32_t choice, const float u[2], struct bd_meeting *out);
+// One for that receiver (NULL: by flux) by a uniform number, which is uniform again afterwards, and
+// the density per area with which points of it are chosen so. Not to be called without emitters.
+uint32_t bd_emitters_choose(const struct bd_emitters *emitters, const struct bd_receiver *receiver,
+                            double *u, float *density);
+// A point of it, uniformly by area.
+void bd_emitters_point(const struct bd_emitters *emitters, const struct bd_geometry *geometry,
+                       uint32_t emitter, const float u[2], struct bd_meeting *out);
+// The density per area with which both choose points of this triangle; 0 for one that emits nothing
+// or can give nothing to the receiver.
+float bd_emitters_density(const struct bd_emitters *emitters, const struct bd_receiver *receiver,
+                          const struct bd_part *part, uint32_t triangle);
+uint64_t bd_emitters_bytes(const struct bd_emitters *emitters);
 
 // Luminance towards `wo` in cd/m^2.
 void bd_emission_at(const struct bd_geometry *geometry, const struct bd_meeting *at,

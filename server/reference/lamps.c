@@ -81,6 +81,35 @@ static void set_probabilities(struct bd_lamps *lamps)
     }
 }
 
+// Those that shine, of one kind: directional or with a place.
+static void list(struct bd_lamps *lamps, const struct bd_geometry *geometry, double unit_cd_m2,
+                 bool is_directional)
+{
+    const struct bd_scene *scene = geometry->scene;
+    for (uint32_t i = 0; i < scene->placed_light_count; i++) {
+        const struct bd_placement *placed = &scene->placed_lights[i];
+        const struct bd_light *light = &scene->lights[placed->object];
+        struct bd_lamp *lamp = &lamps->lamps[lamps->count];
+        if ((light->kind == BD_LIGHT_DIRECTIONAL) != is_directional) continue;
+        fill(lamp, geometry, light, placed, unit_cd_m2);
+        if (flux_of(lamps, lamp) > 0) lamps->count++;
+    }
+}
+
+// What a point in its cone gets: by intensity, not by flux.
+static struct bd_tree_light light_at(const void *user, uint32_t index)
+{
+    const struct bd_lamps *lamps = user;
+    const struct bd_lamp *lamp = &lamps->lamps[index];
+    struct bd_tree_light light = {.power = bd_vec3f_luminance(lamp->intensity)};
+    set_vector(light.low, lamp->position);
+    set_vector(light.high, lamp->position);
+    light.reach.range = lamp->range_inverse > 0 ? 1 / lamp->range_inverse : INFINITY;
+    light.reach.cosine = lamp->cos_outer;
+    if (lamp->kind == BD_LIGHT_SPOT) bd_vec3f_copy(light.axis, lamp->axis);
+    return light;
+}
+
 enum bd_err bd_lamps_init(struct bd_lamps *lamps, const struct bd_geometry *geometry,
                           double unit_cd_m2, struct bd_fault *fault)
 {
@@ -90,20 +119,24 @@ enum bd_err bd_lamps_init(struct bd_lamps *lamps, const struct bd_geometry *geom
     if (!lamps->lamps)
         return bd_fault_set(fault, BD_ERR_NO_MEMORY, "reference", "no memory for %u lights",
                             scene->placed_light_count);
-    for (uint32_t i = 0; i < scene->placed_light_count; i++) {
-        const struct bd_placement *placed = &scene->placed_lights[i];
-        struct bd_lamp *lamp = &lamps->lamps[lamps->count];
-        fill(lamp, geometry, &scene->lights[placed->object], placed, unit_cd_m2);
-        if (flux_of(lamps, lamp) > 0) lamps->count++;
-    }
+    list(lamps, geometry, unit_cd_m2, false);
+    lamps->near_count = lamps->count;
+    list(lamps, geometry, unit_cd_m2, true);
     set_probabilities(lamps);
-    return BD_ERR_OK;
+    return bd_light_tree_init(&lamps->tree, lamps->near_count, true, light_at, lamps, fault);
 }
 
 void bd_lamps_finish(struct bd_lamps *lamps)
 {
+    bd_light_tree_finish(&lamps->tree);
     free(lamps->lamps);
     *lamps = (struct bd_lamps){0};
+}
+
+uint64_t bd_lamps_bytes(const struct bd_lamps *lamps)
+{
+    return lamps->count * sizeof *lamps->lamps +
+           bd_light_tree_bytes(&lamps->tree, lamps->near_count);
 }
 
 // --- what a point gets --------------------------------------------------------------------------
@@ -166,6 +199,13 @@ bool bd_lamp_illuminates(const struct bd_lamps *lamps, const struct bd_lamp *lam
 }
 
 // --- rays ---------------------------------------------------------------------------------------
+
+const struct bd_lamp *bd_lamps_choose_near(const struct bd_lamps *lamps,
+                                           const struct bd_receiver *receiver, double choice,
+                                           float *probability)
+{
+    return &lamps->lamps[bd_light_tree_choose(&lamps->tree, receiver, &choice, probability)];
+}
 
 const struct bd_lamp *bd_lamps_choose(const struct bd_lamps *lamps, float choice)
 {

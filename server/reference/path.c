@@ -152,8 +152,8 @@ static void add_sky(struct bd_path *path, const float direction[3])
     bd_path_add(path, path->events, radiance);
 }
 
-static void add_emission(struct bd_path *path, const struct bd_meeting *at,
-                         const struct bd_vertex *vertex)
+static void add_emission(struct bd_path *path, const struct bd_vertex *from,
+                         const struct bd_meeting *at, const struct bd_vertex *vertex)
 {
     bool lit = path->integrand->lights & BD_REFERENCE_EMISSIVE;
     if (path->events > 0 && (!lit || vertex->bsdf.surface.unlit)) return;
@@ -161,7 +161,7 @@ static void add_emission(struct bd_path *path, const struct bd_meeting *at,
     if (emission[0] == 0 && emission[1] == 0 && emission[2] == 0) return;
     float direction[3], radiance[3];
     bd_vec3f_scale(direction, vertex->wo, -1);
-    float weight = bd_path_emitter_weight(path, at, direction);
+    float weight = bd_path_emitter_weight(path, from, at, direction);
     bd_vec3f_scale(radiance, emission, (float)(weight / path->reference->unit_cd_m2));
     bd_path_add(path, path->events, radiance);
 }
@@ -214,7 +214,7 @@ static void arrive(struct bd_path *path, const struct step *step, const struct b
     bd_vec3f_scale(wo, step->ray.direction, -1);
     bd_path_vertex(path, at, wo, vertex);
     bd_path_absorb(step->from, step->ray.direction, vertex, at->distance, path->throughput);
-    if (is_first) add_emission(path, at, vertex);
+    if (is_first) add_emission(path, step->from, at, vertex);
     bd_path_make_sender(path, &vertex->bsdf.surface);
     if (path->is_specular) return;
     float cosine = bd_vec3f_dot(vertex->bsdf.surface.normal_geometric, wo);
@@ -320,7 +320,7 @@ bool bd_path_from_camera(struct bd_path *path, struct bd_ray *ray, struct bd_ver
     bd_vec3f_scale(wo, ray->direction, -1);
     bd_path_vertex(path, &at, wo, first);
     bd_path_absorb(NULL, ray->direction, first, at.distance, path->throughput);
-    add_emission(path, &at, first);
+    add_emission(path, NULL, &at, first);
     *distance = at.distance;
     bd_path_from_vertex(path, first);
     return true;

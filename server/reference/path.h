@@ -141,6 +141,13 @@ float bd_path_survival(const struct bd_path *path, const struct bd_vertex *verte
 // Where the integrand has Lambertian senders: makes one of a surface that is not the first.
 void bd_path_make_sender(const struct bd_path *path, struct bd_surface *surface);
 
+// Power heuristic with exponent 2 (Veach 1997).
+static inline float bd_path_power_weight(float density, float other)
+{
+    float a = density * density, b = other * other;
+    return a > 0 ? a / (a + b) : 0;
+}
+
 // Adds throughput x value as light that was scattered `events` times.
 static inline void bd_path_add(struct bd_path *path, uint32_t events, const float value[3])
 {
@@ -150,14 +157,44 @@ static inline void bd_path_add(struct bd_path *path, uint32_t events, const floa
     for (int k = 0; k < 3; k++) path->sum[part][k] += path->throughput[k] * value[k];
 }
 
+// A vertex as the tree of lights asks about it.
+static inline struct bd_receiver bd_path_receiver(const struct bd_vertex *vertex)
+{
+    const struct bd_surface *s = &vertex->bsdf.surface;
+    struct bd_receiver receiver = {.all_round = s->transmission > 0};
+    bd_vec3f_copy(receiver.position, vertex->position);
+    bd_vec3f_copy(receiver.normal, s->normal);
+    bd_vec3f_copy(receiver.normal_geometric, s->normal_geometric);
+    return receiver;
+}
+
+// True with probability `share`, by a number that is uniform before and after.
+static inline bool bd_path_decide(float *u, float share)
+{
+    bool yes = *u < share;
+    *u = yes ? *u / share : (*u - share) / (1 - share);
+    return yes;
+}
+
+// A number in [0, 1) of 52 bits, of which these come first: what is left of them at the leaves of a
+// large tree still tells lights apart.
+static inline double bd_path_fine(struct bd_path *path, uint32_t bits)
+{
+    uint32_t low = bd_sampler_hash(&path->sampler, path->ray_index++) >> 12;
+    return (bits + low * 0x1p-20) * 0x1p-32;
+}
+
 // Light of lamps, scattered here (next_event.c). `sender_density`: density per area with which the
 // path found this vertex by scattering, 0 if only so could it be found.
 void bd_path_add_lamps(struct bd_path *path, const struct bd_vertex *vertex, float found_density);
 // Light of emissive triangles and the sky, scattered here.
 void bd_path_add_areas(struct bd_path *path, const struct bd_vertex *vertex);
-// The weights of the same light where scattering finds it.
-float bd_path_emitter_weight(const struct bd_path *path, const struct bd_meeting *at,
-                             const float direction[3]);
+// Of emissive triangles, of which there must be some (next_emitter.c).
+void bd_path_add_emitters(struct bd_path *path, const struct bd_vertex *vertex);
+// The weights of the same light where scattering finds it; `from` is the vertex that scattered,
+// NULL: the camera.
+float bd_path_emitter_weight(const struct bd_path *path, const struct bd_vertex *from,
+                             const struct bd_meeting *at, const float direction[3]);
 float bd_path_sky_weight(const struct bd_path *path, const float direction[3]);
 
 // Light that went lamp -> light vertex -> here (light_vertex.c).

@@ -128,15 +128,13 @@ void bd_reference_destroy(struct bd_reference **reference)
 
 struct bd_reference_memory bd_reference_memory(const struct bd_reference *reference)
 {
-    const struct bd_emitters *e = &reference->emitters;
     const struct bd_sky_map *map =
         reference->sky.columns ? reference->scene->environment.map : NULL;
     uint64_t sky_texels = map ? (uint64_t)map->width_px * map->height_px : 0;
-    uint64_t emitter_bytes =
-        sizeof *e->part + sizeof *e->triangle + sizeof *e->cumulated + sizeof *e->density;
     return (struct bd_reference_memory){
         .own_bytes = sizeof *reference + bd_geometry_own_bytes(&reference->geometry) +
-                     e->count * emitter_bytes + sky_texels * sizeof *reference->sky.columns,
+                     bd_lamps_bytes(&reference->lamps) + bd_emitters_bytes(&reference->emitters) +
+                     sky_texels * sizeof *reference->sky.columns,
         .shape_bytes = bd_shape_memory_bytes(reference->geometry.shape),
         .shape = reference->geometry.shape,
     };

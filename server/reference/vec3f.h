@@ -72,6 +72,11 @@ static inline float bd_vec3f_mean(const float a[3])
     return (a[0] + a[1] + a[2]) * (1.0f / 3);
 }
 
+static inline float bd_vec3f_luminance(const float a[3])
+{
+    return 0.2126f * a[0] + 0.7152f * a[1] + 0.0722f * a[2];
+}
+
 // A right-handed frame around the unit vector `n` (Duff et al. 2017, Building an Orthonormal
 // Basis, Revisited).
 static inline void bd_vec3f_frame(const float n[3], float x[3], float y[3])

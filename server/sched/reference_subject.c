@@ -11,8 +11,8 @@ static void add_number(struct bd_sha256 *sha, uint64_t number)
 static void add_integrand(struct bd_sha256 *sha, const struct bd_integrand *integrand)
 {
     const bool words[] = {integrand->indirect_visibility, integrand->lambert,
-                          integrand->lambert_senders, integrand->transmission,
-                          integrand->light_vertices};
+                          integrand->lambert_senders,     integrand->transmission,
+                          integrand->light_vertices,      integrand->lights_by_flux};
     bd_sha256_update(sha, words, sizeof words);
     bd_sha256_update(sha, &integrand->clamp_per_m2, sizeof integrand->clamp_per_m2);
     add_number(sha, integrand->bounces_max);
