@@ -164,13 +164,16 @@ float bd_emitters_density(const struct bd_emitters *emitters, const struct bd_re
            bd_light_tree_probability(&emitters->tree, receiver, (uint32_t)emitter);
 }
 
-uint32_t bd_emitters_choose(const struct bd_emitters *emitters, const struct bd_receiver *receiver,
-                            double *u, float *density)
+void bd_emitters_choose(const struct bd_emitters *emitters, const struct bd_receiver *receiver,
+                        uint32_t count, struct bd_light_draw *draws)
 {
-    float probability;
-    uint32_t emitter = bd_light_tree_choose(&emitters->tree, receiver, u, &probability);
-    *density = probability * emitters->inverse_area[emitter];
-    return emitter;
+    bd_light_tree_choose(&emitters->tree, receiver, count, draws);
+}
+
+float bd_emitters_drawn_density(const struct bd_emitters *emitters,
+                                const struct bd_light_draw *draw)
+{
+    return draw->probability * emitters->inverse_area[draw->light];
 }
 
 void bd_emitters_point(const struct bd_emitters *emitters, const struct bd_geometry *geometry,

@@ -28,10 +28,13 @@ enum bd_err bd_emitters_init(struct bd_emitters *emitters, struct bd_geometry *g
                              struct bd_fault *fault);
 void bd_emitters_finish(struct bd_emitters *emitters);
 
-// One for that receiver (NULL: by flux) by a uniform number, which is uniform again afterwards, and
-// the density per area with which points of it are chosen so. Not to be called without emitters.
-uint32_t bd_emitters_choose(const struct bd_emitters *emitters, const struct bd_receiver *receiver,
-                            double *u, float *density);
+// Emitters for that receiver (NULL: by flux), as bd_light_tree_choose. Not to be called without
+// any.
+void bd_emitters_choose(const struct bd_emitters *emitters, const struct bd_receiver *receiver,
+                        uint32_t count, struct bd_light_draw *draws);
+// The density per area with which points of a drawn one are chosen.
+float bd_emitters_drawn_density(const struct bd_emitters *emitters,
+                                const struct bd_light_draw *draw);
 // A point of it, uniformly by area.
 void bd_emitters_point(const struct bd_emitters *emitters, const struct bd_geometry *geometry,
                        uint32_t emitter, const float u[2], struct bd_meeting *out);

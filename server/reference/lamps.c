@@ -200,13 +200,6 @@ bool bd_lamp_illuminates(const struct bd_lamps *lamps, const struct bd_lamp *lam
 
 // --- rays ---------------------------------------------------------------------------------------
 
-const struct bd_lamp *bd_lamps_choose_near(const struct bd_lamps *lamps,
-                                           const struct bd_receiver *receiver, double choice,
-                                           float *probability)
-{
-    return &lamps->lamps[bd_light_tree_choose(&lamps->tree, receiver, &choice, probability)];
-}
-
 const struct bd_lamp *bd_lamps_choose(const struct bd_lamps *lamps, float choice)
 {
     uint32_t low = 0, high = lamps->count - 1;

@@ -30,7 +30,7 @@ struct bd_lamps {
     uint32_t count;
     uint32_t near_count;       // those that have a place
     float radius;              // of the scene: directional lights start from a disc as large
-    struct bd_light_tree tree; // of those that have a place
+    struct bd_light_tree tree; // of those that have a place, by their indices
 };
 
 // `unit_cd_m2`: reference unit of luminance, a power of two.
@@ -56,10 +56,6 @@ bool bd_lamp_illuminates(const struct bd_lamps *lamps, const struct bd_lamp *lam
 
 // One lamp in proportion to flux, by a uniform number in [0, 1).
 const struct bd_lamp *bd_lamps_choose(const struct bd_lamps *lamps, float choice);
-// One that has a place, by what it can give there (light_tree.h). Not to be called without any.
-const struct bd_lamp *bd_lamps_choose_near(const struct bd_lamps *lamps,
-                                           const struct bd_receiver *receiver, double choice,
-                                           float *probability);
 uint64_t bd_lamps_bytes(const struct bd_lamps *lamps);
 
 // One lamp chosen in proportion to flux, and a ray from it in proportion to its intensity. The

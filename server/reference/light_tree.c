@@ -160,22 +160,35 @@ static double first_share(const struct bd_light_tree *tree, uint32_t first,
 // No number of 53 bits draws less; a quotient by it is finite.
 #define PROBABILITY_MIN 1e-36
 
-uint32_t bd_light_tree_choose(const struct bd_light_tree *tree, const struct bd_receiver *receiver,
-                              double *u, float *probability)
+// Those below a node: the numbers that are less than the first child's share are its own.
+static void draw_below(const struct bd_light_tree *tree, const struct bd_receiver *receiver,
+                       const struct bd_light_node *node, double product, uint32_t count,
+                       struct bd_light_draw *draws)
 {
-    const struct bd_light_node *node = tree->nodes;
-    double product = 1;
     while (!(node->next & LEAF)) {
-        uint32_t child = node->next & INDEX;
-        double share = first_share(tree, child, receiver);
-        bool is_second = *u >= share;
-        double taken = is_second ? 1 - share : share;
-        *u = fmin((*u - (is_second ? share : 0)) / taken, 1 - 0x1p-53);
-        product *= taken;
-        node = &tree->nodes[child + is_second];
+        const struct bd_light_node *first = &tree->nodes[node->next & INDEX];
+        double share = first_share(tree, node->next & INDEX, receiver);
+        uint32_t own = 0;
+        for (; own < count && draws[own].u < share; own++)
+            draws[own].u = least_of(draws[own].u / share, 1 - 0x1p-53);
+        for (uint32_t i = own; i < count; i++)
+            draws[i].u = least_of((draws[i].u - share) / (1 - share), 1 - 0x1p-53);
+        if (own > 0 && own < count) draw_below(tree, receiver, first, product * share, own, draws);
+        bool is_second = own < count;
+        if (is_second) draws += own, count -= own;
+        product *= is_second ? 1 - share : share;
+        node = first + is_second;
     }
-    *probability = (float)fmax(product, PROBABILITY_MIN);
-    return node->next & INDEX;
+    for (uint32_t i = 0; i < count; i++) {
+        draws[i].light = node->next & INDEX;
+        draws[i].probability = (float)most_of(product, PROBABILITY_MIN);
+    }
+}
+
+void bd_light_tree_choose(const struct bd_light_tree *tree, const struct bd_receiver *receiver,
+                          uint32_t count, struct bd_light_draw *draws)
+{
+    draw_below(tree, receiver, tree->nodes, 1, count, draws);
 }
 
 float bd_light_tree_probability(const struct bd_light_tree *tree,

@@ -78,10 +78,16 @@ struct bd_receiver {
     bool all_round;                       // light from behind is scattered, too
 };
 
-// One light by a uniform number in [0, 1), which is uniform again afterwards; `receiver` NULL: by
-// power. Not to be called without lights. The probability is never 0.
-uint32_t bd_light_tree_choose(const struct bd_light_tree *tree, const struct bd_receiver *receiver,
-                              double *u, float *probability);
+struct bd_light_draw {
+    double u; // uniform in [0, 1), and so again when the light is drawn
+    uint32_t light;
+    float probability; // never 0
+};
+
+// One light for each number, which must ascend; `receiver` NULL: by power. What several numbers
+// have in common of their ways is walked once. Not to be called without lights.
+void bd_light_tree_choose(const struct bd_light_tree *tree, const struct bd_receiver *receiver,
+                          uint32_t count, struct bd_light_draw *draws);
 // With which bd_light_tree_choose chooses this light.
 float bd_light_tree_probability(const struct bd_light_tree *tree,
                                 const struct bd_receiver *receiver, uint32_t light);

@@ -12,10 +12,10 @@
 #include "reference/path.h"
 #include "reference/vec3f.h"
 
-// So many points are drawn where the eye looks, and where light only comes by, but no more than
-// one for each two emitters: a quad's two triangles need no weighing.
-#define POINTS_SEEN    8
-#define POINTS_PASSING 2
+// So many points are drawn where the eye looks, but no more than one for each two emitters: a
+// quad's two triangles need no weighing. Elsewhere one is: light that comes by is as noisy for
+// other reasons.
+#define POINTS_SEEN 8
 // So often each of them is as likely as the others: the strongest may be behind a wall.
 #define EVEN_SHARE 0.0625f
 
@@ -49,19 +49,20 @@ struct aim {
 };
 
 // False if it gives nothing, whatever is in the way.
-static bool aim_at(const struct bd_path *path, const struct bd_vertex *vertex, uint32_t emitter,
-                   float per_area, const float u[2], struct aim *aim)
+static bool aim_at(const struct bd_path *path, const struct bd_vertex *vertex,
+                   const struct bd_light_draw *draw, const float u[2], struct aim *aim)
 {
     const struct bd_reference *reference = path->reference;
     struct bd_meeting *at = &aim->at;
     aim->has_value = false;
-    bd_emitters_point(&reference->emitters, &reference->geometry, emitter, u, at);
+    bd_emitters_point(&reference->emitters, &reference->geometry, draw->light, u, at);
     bd_vec3f_add_scaled(aim->direction, at->position, vertex->position, -1);
     at->distance = sqrtf(bd_vec3f_dot(aim->direction, aim->direction));
     if (!bd_vec3f_normalize(aim->direction)) return false;
     if (!bd_bsdf_is_reached(&vertex->bsdf.surface, aim->direction)) return false;
     const float back[3] = {-aim->direction[0], -aim->direction[1], -aim->direction[2]};
     bd_emission_at(&reference->geometry, at, back, aim->radiance);
+    float per_area = bd_emitters_drawn_density(&reference->emitters, draw);
     aim->density = per_steradian(per_area, at, aim->direction, at->distance);
     return aim->density > 0 &&
            (aim->radiance[0] > 0 || aim->radiance[1] > 0 || aim->radiance[2] > 0);
@@ -80,10 +81,9 @@ static void evaluate(const struct bd_path *path, const struct bd_vertex *vertex,
 
 static uint32_t count_of(const struct bd_path *path)
 {
-    if (path->integrand->lights_by_flux) return 1;
-    uint32_t most = path->events == 0 ? POINTS_SEEN : POINTS_PASSING;
+    if (path->integrand->lights_by_flux || path->events > 0) return 1;
     uint32_t half = (path->reference->emitters.tree.count + 1) / 2;
-    return half < most ? half : most;
+    return half < POINTS_SEEN ? half : POINTS_SEEN;
 }
 
 // The k-th of a sequence that fills the square evenly (Roberts 2018, R2), moved by `u`.
@@ -96,16 +96,6 @@ static void spread(const float u[2], uint32_t k, float out[2])
     }
 }
 
-// Draws a point. False if it gives nothing.
-static bool draw(struct bd_path *path, const struct bd_vertex *vertex,
-                 const struct bd_receiver *receiver, double u, const float point[2],
-                 struct aim *aim)
-{
-    float per_area;
-    uint32_t emitter = bd_emitters_choose(&path->reference->emitters, receiver, &u, &per_area);
-    return aim_at(path, vertex, emitter, per_area, point, aim);
-}
-
 // One of several, `value` being what it stands for. A single one is evaluated when it is known to
 // be in sight.
 static bool choose(struct bd_path *path, const struct bd_vertex *vertex, uint32_t count, double u,
@@ -113,7 +103,10 @@ static bool choose(struct bd_path *path, const struct bd_vertex *vertex, uint32_
 {
     const struct bd_receiver receiver = bd_path_receiver(vertex);
     const struct bd_receiver *for_whom = path->integrand->lights_by_flux ? NULL : &receiver;
-    if (count == 1) return draw(path, vertex, for_whom, u, point, chosen);
+    struct bd_light_draw draws[POINTS_SEEN];
+    for (uint32_t k = 0; k < count; k++) draws[k].u = (k + u) / count;
+    bd_emitters_choose(&path->reference->emitters, for_whom, count, draws);
+    if (count == 1) return aim_at(path, vertex, draws, point, chosen);
     float sum = 0, taken = 0;
     uint32_t drawn = 0;
     float left = (float)(bd_sampler_hash(&path->sampler, path->ray_index++) >> 8) * 0x1p-24f;
@@ -122,7 +115,7 @@ static bool choose(struct bd_path *path, const struct bd_vertex *vertex, uint32_
         float at[2];
         struct aim aim;
         spread(point, k, at);
-        if (!draw(path, vertex, for_whom, (k + u) / count, at, &aim)) continue;
+        if (!aim_at(path, vertex, &draws[k], at, &aim)) continue;
         evaluate(path, vertex, &aim);
         float weight = bd_vec3f_luminance(aim.value);
         if (!(weight > 0)) continue;

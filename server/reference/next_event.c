@@ -109,12 +109,12 @@ static void weigh_by_place(struct bd_path *path, const struct bd_vertex *vertex,
     uint32_t bits = bd_sampler_hash(&path->sampler, path->ray_index++);
     double u = bd_path_fine(path, bits);
     const uint32_t count = path->events == 0 ? LAMPS_SEEN : LAMPS_PASSING;
-    for (uint32_t i = 0; i < count && lamps->near_count > 0; i++) {
-        float probability;
-        const struct bd_lamp *lamp =
-            bd_lamps_choose_near(lamps, &receiver, (i + u) / count, &probability);
-        weigh(path, vertex, lamp, (float)count * probability, draw);
-    }
+    struct bd_light_draw draws[LAMPS_SEEN];
+    for (uint32_t i = 0; i < count; i++) draws[i].u = (i + u) / count;
+    if (lamps->near_count > 0) bd_light_tree_choose(&lamps->tree, &receiver, count, draws);
+    for (uint32_t i = 0; i < count && lamps->near_count > 0; i++)
+        weigh(path, vertex, &lamps->lamps[draws[i].light], (float)count * draws[i].probability,
+              draw);
     if (far_count <= LAMPS_AFAR) {
         weigh_all(path, vertex, lamps->near_count, draw);
         return;

@@ -86,6 +86,17 @@ static struct bd_receiver receiver_at(uint64_t *state, int i)
     return receiver;
 }
 
+// One draw, its number left in `u`.
+static uint32_t choose(const struct bd_light_tree *tree, const struct bd_receiver *receiver,
+                       double *u, float *probability)
+{
+    struct bd_light_draw draw = {.u = *u};
+    bd_light_tree_choose(tree, receiver, 1, &draw);
+    *u = draw.u;
+    *probability = draw.probability;
+    return draw.light;
+}
+
 // --- probabilities ------------------------------------------------------------------------------
 
 static double sum_of(const struct bd_light_tree *tree, const struct bd_receiver *receiver,
@@ -146,7 +157,7 @@ static void it_draws_as_often_as_it_says(void **state)
         for (uint32_t i = 0; i < DRAWS; i++) {
             double u = (i + uniform(&random)) / DRAWS;
             float probability;
-            uint32_t light = bd_light_tree_choose(&tree, &receiver, &u, &probability);
+            uint32_t light = choose(&tree, &receiver, &u, &probability);
             assert_in_range(light, 0, cloud.count - 1);
             assert_true(u >= 0 && u < 1);
             assert_true(probability == bd_light_tree_probability(&tree, &receiver, light));
@@ -159,6 +170,29 @@ static void it_draws_as_often_as_it_says(void **state)
             assert_true(fabs(drawn[i] - expected) <= 2 + 1e-4 * expected);
         }
         assert_float_equal(rest, 0.5, 0.005);
+        bd_light_tree_finish(&tree);
+    }
+}
+
+static void several_are_drawn_as_one_by_one(void **state)
+{
+    (void)state;
+    static struct cloud cloud;
+    uint64_t random = 17;
+    for (int c = 0; c < 40; c++) {
+        make_cloud(200, c % 2, (uint64_t)c, &cloud);
+        struct bd_light_tree tree = tree_of(&cloud, c % 2);
+        const struct bd_receiver receiver = receiver_at(&random, c);
+        struct bd_light_draw several[8];
+        double start = uniform(&random);
+        for (int i = 0; i < 8; i++) several[i].u = (i + start) / 8;
+        bd_light_tree_choose(&tree, &receiver, 8, several);
+        for (int i = 0; i < 8; i++) {
+            double u = (i + start) / 8;
+            float probability;
+            assert_int_equal(choose(&tree, &receiver, &u, &probability), several[i].light);
+            assert_true(u == several[i].u && probability == several[i].probability);
+        }
         bd_light_tree_finish(&tree);
     }
 }
@@ -229,7 +263,7 @@ static void check_sums(const struct cloud *cloud, bool is_lamps)
         const struct bd_receiver receiver = receiver_at(&random, i);
         double u = uniform(&random);
         float probability;
-        uint32_t light = bd_light_tree_choose(&tree, &receiver, &u, &probability);
+        uint32_t light = choose(&tree, &receiver, &u, &probability);
         assert_true(probability > 0);
         assert_true(probability == bd_light_tree_probability(&tree, &receiver, light));
         assert_float_equal(sum_of(&tree, &receiver, cloud->count), 1, 1e-4);
@@ -349,6 +383,7 @@ int main(void)
         cmocka_unit_test(probabilities_add_up),
         cmocka_unit_test(without_a_receiver_power_decides),
         cmocka_unit_test(it_draws_as_often_as_it_says),
+        cmocka_unit_test(several_are_drawn_as_one_by_one),
         cmocka_unit_test(nothing_that_gives_light_is_left_out),
         cmocka_unit_test(hard_cases_stay_whole),
         cmocka_unit_test(the_powerless_are_never_drawn),
