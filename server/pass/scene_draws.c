@@ -3,7 +3,9 @@
 #include <math.h>
 
 #include "pass/scene_parts.h"
+#include "pass/scene_spans.h"
 #include "shared/bindings.h"
+#include "shared/instance.h"
 #include "shared/material.h"
 
 // In the slicer's unit, an evaluation of a VPL; measured on the software device on Sponza and the
@@ -138,7 +140,7 @@ static void bind_maps(struct bd_bindings *bindings, const struct bd_gpu_scene *s
 }
 
 static void set_attributes(struct bd_attribute attributes[BD_ATTRIBUTE_MAX],
-                           const struct bd_gpu_scene *scene, const struct bd_scene_draw *draw)
+                           const struct bd_seen *seen, const struct bd_scene_draw *draw)
 {
     for (uint32_t s = 0; s < BD_STREAM_COUNT; s++) {
         if (!draw->primitive->has[s]) continue;
@@ -150,47 +152,54 @@ static void set_attributes(struct bd_attribute attributes[BD_ATTRIBUTE_MAX],
         };
     }
     attributes[BD_STREAM_COUNT] = (struct bd_attribute){
-        .buf = scene->instance_ids,
-        .stride_bytes = sizeof(uint32_t),
-        .component_count = 1,
+        .buf = seen->attribute,
+        .stride_bytes = BD_INSTANCE_ATTRIBUTES * sizeof(uint32_t),
+        .component_count = BD_INSTANCE_ATTRIBUTES,
         .is_uint = true,
         .per_instance = true,
     };
 }
 
+// What a viewpoint sees of the scene, and how it is drawn.
+struct seen_scene {
+    struct bd_view view;
+    struct bd_seen seen;
+    struct bd_scene_spans spans;
+};
+
 static enum bd_err record_part(struct bd_gpu *gpu, const struct bd_scene_draws *draws,
-                               const struct bd_scene_draw *draw, const struct bd_scene_part *part,
-                               const struct bd_view *view, const struct bd_buf *instances,
-                               struct bd_fault *fault)
+                               const struct seen_scene *seen, const struct bd_scene_span *span,
+                               const struct bd_scene_part *part, struct bd_fault *fault)
 {
+    const struct bd_scene_draw *draw = &draws->scene->draws[span->run];
     const struct bd_program_source source = {
         .vertex = "pass/gbuffer/scene.vert",
         .fragment = draws->fragment,
         .defines = defines_of(draws, draw),
     };
+    const uint32_t first_triangle = span->first_triangle + part->first_triangle;
     struct bd_material_uniform material = material_uniform(draws, draw);
-    material.triangles.x +=
-        part->first_instance * draw->run->triangles_per_instance + part->first_triangle;
+    material.triangles.x += first_triangle;
     struct bd_draw call = {
         .indices = draw->mesh->indices,
-        .index_offset_bytes = draw->primitive->index_offset_bytes +
-                              3 * sizeof(uint32_t) * (size_t)part->first_triangle,
+        .index_offset_bytes =
+            draw->primitive->index_offset_bytes + 3 * sizeof(uint32_t) * (size_t)first_triangle,
         .index_count = 3 * part->triangle_count,
         .instance_count = part->instance_count,
-        .base_instance = draw->run->first_instance + part->first_instance,
+        .base_instance = span->first_instance + part->first_instance,
         .mirrored = draw->run->mirrored,
     };
     enum bd_err err = bd_program_get(gpu, &source, (struct bd_program **)&call.program, fault);
     if (err) return err;
     if (draws->cull_single_sided && !draw->material->double_sided) call.cull = BD_CULL_BACK;
-    call.bindings.arrays[BD_UNIT_INSTANCES] = instances;
+    call.bindings.arrays[BD_UNIT_INSTANCES] = seen->seen.array;
     call.bindings.arrays[BD_UNIT_SURFACE_TRIANGLES] = draws->scene->triangles;
-    call.bindings.uniforms[BD_UNIFORM_VIEW].bytes = view;
-    call.bindings.uniforms[BD_UNIFORM_VIEW].size_bytes = sizeof *view;
+    call.bindings.uniforms[BD_UNIFORM_VIEW].bytes = &seen->view;
+    call.bindings.uniforms[BD_UNIFORM_VIEW].size_bytes = sizeof seen->view;
     call.bindings.uniforms[BD_UNIFORM_MATERIAL].bytes = &material;
     call.bindings.uniforms[BD_UNIFORM_MATERIAL].size_bytes = sizeof material;
     bind_maps(&call.bindings, draws->scene, draw->material);
-    set_attributes(call.attributes, draws->scene, draw);
+    set_attributes(call.attributes, &seen->seen, draw);
     bd_gpu_draw(gpu, &call);
     return BD_ERR_OK;
 }
@@ -210,14 +219,12 @@ static double units_per_pixel(const struct bd_scene_draws *draws)
     return draws->surface ? UNITS_PER_SURFACE_PIXEL : UNITS_PER_ID_PIXEL;
 }
 
-static double all_triangle_units(const struct bd_scene_draws *draws)
+static double all_triangle_units(const struct bd_scene_spans *spans)
 {
     double units = 0;
-    for (uint32_t d = 0; d < draws->scene->order.run_count; d++) {
-        const struct bd_scene_draw *draw = &draws->scene->draws[d];
+    for (uint32_t s = 0; s < spans->count; s++)
         units +=
-            triangle_units((double)draw->run->triangles_per_instance * draw->run->instance_count);
-    }
+            triangle_units((double)spans->spans[s].triangle_count * spans->spans[s].instance_count);
     return units;
 }
 
@@ -237,12 +244,13 @@ struct band {
     double triangles_first, triangles_max; // that a slice may hold: at least, and this one
 };
 
-static struct band begin_band(const struct bd_scene_draws *draws, uint32_t rows,
+static struct band begin_band(const struct bd_scene_draws *draws,
+                              const struct bd_scene_spans *spans, uint32_t rows,
                               struct bd_slicer *slicer)
 {
     double pixel_units = units_per_pixel(draws) * draws->viewpoint->width_px * rows;
     struct band band = {.slicer = slicer};
-    band.units_per_unit = 1 + pixel_units / fmax(all_triangle_units(draws), 1);
+    band.units_per_unit = 1 + pixel_units / fmax(all_triangle_units(spans), 1);
     // Triangles and pixels have paces of their own.
     bd_slicer_work(slicer, kind_of(draws, band.units_per_unit));
     double worst_units = UNITS_PER_TRIANGLE + pixel_units;
@@ -276,16 +284,16 @@ static double part_triangles_max(const struct band *band)
 }
 
 static enum bd_err record_band(struct bd_gpu *gpu, const struct bd_scene_draws *draws,
-                               const struct bd_view *view, const struct bd_buf *instances,
-                               uint32_t rows, struct bd_slicer *slicer, struct bd_fault *fault)
+                               const struct seen_scene *seen, uint32_t rows,
+                               struct bd_slicer *slicer, struct bd_fault *fault)
 {
-    struct band band = begin_band(draws, rows, slicer);
-    for (uint32_t d = 0; d < draws->scene->order.run_count; d++) {
-        const struct bd_scene_draw *draw = &draws->scene->draws[d];
+    struct band band = begin_band(draws, &seen->spans, rows, slicer);
+    for (uint32_t s = 0; s < seen->spans.count; s++) {
+        const struct bd_scene_span *span = &seen->spans.spans[s];
         struct bd_scene_part part = {0};
-        while (bd_scene_part_next(draw->run->triangles_per_instance, draw->run->instance_count,
+        while (bd_scene_part_next(span->triangle_count, span->instance_count,
                                   part_triangles_max(&band), &part)) {
-            enum bd_err err = record_part(gpu, draws, draw, &part, view, instances, fault);
+            enum bd_err err = record_part(gpu, draws, seen, span, &part, fault);
             band.triangles += part_triangles(&part);
             band.units += triangle_units(part_triangles(&part)) * band.units_per_unit;
             if (!err && is_slice_full(&band)) err = end_slice(&band);
@@ -295,11 +303,11 @@ static enum bd_err record_band(struct bd_gpu *gpu, const struct bd_scene_draws *
     return end_slice(&band);
 }
 
-static uint32_t band_rows(const struct bd_scene_draws *draws, struct bd_slicer *slicer,
-                          uint32_t rows_left)
+static uint32_t band_rows(const struct bd_scene_draws *draws, const struct bd_scene_spans *spans,
+                          struct bd_slicer *slicer, uint32_t rows_left)
 {
     double units_per_row = units_per_pixel(draws) * draws->viewpoint->width_px;
-    double units = PIXELS_PER_TRIANGLE_COST * all_triangle_units(draws);
+    double units = PIXELS_PER_TRIANGLE_COST * all_triangle_units(spans);
     double units_max = BAND_SLICES_MAX * bd_slicer_units(slicer);
     double rows_min = (units < units_max ? units : units_max) / units_per_row;
     if (rows_min >= rows_left) return rows_left;
@@ -307,21 +315,32 @@ static uint32_t band_rows(const struct bd_scene_draws *draws, struct bd_slicer *
     return rows > (uint32_t)rows_min ? rows : (uint32_t)rows_min + 1;
 }
 
+static enum bd_err look(struct bd_gpu *gpu, const struct bd_scene_draws *draws,
+                        struct bd_slicer *slicer, struct seen_scene *to, struct bd_fault *fault)
+{
+    to->view = bd_viewpoint_uniform(draws->viewpoint, &draws->scene->space);
+    enum bd_err err = bd_seen_init(&to->seen, gpu, draws->scene, draws->viewpoint, bd_slicer_pause,
+                                   slicer, fault);
+    if (err) return err;
+    return bd_scene_spans_init(&to->spans, draws->scene, draws->viewpoint, &to->seen,
+                               bd_slicer_pause, slicer);
+}
+
 enum bd_err bd_scene_draws_record(struct bd_gpu *gpu, const struct bd_scene_draws *draws,
                                   struct bd_slicer *slicer, struct bd_fault *fault)
 {
-    const struct bd_view view = bd_viewpoint_uniform(draws->viewpoint, &draws->scene->space);
     const uint32_t height = draws->viewpoint->height_px;
-    struct bd_buf *instances = NULL;
+    struct seen_scene seen = {0};
     bd_slicer_work(slicer, draws->surface ? "draws surface" : "draws ids");
-    enum bd_err err = bd_gpu_scene_instances(gpu, draws->scene, draws->viewpoint, bd_slicer_pause,
-                                             slicer, &instances, fault);
-    for (uint32_t row = 0; !err && row < height;) {
-        uint32_t rows = band_rows(draws, slicer, height - row);
+    enum bd_err err = look(gpu, draws, slicer, &seen, fault);
+    // Of a view of nothing the target's clearing is all.
+    for (uint32_t row = 0; !err && seen.spans.count && row < height;) {
+        uint32_t rows = band_rows(draws, &seen.spans, slicer, height - row);
         bd_gpu_target_rows(gpu, row, rows);
-        err = record_band(gpu, draws, &view, instances, rows, slicer, fault);
+        err = record_band(gpu, draws, &seen, rows, slicer, fault);
         row += rows;
     }
-    bd_buf_destroy(gpu, &instances);
+    bd_scene_spans_finish(&seen.spans);
+    bd_seen_finish(&seen.seen, gpu);
     return err;
 }

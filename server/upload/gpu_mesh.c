@@ -1,12 +1,14 @@
 #include "upload/gpu_mesh.h"
 
+#include <math.h>
 #include <search.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/assert.h"
 
-#define PIECE_BYTES ((size_t)1 << 20)
+#define PIECE_BYTES      ((size_t)1 << 20)
+#define CHUNKS_PER_PIECE 64u
 
 const uint32_t bd_stream_component_count[BD_STREAM_COUNT] = {3, 3, 4, 2, 2, 4};
 
@@ -75,6 +77,62 @@ static enum bd_err upload_primitive(struct bd_uploader *uploader,
     return err;
 }
 
+// --- bounds --------------------------------------------------------------------------------
+
+static struct bd_box empty_box(void)
+{
+    return (struct bd_box){{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+}
+
+static void add_point(struct bd_box *box, const float p[3])
+{
+    for (int a = 0; a < 3; a++) {
+        box->min[a] = p[a] < box->min[a] ? p[a] : box->min[a];
+        box->max[a] = p[a] > box->max[a] ? p[a] : box->max[a];
+    }
+}
+
+static uint32_t chunk_count_of(const struct bd_primitive *primitive)
+{
+    return (primitive->index_count / 3 + BD_CHUNK_TRIANGLES - 1) / BD_CHUNK_TRIANGLES;
+}
+
+static enum bd_err bound_chunks(struct bd_uploader *uploader, const struct bd_primitive *primitive,
+                                struct bd_gpu_primitive *to)
+{
+    const uint32_t count = chunk_count_of(primitive);
+    to->chunks = calloc(count + 1, sizeof *to->chunks);
+    BD_ASSERT(to->chunks);
+    enum bd_err err = BD_ERR_OK;
+    for (uint32_t c = 0; !err && c < count; c++) {
+        uint32_t at = 3 * BD_CHUNK_TRIANGLES * c, left = primitive->index_count - at;
+        uint32_t end = at + (left < 3 * BD_CHUNK_TRIANGLES ? left : 3 * BD_CHUNK_TRIANGLES);
+        struct bd_box box = empty_box();
+        for (; at < end; at++)
+            add_point(&box, primitive->position + 3 * (size_t)primitive->index[at]);
+        to->chunks[c] = box;
+        if ((c + 1) % CHUNKS_PER_PIECE == 0) err = bd_uploader_pause(uploader);
+    }
+    return err;
+}
+
+static enum bd_err bound_mesh(struct bd_uploader *uploader, const struct bd_mesh *mesh,
+                              struct bd_gpu_mesh *to)
+{
+    enum bd_err err = BD_ERR_OK;
+    to->box = empty_box();
+    for (uint32_t p = 0; !err && p < mesh->primitive_count; p++) {
+        err = bound_chunks(uploader, &mesh->primitives[p], &to->primitives[p]);
+        for (uint32_t c = 0; !err && c < chunk_count_of(&mesh->primitives[p]); c++) {
+            add_point(&to->box, to->primitives[p].chunks[c].min);
+            add_point(&to->box, to->primitives[p].chunks[c].max);
+        }
+    }
+    return err;
+}
+
+// -------------------------------------------------------------------------------------------
+
 static enum bd_err upload_mesh(struct bd_uploader *uploader, const struct bd_mesh *mesh,
                                struct bd_gpu_mesh *to, struct bd_fault *fault)
 {
@@ -87,7 +145,7 @@ static enum bd_err upload_mesh(struct bd_uploader *uploader, const struct bd_mes
                                   &to->indices, fault);
     for (uint32_t p = 0; !err && p < mesh->primitive_count; p++)
         err = upload_primitive(uploader, &mesh->primitives[p], to, &to->primitives[p]);
-    return err;
+    return err ? err : bound_mesh(uploader, mesh, to);
 }
 
 static int mesh_order(const void *a, const void *b)
@@ -101,6 +159,7 @@ static void destroy_mesh(struct bd_uploader *uploader, struct bd_gpu_mesh *mesh)
 {
     bd_buf_destroy(uploader->gpu, &mesh->vertices);
     bd_buf_destroy(uploader->gpu, &mesh->indices);
+    for (uint32_t p = 0; p < mesh->primitive_count; p++) free(mesh->primitives[p].chunks);
     free(mesh->primitives);
     free(mesh);
 }

@@ -5,7 +5,6 @@
 
 #include "base/assert.h"
 #include "base/clock.h"
-#include "shared/instance.h"
 #include "upload/gpu_mesh.h"
 
 // --- draws ---------------------------------------------------------------------------------
@@ -188,19 +187,6 @@ static void drop_triangles(struct bd_uploader *uploader, struct bd_gpu_scene *sc
     free(gone);
 }
 
-static enum bd_err build_instance_ids(struct bd_gpu *gpu, struct bd_gpu_scene *scene,
-                                      struct bd_fault *fault)
-{
-    uint32_t count = scene->order.instance_count ? scene->order.instance_count : 1;
-    uint32_t *ids = malloc(count * sizeof *ids);
-    BD_ASSERT(ids);
-    for (uint32_t i = 0; i < count; i++) ids[i] = i;
-    enum bd_err err =
-        bd_buf_create(gpu, "instance ids", count * sizeof *ids, ids, &scene->instance_ids, fault);
-    free(ids);
-    return err;
-}
-
 // --- textures ------------------------------------------------------------------------------
 
 static enum bd_err acquire_map(struct bd_uploader *uploader, struct bd_gpu_scene *scene,
@@ -293,7 +279,6 @@ enum bd_err bd_gpu_scene_create(struct bd_uploader *uploader, struct bd_scene *s
         err = acquire_maps(uploader, made, fault);
     }
     if (!err) err = acquire_triangles(uploader, made, fault);
-    if (!err) err = build_instance_ids(uploader->gpu, made, fault);
     end_piece(uploader);
     if (err) {
         bd_gpu_scene_destroy(uploader, &made);
@@ -311,7 +296,6 @@ void bd_gpu_scene_destroy(struct bd_uploader *uploader, struct bd_gpu_scene **sc
     for (uint32_t m = 0; m < s->mesh_count; m++) bd_gpu_mesh_drop(uploader, &s->meshes[m]);
     for (uint32_t p = 0; p < s->picture_count; p++)
         for (int srgb = 0; srgb < 2; srgb++) bd_gpu_picture_drop(uploader, &s->pictures[p][srgb]);
-    bd_buf_destroy(uploader->gpu, &s->instance_ids);
     drop_triangles(uploader, s);
     free(s->draws);
     bd_triangle_order_finish(&s->order);
@@ -335,73 +319,10 @@ static uint64_t snapshot_bytes(const struct bd_scene *scene)
 
 uint64_t bd_gpu_scene_own_bytes(const struct bd_gpu_scene *scene)
 {
-    const uint64_t of_instance = sizeof *scene->order.instances + sizeof(uint32_t);
     const bool has_alone = scene->shared_triangles->reference_count == 1;
     return (has_alone ? bd_buf_size_bytes(scene->triangles) : 0) +
            scene->order.run_count * (sizeof *scene->draws + sizeof *scene->order.runs) +
-           scene->order.instance_count * of_instance + scene->mesh_count * sizeof *scene->meshes +
+           scene->order.instance_count * sizeof *scene->order.instances +
+           scene->mesh_count * sizeof *scene->meshes +
            scene->picture_count * sizeof *scene->pictures + snapshot_bytes(scene->scene);
-}
-
-#define INSTANCES_PER_PIECE 4096u
-
-// --- instances for one viewpoint -----------------------------------------------------------
-
-// Rows of view_from_mesh in render units, composed in double: relative to the viewpoint from the
-// start, so that what is near it is precise wherever both are.
-static void store_view_rows(const struct bd_viewpoint *viewpoint, double render_per_m,
-                            const bd_dmat4 *world_from_mesh, float rows[12])
-{
-    const bd_dvec3 axes[3] = {viewpoint->axis_x, viewpoint->axis_y, viewpoint->axis_z};
-    const double *m = world_from_mesh->m;
-    const bd_dvec3 columns[3] = {{m[0], m[1], m[2]}, {m[4], m[5], m[6]}, {m[8], m[9], m[10]}};
-    const bd_dvec3 offset = bd_dvec3_sub((bd_dvec3){m[12], m[13], m[14]}, viewpoint->position_m);
-    for (int r = 0; r < 3; r++) {
-        for (int c = 0; c < 3; c++)
-            rows[4 * r + c] = (float)(bd_dvec3_dot(axes[r], columns[c]) * render_per_m);
-        rows[4 * r + 3] = (float)(bd_dvec3_dot(axes[r], offset) * render_per_m);
-    }
-}
-
-// Cofactors of the upper 3x3, scaled to a largest element of 1: lengths are renormalised per
-// fragment, and squares of a scale of 1e-20 would leave the range of float.
-static void store_normal_rows(const bd_dmat4 *world_from_mesh, float rows[12])
-{
-    const double *m = world_from_mesh->m;
-    const bd_dvec3 x = {m[0], m[1], m[2]}, y = {m[4], m[5], m[6]}, z = {m[8], m[9], m[10]};
-    double sign = bd_dmat4_determinant3(world_from_mesh) < 0 ? -1 : 1;
-    const bd_dvec3 cofactor[3] = {bd_dvec3_cross(y, z), bd_dvec3_cross(z, x), bd_dvec3_cross(x, y)};
-    double largest = 0;
-    for (int c = 0; c < 3; c++)
-        largest = fmax(largest,
-                       fmax(fabs(cofactor[c].x), fmax(fabs(cofactor[c].y), fabs(cofactor[c].z))));
-    double scale = largest > 0 ? sign / largest : 0;
-    for (int c = 0; c < 3; c++) {
-        rows[0 + c] = (float)(cofactor[c].x * scale);
-        rows[4 + c] = (float)(cofactor[c].y * scale);
-        rows[8 + c] = (float)(cofactor[c].z * scale);
-    }
-    rows[3] = rows[7] = rows[11] = 0;
-}
-
-enum bd_err bd_gpu_scene_instances(struct bd_gpu *gpu, const struct bd_gpu_scene *scene,
-                                   const struct bd_viewpoint *viewpoint,
-                                   enum bd_err (*pause)(void *user), void *user,
-                                   struct bd_buf **out, struct bd_fault *fault)
-{
-    const size_t instance_bytes = BD_INSTANCE_VEC4S * sizeof(struct bd_vec4);
-    const uint32_t count = scene->order.instance_count ? scene->order.instance_count : 1;
-    float *rows = calloc(count, instance_bytes);
-    BD_ASSERT(rows);
-    enum bd_err err = BD_ERR_OK;
-    for (uint32_t i = 0; !err && i < scene->order.instance_count; i++) {
-        const struct bd_instance *instance = &scene->scene->instances[scene->order.instances[i]];
-        float *to = rows + (size_t)i * BD_INSTANCE_VEC4S * 4;
-        store_view_rows(viewpoint, scene->space.render_per_m, &instance->world_from_mesh, to);
-        store_normal_rows(&instance->world_from_mesh, to + 12);
-        if (pause && (i + 1) % INSTANCES_PER_PIECE == 0) err = pause(user);
-    }
-    if (!err) err = bd_buf_create(gpu, "instances", count * instance_bytes, rows, out, fault);
-    free(rows);
-    return err;
 }

@@ -16,7 +16,7 @@
 #include "scene/render_space.h"
 #include "scene/scene.h"
 #include "scene/triangle_order.h"
-#include "upload/viewpoint.h"
+#include "upload/view_bounds.h"
 
 // Where a primitive's streams lie in its mesh's vertex buffer.
 enum bd_stream {
@@ -35,11 +35,17 @@ struct bd_gpu_primitive {
     size_t offset_bytes[BD_STREAM_COUNT];
     size_t index_offset_bytes;
     uint32_t index_count;
+    struct bd_box *chunks; // of BD_CHUNK_TRIANGLES each, in order, the last of what is left
 };
+
+// Triangles of a primitive that are left out of a view, or not, together: as many as take the
+// software device a few times as long as a draw call does.
+#define BD_CHUNK_TRIANGLES 512u
 
 struct bd_gpu_mesh {
     uint64_t content_hash;
     uint32_t reference_count;
+    struct bd_box box; // of all primitives
     struct bd_buf *vertices, *indices;
     uint32_t primitive_count;
     struct bd_gpu_primitive *primitives;
@@ -67,7 +73,6 @@ struct bd_gpu_scene {
     struct bd_render_space space;
     struct bd_triangle_order order;
     struct bd_scene_draw *draws; // one a run
-    struct bd_buf *instance_ids; // 0, 1, 2 ...: the per-instance attribute
     struct bd_buf *triangles;    // array, three vec4s: corner, edge, edge; render space
     struct bd_gpu_triangles *shared_triangles; // whose buffer that is
     uint32_t mesh_count, picture_count;
@@ -103,13 +108,5 @@ uint64_t bd_gpu_scene_own_bytes(const struct bd_gpu_scene *scene);
 // The texture behind a reference; NULL if it has none (then the factor stands alone).
 const struct bd_tex *bd_gpu_scene_texture(const struct bd_gpu_scene *scene,
                                           const struct bd_texture_ref *ref, bool srgb);
-
-// The instance array for one viewpoint (shared/instance.h). The caller destroys it. `pause`, as the
-// uploader's, is asked every few thousand instances.
-BD_MUST_CHECK
-enum bd_err bd_gpu_scene_instances(struct bd_gpu *gpu, const struct bd_gpu_scene *scene,
-                                   const struct bd_viewpoint *viewpoint,
-                                   enum bd_err (*pause)(void *user), void *user,
-                                   struct bd_buf **out, struct bd_fault *fault);
 
 #endif

@@ -11,7 +11,7 @@ layout(location = 2) in vec4 tangent;
 layout(location = 3) in vec2 uv0;
 layout(location = 4) in vec2 uv1;
 layout(location = 5) in vec4 color;
-layout(location = 6) in uint instance;
+layout(location = 6) in uvec2 instance; // shared/instance.h
 
 layout(location = 0) out vec3 position_vs;
 layout(location = 1) out vec3 normal_rs;
@@ -42,12 +42,12 @@ vec3 unit_or_zero(vec3 v)
 
 void main()
 {
-    position_vs = view_from_mesh_position(instance, position);
+    position_vs = view_from_mesh_position(instance.x, position);
     gl_Position = clip_from_view(position_vs);
 #ifdef BD_SURFACE
-    normal_rs = unit_or_zero(render_from_mesh_normal(instance, normal));
+    normal_rs = unit_or_zero(render_from_mesh_normal(instance.x, normal));
     // A tangent is a direction on the surface: it transforms with the positions.
-    vec3 t = unit_or_zero(instance_rows_mul(instance, 0u, vec4(tangent.xyz, 0.0)));
+    vec3 t = unit_or_zero(instance_rows_mul(instance.x, 0u, vec4(tangent.xyz, 0.0)));
     tangent_rs = vec4(view.axis_x.xyz * t.x + view.axis_y.xyz * t.y + view.axis_z.xyz * t.z,
                       tangent.w);
     vertex_color = color;
@@ -57,5 +57,5 @@ void main()
     vertex_color = vec4(1.0);
 #endif
     uv01 = vec4(uv0, uv1);
-    instance_in_draw = uint(gl_InstanceID);
+    instance_in_draw = instance.y;
 }
