@@ -18,6 +18,10 @@
 // that would make it longer than so many slices.
 #define PIXELS_PER_TRIANGLE_COST 2.0
 #define BAND_SLICES_MAX          40.0
+// Triangles of a view from which on the sieve pays, altogether and for each pixel; measured on
+// waves of 10^4 to 10^7 triangles.
+#define SIEVED_LEAST     65536.0
+#define SIEVED_PER_PIXEL 0.125
 // Between parts a slice that has lasted its time ends, whatever was expected of its triangles.
 #define PARTS_PER_SLICE 4.0
 // How many pixels a triangle covers shows when it is drawn, and the host sees it at the next
@@ -38,11 +42,12 @@ static bool needs_color(const struct bd_scene_draws *draws, const struct bd_mate
 }
 
 static struct bd_defines defines_of(const struct bd_scene_draws *draws,
-                                    const struct bd_scene_draw *draw)
+                                    const struct bd_scene_draw *draw, bool is_listed)
 {
     const struct bd_material *m = draw->material;
     const struct bd_gpu_scene *scene = draws->scene;
     struct bd_defines defines = {0};
+    if (is_listed) bd_define(&defines, "BD_TRIANGLE_LIST", 1);
     if (draws->surface) bd_define(&defines, "BD_SURFACE", 1);
     if (draws->emission) bd_define(&defines, "BD_EMISSION", 1);
     if (draws->lambert) bd_define(&defines, "BD_LAMBERT", 1);
@@ -165,7 +170,25 @@ struct seen_scene {
     struct bd_view view;
     struct bd_seen seen;
     struct bd_scene_spans spans;
+    struct bd_buf *list_indices, *list; // of spans that are listed; or NULL
 };
+
+// Where the triangles of a part of a draw are.
+static void set_triangles(const struct seen_scene *seen, const struct bd_scene_span *span,
+                          const struct bd_scene_draw *draw, uint32_t first_triangle,
+                          struct bd_draw *call, struct bd_material_uniform *material)
+{
+    call->index_offset_bytes = 3 * sizeof(uint32_t) * (size_t)first_triangle;
+    if (span->is_listed) {
+        call->indices = seen->list_indices;
+        material->triangles.z = first_triangle;
+        call->bindings.arrays[BD_UNIT_TRIANGLE_LIST] = seen->list;
+        return;
+    }
+    call->indices = draw->mesh->indices;
+    call->index_offset_bytes += draw->primitive->index_offset_bytes;
+    material->triangles.x += first_triangle;
+}
 
 static enum bd_err record_part(struct bd_gpu *gpu, const struct bd_scene_draws *draws,
                                const struct seen_scene *seen, const struct bd_scene_span *span,
@@ -175,15 +198,10 @@ static enum bd_err record_part(struct bd_gpu *gpu, const struct bd_scene_draws *
     const struct bd_program_source source = {
         .vertex = "pass/gbuffer/scene.vert",
         .fragment = draws->fragment,
-        .defines = defines_of(draws, draw),
+        .defines = defines_of(draws, draw, span->is_listed),
     };
-    const uint32_t first_triangle = span->first_triangle + part->first_triangle;
     struct bd_material_uniform material = material_uniform(draws, draw);
-    material.triangles.x += first_triangle;
     struct bd_draw call = {
-        .indices = draw->mesh->indices,
-        .index_offset_bytes =
-            draw->primitive->index_offset_bytes + 3 * sizeof(uint32_t) * (size_t)first_triangle,
         .index_count = 3 * part->triangle_count,
         .instance_count = part->instance_count,
         .base_instance = span->first_instance + part->first_instance,
@@ -191,6 +209,7 @@ static enum bd_err record_part(struct bd_gpu *gpu, const struct bd_scene_draws *
     };
     enum bd_err err = bd_program_get(gpu, &source, (struct bd_program **)&call.program, fault);
     if (err) return err;
+    set_triangles(seen, span, draw, span->first_triangle + part->first_triangle, &call, &material);
     if (draws->cull_single_sided && !draw->material->double_sided) call.cull = BD_CULL_BACK;
     call.bindings.arrays[BD_UNIT_INSTANCES] = seen->seen.array;
     call.bindings.arrays[BD_UNIT_SURFACE_TRIANGLES] = draws->scene->triangles;
@@ -315,6 +334,29 @@ static uint32_t band_rows(const struct bd_scene_draws *draws, const struct bd_sc
     return rows > (uint32_t)rows_min ? rows : (uint32_t)rows_min + 1;
 }
 
+// Where triangles outnumber pixels, few of them cover a sample.
+static bool is_worth_sieving(struct bd_gpu *gpu, const struct bd_scene_draws *draws,
+                             const struct bd_scene_spans *spans)
+{
+    const double pixels = (double)draws->viewpoint->width_px * draws->viewpoint->height_px;
+    const double count = bd_scene_spans_triangles(spans);
+    return bd_gpu_caps(gpu)->software && count > SIEVED_LEAST && count > SIEVED_PER_PIXEL * pixels;
+}
+
+static enum bd_err sieve(struct bd_gpu *gpu, const struct bd_scene_draws *draws,
+                         struct bd_slicer *slicer, struct seen_scene *to, struct bd_fault *fault)
+{
+    enum bd_err err = bd_scene_spans_sieve(&to->spans, draws->scene, draws->viewpoint, &to->seen,
+                                           bd_slicer_pause, slicer);
+    const size_t count = to->spans.listed, vec4s = (count + 3) / 4;
+    if (err || count == 0) return err;
+    err = bd_buf_create(gpu, "listed indices", 3 * count * sizeof *to->spans.index, to->spans.index,
+                        &to->list_indices, fault);
+    if (err) return err;
+    return bd_buf_create(gpu, "listed triangles", 4 * vec4s * sizeof *to->spans.number,
+                         to->spans.number, &to->list, fault);
+}
+
 static enum bd_err look(struct bd_gpu *gpu, const struct bd_scene_draws *draws,
                         struct bd_slicer *slicer, struct seen_scene *to, struct bd_fault *fault)
 {
@@ -322,8 +364,10 @@ static enum bd_err look(struct bd_gpu *gpu, const struct bd_scene_draws *draws,
     enum bd_err err = bd_seen_init(&to->seen, gpu, draws->scene, draws->viewpoint, bd_slicer_pause,
                                    slicer, fault);
     if (err) return err;
-    return bd_scene_spans_init(&to->spans, draws->scene, draws->viewpoint, &to->seen,
-                               bd_slicer_pause, slicer);
+    err = bd_scene_spans_init(&to->spans, draws->scene, draws->viewpoint, &to->seen,
+                              bd_slicer_pause, slicer);
+    if (err || !is_worth_sieving(gpu, draws, &to->spans)) return err;
+    return sieve(gpu, draws, slicer, to, fault);
 }
 
 enum bd_err bd_scene_draws_record(struct bd_gpu *gpu, const struct bd_scene_draws *draws,
@@ -340,6 +384,8 @@ enum bd_err bd_scene_draws_record(struct bd_gpu *gpu, const struct bd_scene_draw
         err = record_band(gpu, draws, &seen, rows, slicer, fault);
         row += rows;
     }
+    bd_buf_destroy(gpu, &seen.list_indices);
+    bd_buf_destroy(gpu, &seen.list);
     bd_scene_spans_finish(&seen.spans);
     bd_seen_finish(&seen.seen, gpu);
     return err;

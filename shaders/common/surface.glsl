@@ -3,11 +3,16 @@
 //
 //   BD_BASE_COLOR_MAP BD_METALLIC_ROUGHNESS_MAP BD_NORMAL_MAP BD_EMISSIVE_MAP BD_VERTEX_COLOR
 //   BD_ALPHA_MASK
+//
+// BD_TRIANGLE_LIST: of one instance's triangles those of a list are drawn, not all.
 #include "common/array.glsl"
 #include "common/view.glsl"
 #include "shared/material.h"
 
 BD_ARRAY(triangles, BD_UNIT_SURFACE_TRIANGLES);
+#ifdef BD_TRIANGLE_LIST
+BD_ARRAY(triangle_list, BD_UNIT_TRIANGLE_LIST);
+#endif
 
 layout(std140, binding = BD_UNIFORM_MATERIAL) uniform material_block
 {
@@ -83,9 +88,20 @@ vec3 render_from_view(vec3 d)
     return view.axis_x.xyz * d.x + view.axis_y.xyz * d.y + view.axis_z.xyz * d.z;
 }
 
+// The triangle's place among those of its instance that were drawn from the draw's first on.
+uint triangle_in_instance()
+{
+#ifdef BD_TRIANGLE_LIST
+    uint at = material.triangles.z + uint(gl_PrimitiveID);
+    return uint(BD_LOAD(triangle_list, at / 4u)[at % 4u]);
+#else
+    return uint(gl_PrimitiveID);
+#endif
+}
+
 uint triangle_id()
 {
-    return material.triangles.x + instance_in_draw * material.triangles.y + uint(gl_PrimitiveID);
+    return material.triangles.x + instance_in_draw * material.triangles.y + triangle_in_instance();
 }
 
 // The triangle's own unit normal on the side of the viewer. From the triangle's edges, which were

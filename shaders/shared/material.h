@@ -9,7 +9,8 @@ struct bd_material_uniform {
     BD_VEC4 emissive;       // xyz cd/m^2 in the frame's light unit; w = alpha cut-off
     BD_VEC4 surface;        // metallic, roughness, normal scale, F0 of a dielectric
     BD_UVEC4 flags;         // x = BD_MATERIAL_*
-    BD_UVEC4 triangles;     // x = first triangle of the draw, y = triangles an instance
+    BD_UVEC4 triangles;     // x = first triangle of the draw, y = triangles an instance,
+                            // z = where its list of triangles begins (BD_TRIANGLE_LIST)
     BD_VEC4 base_color_uv[2]; // rows of the texture transform; row 0's w = UV set
     BD_VEC4 metallic_roughness_uv[2];
     BD_VEC4 normal_uv[2];
