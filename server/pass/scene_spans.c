@@ -145,8 +145,8 @@ static void make_room(struct bd_scene_spans *to)
 {
     if (to->listed + BD_CHUNK_TRIANGLES <= to->listed_max) return;
     to->listed_max = 2 * to->listed_max + 16 * BD_CHUNK_TRIANGLES;
-    to->index = realloc(to->index, to->listed_max * 3 * sizeof *to->index);
-    to->number = realloc(to->number, to->listed_max * sizeof *to->number);
+    to->index = realloc(to->index, 3 * sizeof *to->index * to->listed_max);
+    to->number = realloc(to->number, sizeof *to->number * to->listed_max);
     BD_ASSERT(to->index && to->number);
 }
 

@@ -606,6 +606,77 @@ static void bad_requests_name_the_field(void **state)
     }
 }
 
+// --- many triangles ----------------------------------------------------------------------------
+
+#define WAVE_CELLS                                                                                 \
+    200u // a side, two triangles each: more than make a software device's sieve worth it
+
+static void wave_at(uint32_t column, uint32_t row, float position[3], float normal[3])
+{
+    const double x = -1 + 2.0 * column / WAVE_CELLS, z = -1 + 2.0 * row / WAVE_CELLS;
+    const double slope[2] = {.4 * cos(8 * x) * cos(5 * z), -.25 * sin(8 * x) * sin(5 * z)};
+    const double length = sqrt(1 + slope[0] * slope[0] + slope[1] * slope[1]);
+    const double p[3] = {x, .05 * sin(8 * x) * cos(5 * z), z};
+    const double n[3] = {-slope[0] / length, 1 / length, -slope[1] / length};
+    for (int a = 0; a < 3; a++) position[a] = (float)p[a], normal[a] = (float)n[a];
+}
+
+static void add_wave_rows(struct world *w, int32_t material, uint32_t first_row, uint32_t row_count)
+{
+    const uint32_t side = WAVE_CELLS + 1, vertex_count = side * (row_count + 1);
+    const uint32_t cell_count = WAVE_CELLS * row_count;
+    float *positions = malloc(vertex_count * 3 * sizeof *positions);
+    float *normals = malloc(vertex_count * 3 * sizeof *normals);
+    uint32_t *indices = malloc(cell_count * 6 * sizeof *indices);
+    assert_true(positions && normals && indices);
+    for (uint32_t i = 0; i < vertex_count; i++)
+        wave_at(i % side, first_row + i / side, positions + (size_t)3 * i, normals + (size_t)3 * i);
+    for (uint32_t c = 0; c < cell_count; c++) {
+        uint32_t a = c / WAVE_CELLS * side + c % WAVE_CELLS, b = a + side;
+        const uint32_t cell[6] = {a, b, a + 1, a + 1, b, b + 1};
+        memcpy(indices + (size_t)6 * c, cell, sizeof cell);
+    }
+    world_add_mesh(w, material, positions, normals, vertex_count, indices, 6 * cell_count);
+    free(positions), free(normals), free(indices);
+}
+
+// Seen as a whole, in part, and from so near that triangles lie on both sides of the camera.
+static void make_waves(struct world *w, uint32_t rows_a_mesh)
+{
+    world_clear(w);
+    int32_t grey = world_add_material(w, 0.6f);
+    for (uint32_t row = 0; row < WAVE_CELLS; row += rows_a_mesh)
+        add_wave_rows(w, grey, row, rows_a_mesh);
+    const double bulb[3] = {.1, .12, .05}, lamp[3] = {-.6, .6, .3}, aim[3] = {.4, -1, .2};
+    world_add_light(w, BD_LIGHT_POINT, bulb, aim, 0.3f);
+    world_add_light(w, BD_LIGHT_SPOT, lamp, aim, 2);
+    world_add_light(w, BD_LIGHT_DIRECTIONAL, origin, aim, 0.5f);
+    const double eyes[3][3] = {{0, 1.6, 2.2}, {.5, .3, .8}, {.2, .06, -.3}};
+    const double targets[3][3] = {{0, 0, 0}, {1, 0, .2}, {-1, 0, .6}};
+    for (int c = 0; c < 3; c++) world_add_camera(w, eyes[c], targets[c], 0.9);
+    for (uint32_t c = 0; c < w->scene->camera_count; c++) w->scene->cameras[c].near_m = 1e-3f;
+}
+
+// One mesh, of which each view draws the chunks that it sees, and those of their triangles that may
+// cover a sample, or rows of it by themselves, which are drawn whole: the same bytes.
+static void a_large_mesh_and_its_rows_look_alike(void **state)
+{
+    struct world *w = *state;
+    static const char *const settings[] = {"vpls=96", "rsm_size=64", "shadow_size=128", NULL};
+    struct bd_image *whole[3][BD_LAYER_COUNT], *rows[BD_LAYER_COUNT];
+    make_waves(w, WAVE_CELLS);
+    for (uint32_t c = 0; c < 3; c++)
+        world_render(w, "rsm", c, WIDTH, HEIGHT, all_layers, settings, whole[c]);
+    make_waves(w, 1);
+    for (uint32_t c = 0; c < 3; c++) {
+        world_render(w, "rsm", c, WIDTH, HEIGHT, all_layers, settings, rows);
+        for (int l = 0; l < BD_LAYER_RENDERED_COUNT; l++)
+            assert_true(same_pixels(whole[c][l], rows[l]));
+        world_free_layers(rows);
+        world_free_layers(whole[c]);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -630,6 +701,7 @@ int main(void)
         cmocka_unit_test(a_plan_renders_nothing),
         cmocka_unit_test(one_name_for_two_cameras_is_flagged),
         cmocka_unit_test(bad_requests_name_the_field),
+        cmocka_unit_test(a_large_mesh_and_its_rows_look_alike),
     };
     return cmocka_run_group_tests(tests, world_open, world_close);
 }
