@@ -354,6 +354,12 @@ enum bd_err bd_gpu_readback_rows_start(struct bd_gpu *gpu, const struct bd_tex *
 BD_MUST_CHECK
 enum bd_err bd_gpu_readback_finish(struct bd_gpu *gpu, struct bd_readback **readback, void *bytes,
                                    size_t size_bytes);
+// Waits and copies some rows, at most 1 GiB, straight to `texels`: of a software device without a
+// copy in between.
+BD_MUST_CHECK
+enum bd_err bd_tex_read_rows(struct bd_gpu *gpu, const struct bd_tex *tex, uint32_t layer,
+                             uint32_t first_row, uint32_t row_count, void *texels,
+                             size_t size_bytes);
 // Waits and copies a buffer's bytes: counts that the host must know, and tests.
 BD_MUST_CHECK
 enum bd_err bd_buf_read(struct bd_gpu *gpu, const struct bd_buf *buf, size_t offset, void *bytes,

@@ -105,3 +105,21 @@ enum bd_err bd_gpu_readback_finish(struct bd_gpu *gpu, struct bd_readback **read
     *readback = NULL;
     return err;
 }
+
+enum bd_err bd_tex_read_rows(struct bd_gpu *gpu, const struct bd_tex *tex, uint32_t layer,
+                             uint32_t first_row, uint32_t row_count, void *texels,
+                             size_t size_bytes)
+{
+    const struct bd_format_info *info = bd_format_info(tex->desc.format);
+    BD_ASSERT(first_row < tex->desc.height_px && row_count <= tex->desc.height_px - first_row);
+    BD_ASSERT_CMP(size_bytes, ==, (size_t)tex->desc.width_px * row_count * info->texel_bytes);
+    BD_ASSERT_CMP(size_bytes, <=, COPY_MAX_BYTES);
+    gpu->serial++;
+    bd_barrier_read(gpu, &tex->access, BD_USE_TEX_UPDATE);
+    bd_barrier_issue(gpu);
+    glGetTextureSubImage(tex->id, 0, 0, (GLint)first_row, (GLint)layer, (GLsizei)tex->desc.width_px,
+                         (GLsizei)row_count, 1, info->format, info->type, (GLsizei)size_bytes,
+                         texels);
+    bd_gpu_check(gpu, "bd_tex_read_rows");
+    return bd_gpu_status(gpu);
+}
