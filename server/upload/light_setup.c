@@ -6,6 +6,8 @@
 // Part of the scene's diagonal nearer than which a light's maps see nothing. Depth is reversed
 // and infinite: a small value costs no precision.
 #define NEAR_PER_DIAGONAL 1e-6
+// Of an outer cone that every direction lies in, by more than 1.
+#define ANY_COSINE (-3.0)
 
 double bd_light_effective_solid_angle_sr(const struct bd_light *light)
 {
@@ -125,7 +127,9 @@ struct bd_light_uniform bd_light_setup_uniform(const struct bd_light_setup *setu
     double intensity = directional ? light->intensity / space->unit_cd_m2
                                    : bd_render_intensity(space, light->intensity);
     double range = (double)light->range_m * space->render_per_m;
-    double cos_outer = cos(light->cone_outer), cos_inner = cos(light->cone_inner);
+    const bool spot = light->kind == BD_LIGHT_SPOT;
+    const double cos_outer = spot ? cos(light->cone_outer) : ANY_COSINE;
+    const double cos_inner = spot ? cos(light->cone_inner) : ANY_COSINE + 1;
     double extent = directional ? space->render_per_m : 1;
     bool unlimited = directional || !isfinite(range);
     return (struct bd_light_uniform){

@@ -8,7 +8,7 @@ vec3 brdf(vec3 base_color, float metallic, float roughness, float f0_dielectric,
           vec3 v)
 {
 #ifdef BD_LAMBERT
-    return base_color / PI;
+    return lambert_brdf(base_color);
 #else
     return gltf_brdf(base_color, metallic, roughness, f0_dielectric, n, l, v);
 #endif

@@ -30,8 +30,7 @@ bool is_asked(receiver r)
 #endif
 }
 
-// Something is there, and light can reach it.
-bool material_is_lit(vec4 material) { return material.w > 0.0 && material.z == 0.0; }
+bool material_is_lit(vec4 material) { return surface_is_lit(material.z, material.w); }
 
 receiver gbuffer_receiver(ivec2 pixel)
 {

@@ -1,6 +1,7 @@
 // Unit vectors by the octahedral map: in 32 bits, to about 3e-5 rad, where a virtual light's normal
 // needs no more; in 64 bits where light is reflected by them, or a highlight changes with the way
 // that the axes happen to lie.
+#include "kernel/octahedral.h"
 
 vec2 octahedral_from_unit(vec3 n)
 {
@@ -9,13 +10,7 @@ vec2 octahedral_from_unit(vec3 n)
     return n.z >= 0.0 ? n.xy : folded;
 }
 
-vec3 unit_from_octahedral(vec2 e)
-{
-    vec3 n = vec3(e, 1.0 - abs(e.x) - abs(e.y));
-    float t = max(-n.z, 0.0);
-    n.xy += vec2(n.x >= 0.0 ? -t : t, n.y >= 0.0 ? -t : t);
-    return normalize(n);
-}
+vec3 unit_from_octahedral(vec2 e) { return unit_of_octahedral(e.x, e.y); }
 
 // x = shading normal, y = geometric normal.
 uvec2 pack_normals(vec3 shading, vec3 geometric)

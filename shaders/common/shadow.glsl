@@ -7,6 +7,7 @@
 // is missed, unless all of the inner nine lie before the receiver.
 #include "common/array.glsl"
 #include "common/light.glsl"
+#include "kernel/shadow.h"
 
 BD_ARRAY(triangles, BD_UNIT_TRIANGLES);
 layout(binding = BD_UNIT_SHADOW_IDS) uniform usampler2DArray shadow_ids;
@@ -24,68 +25,37 @@ const ivec2 SHADOW_SPIRAL[SHADOW_TEXELS] = ivec2[SHADOW_TEXELS](
     ivec2(3, -3), ivec2(-3, -2), ivec2(3, -2), ivec2(-3, -1), ivec2(3, -1), ivec2(-3, 0),
     ivec2(3, 0), ivec2(-3, 1), ivec2(3, 1), ivec2(-3, 2), ivec2(3, 2), ivec2(-3, 3), ivec2(-2, 3),
     ivec2(-1, 3), ivec2(0, 3), ivec2(1, 3), ivec2(2, 3), ivec2(3, 3));
-const float SMALL_TRIANGLE_TEXELS = 4.0;
-const float SMALL_TRIANGLE_GAP_TEXELS = 3.0;
 
-// True if the open segment origin .. origin + span meets the triangle (Moeller and Trumbore 1997).
-// The edges are widened by a few ulps, so that no light passes between neighbours.
 bool segment_meets_triangle(vec3 origin, vec3 span, uint id)
 {
-    vec3 corner = BD_LOAD(triangles, 3u * id).xyz;
-    vec3 edge1 = BD_LOAD(triangles, 3u * id + 1u).xyz;
-    vec3 edge2 = BD_LOAD(triangles, 3u * id + 2u).xyz;
-    vec3 p = cross(span, edge2);
-    float determinant = dot(edge1, p);
-    if (determinant == 0.0) return false;
-    float inverse = 1.0 / determinant;
-    vec3 s = origin - corner;
-    float u = dot(s, p) * inverse;
-    vec3 q = cross(s, edge1);
-    float v = dot(span, q) * inverse;
-    float t = dot(edge2, q) * inverse;
-    const float slack = 2e-6;
-    return u >= -slack && v >= -slack && u + v <= 1.0 + slack && t > 0.0 && t < 1.0;
+    return segment_meets(origin, span, BD_LOAD(triangles, 3u * id).xyz,
+                         BD_LOAD(triangles, 3u * id + 1u).xyz, BD_LOAD(triangles, 3u * id + 2u).xyz);
 }
 
-// The longer side of a texel at a distance from the light, render units: a directional light's
-// frame fits the scene, and its texels need not be square.
-float shadow_texel_side(vec3 from_light)
-{
-    float side = 2.0 * max(light.axis_x.w, light.axis_y.w) / float(light.kind.z);
-    return light.kind.x == BD_LIGHT_KIND_DIRECTIONAL ? side : side * length(from_light);
-}
-
-// Triangles smaller than the map's texels hide each other from it: the one that the segment meets
-// may be named nowhere. Where the texel of the receiver itself names one so small, its plane
-// stands for the surface that it is part of, as in a plain shadow map; the gap to the receiver
-// must then exceed what the surface can turn within a texel or two.
 bool segment_meets_small_triangle(vec3 origin, vec3 span, uint id, float texel_side)
 {
-    vec3 corner = BD_LOAD(triangles, 3u * id).xyz;
-    vec3 edge1 = BD_LOAD(triangles, 3u * id + 1u).xyz;
-    vec3 edge2 = BD_LOAD(triangles, 3u * id + 2u).xyz;
-    vec3 edge3 = edge2 - edge1;
-    float longest = max(dot(edge1, edge1), max(dot(edge2, edge2), dot(edge3, edge3)));
-    if (longest > SMALL_TRIANGLE_TEXELS * SMALL_TRIANGLE_TEXELS * texel_side * texel_side)
-        return false;
-    vec3 n = cross(edge1, edge2);
-    float toward = dot(span, n);
-    if (toward == 0.0) return false;
-    float t = dot(corner - origin, n) / toward;
-    float cosine = abs(toward) / (length(span) * length(n));
-    return t < 1.0 && t * length(span) * max(cosine, 0.1) > SMALL_TRIANGLE_GAP_TEXELS * texel_side;
+    return segment_meets_small(origin, span, BD_LOAD(triangles, 3u * id).xyz,
+                               BD_LOAD(triangles, 3u * id + 1u).xyz,
+                               BD_LOAD(triangles, 3u * id + 2u).xyz, texel_side);
+}
+
+float texel_side_at(vec3 from_light)
+{
+    bool directional = light.kind.x == BD_LIGHT_KIND_DIRECTIONAL;
+    return shadow_texel_side(light.axis_x.w, light.axis_y.w, float(light.kind.z),
+                             directional ? 1.0 : length(from_light));
 }
 
 // Texel coordinates (not yet floored) of a point seen from the light, and its face.
 vec2 shadow_texel(vec3 from_light, out uint face)
 {
-    face = light_face_of(from_light);
-    vec3 x, y, z;
-    light_face_axes(face, x, y, z);
-    vec2 lateral = vec2(dot(from_light, x), dot(from_light, y)) /
-                   vec2(light.axis_x.w, light.axis_y.w);
-    if (light.kind.x != BD_LIGHT_KIND_DIRECTIONAL) lateral /= max(-dot(from_light, z), 1e-20);
-    return (vec2(lateral.x, -lateral.y) * 0.5 + 0.5) * float(light.kind.z);
+    vec3 d = in_light_frame(from_light);
+    face = light.kind.y == 1u ? 0u : face_towards(d);
+    vec3 seen = seen_from_face(d, face_in_frame(face));
+    float side = float(light.kind.z);
+    float reach = light.kind.x == BD_LIGHT_KIND_DIRECTIONAL ? 1.0 : max(seen.z, 1e-20);
+    return vec2(shadow_texel_at(seen.x, light.axis_x.w, reach, side),
+                shadow_texel_at(-seen.y, light.axis_y.w, reach, side));
 }
 
 uint shadow_id(ivec2 texel, uint face)
@@ -94,17 +64,13 @@ uint shadow_id(ivec2 texel, uint face)
     return texelFetch(shadow_ids, ivec3(clamp(texel, ivec2(0), ivec2(last)), face), 0).x;
 }
 
-// Whether a texel that sees this triangle, or nothing, speaks for light at the receiver: the
-// triangle cannot hide a receiver that lies in its plane, within a texel, or on its lit side.
+// Whether a texel that sees this triangle, or nothing, speaks for light at the receiver.
 bool leaves_open(uint id, uint own_id, vec3 origin, vec3 span, float texel_side)
 {
     if (id == 0u || id == own_id) return true;
-    vec3 corner = BD_LOAD(triangles, 3u * (id - 1u)).xyz;
-    vec3 n = cross(BD_LOAD(triangles, 3u * (id - 1u) + 1u).xyz,
-                   BD_LOAD(triangles, 3u * (id - 1u) + 2u).xyz);
-    float height = dot(origin - corner, n);
-    bool lit_side = height * dot(span, n) >= 0.0;
-    return lit_side || height * height <= dot(n, n) * texel_side * texel_side;
+    return triangle_leaves_open(origin, span, BD_LOAD(triangles, 3u * (id - 1u)).xyz,
+                                BD_LOAD(triangles, 3u * (id - 1u) + 1u).xyz,
+                                BD_LOAD(triangles, 3u * (id - 1u) + 2u).xyz, texel_side);
 }
 
 // Whether one of the inner nine texels speaks for light. Where none does, every surface around lies
@@ -145,7 +111,7 @@ bool segment_is_blocked(vec3 origin, vec3 span, uint own_id)
     vec3 from_light = origin - light.position.xyz;
     uint face = 0u;
     ivec2 centre = ivec2(floor(shadow_texel(from_light, face)));
-    float texel_side = shadow_texel_side(from_light);
+    float texel_side = texel_side_at(from_light);
     if (!some_leaves_open(centre, face, own_id, origin, span, texel_side)) return true;
     uint id, tested = own_id;
     int i = 0; // from the centre outwards, ring by ring

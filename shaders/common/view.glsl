@@ -1,4 +1,5 @@
 // The view uniform and the way between pixels and render space.
+#include "kernel/pixel.h"
 #include "shared/bindings.h"
 #include "shared/view.h"
 
@@ -9,8 +10,8 @@ bool view_is_orthographic() { return view.position.w != 0.0; }
 // Normalised device coordinates of a place in the picture: x right, y up, both in [-1, 1].
 vec2 ndc_of_place(vec2 at_px)
 {
-    vec2 at = at_px / vec2(view.size_px.xy);
-    return vec2(2.0 * at.x - 1.0, 1.0 - 2.0 * at.y);
+    return vec2(ndc_to_right(at_px.x, float(view.size_px.x)),
+                ndc_up(at_px.y, float(view.size_px.y)));
 }
 
 // The same of a pixel's sample.
@@ -20,8 +21,8 @@ vec2 ndc_of_pixel(ivec2 pixel) { return ndc_of_place(vec2(pixel) + view.sample_p
 vec3 view_relative_position_at(vec2 at_px, float depth)
 {
     vec2 slope = ndc_of_place(at_px) * vec2(view.axis_x.w, view.axis_y.w);
-    vec2 lateral = view_is_orthographic() ? slope : slope * depth;
-    return view.axis_x.xyz * lateral.x + view.axis_y.xyz * lateral.y - view.axis_z.xyz * depth;
+    return place_in_view(view.axis_x.xyz, view.axis_y.xyz, view.axis_z.xyz, slope.x, slope.y,
+                         view_is_orthographic() ? 1.0 : depth, depth);
 }
 
 vec3 view_relative_position(ivec2 pixel, float depth)

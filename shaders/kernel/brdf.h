@@ -74,6 +74,12 @@ KERNEL f3 gltf_brdf(f3 base_color, float metallic, float roughness, float f0_die
                         smith_root(n_v, ggx_alpha(roughness)));
 }
 
+// brdf=lambert.
+KERNEL f3 lambert_brdf(f3 base_color)
+{
+    return f3_of(base_color.x / F_PI, base_color.y / F_PI, base_color.z / F_PI);
+}
+
 // The specular lobe cannot be integrated over a patch: its peak is held to what a patch can send.
 KERNEL float patch_roughness(float roughness)
 {

@@ -27,6 +27,7 @@
 #define f_select(c, a, b)    ((c) ? (a) : (b))
 #define u_select(c, a, b)    ((c) ? (a) : (b))
 #define b_and(a, b)          ((a) && (b))
+#define b_or(a, b)           ((a) || (b))
 #define f_min                min
 #define f_max                max
 #define f_abs                abs
@@ -59,6 +60,7 @@ KERNEL f3 f3_cross(f3 a, f3 b)
 }
 // Both sides are computed: && would be a branch.
 KERNEL bool b_and(bool a, bool b) { return a & b; }
+KERNEL bool b_or(bool a, bool b) { return a | b; }
 KERNEL float f_select(bool c, float a, float b) { return c ? a : b; }
 KERNEL uint u_select(bool c, uint a, uint b) { return c ? a : b; }
 KERNEL f3 f3_select(bool c, f3 a, f3 b)

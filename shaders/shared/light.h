@@ -12,7 +12,7 @@ struct bd_light_uniform {
     BD_VEC4 position;  // xyz; w = 1 / range, 0 = unlimited
     BD_VEC4 direction; // xyz, unit, from the light into the scene; w = distance of directional
     BD_VEC4 intensity; // xyz cd (directional: lux)
-    BD_VEC4 cone;      // x = cos(outer), y = 1 / (cos(inner) - cos(outer))
+    BD_VEC4 cone;      // x = cos(outer), y = 1 / (cos(inner) - cos(outer)); all around if no spot
     BD_UVEC4 kind;     // x = BD_LIGHT_KIND_*, y = number of faces, z = side of a face, texels
     BD_VEC4 axis_x;    // of face 0's frame; w = tangent of its half width (orthographic: half width)
     BD_VEC4 axis_y;

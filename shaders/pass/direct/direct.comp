@@ -17,21 +17,9 @@ vec3 span_to_light(vec3 position, out vec3 irradiance)
         return -light.direction.xyz * light.direction.w;
     }
     vec3 span = light.position.xyz - position;
-    float distance_squared = max(dot(span, span), 1e-30);
-    float distance = sqrt(distance_squared);
-    irradiance = light.intensity.xyz *
-                 (cone_attenuation(-span / distance) * range_window(distance) / distance_squared);
+    irradiance = light.intensity.xyz * irradiance_at(span, light.direction.xyz, light.cone.x,
+                                                     light.cone.y, light.position.w);
     return span;
-}
-
-// Off the surface by what 32 bits can tell apart at this place; and towards the light by the error
-// of the position itself, which in a corner may lie behind the other wall. `to_light` is unit and
-// above the surface.
-vec3 shadow_origin(receiver r, vec3 to_light)
-{
-    vec3 magnitude = abs(r.position) + abs(r.relative_position);
-    float largest = max(magnitude.x, max(magnitude.y, magnitude.z));
-    return r.position + (4e-6 * r.normal_geometric + 1e-6 * to_light) * largest;
 }
 
 vec3 light_radiance(receiver r, ivec2 pixel)
@@ -43,7 +31,7 @@ vec3 light_radiance(receiver r, ivec2 pixel)
     float cosine = dot(r.normal, l);
     if (cosine <= 0.0 || dot(r.normal_geometric, l) <= 0.0) return vec3(0.0);
     uint own_id = texelFetch(gbuffer_triangle, pixel, 0).x;
-    vec3 origin = shadow_origin(r, l);
+    vec3 origin = shadow_origin(r.position, r.relative_position, r.normal_geometric, l);
     if (light.kind.x != BD_LIGHT_KIND_DIRECTIONAL) span = light.position.xyz - origin;
     if (segment_is_blocked(origin, span, own_id)) return vec3(0.0);
     vec3 v = direction_to_viewer(r.relative_position);
