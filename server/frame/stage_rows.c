@@ -215,7 +215,7 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
             .why_not = no_light,
             .from = STAGE(SEEN) | STAGE(SHADOW_MAP),
             .reads = READS_BRDF | BD_READ_LIGHT_POWER,
-            .params = PARAM(BRDF),
+            .params = PARAM(BRDF) | PARAM(EXECUTOR),
             KEEPS(direct, frame, bd_run_direct),
         },
     [BD_STAGE_RAYS] =

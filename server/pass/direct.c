@@ -1,5 +1,6 @@
 #include "pass/direct.h"
 
+#include "pass/direct_native.h"
 #include "shared/bindings.h"
 #include "shared/direct.h"
 
@@ -77,7 +78,9 @@ enum bd_err bd_direct_run(const struct bd_pass_context *context,
     struct bd_tex *radiance = NULL;
     enum bd_err err = bd_tex_create(context->gpu, &desc, &radiance, fault);
     if (err) return err;
-    if (inputs->light_count > 0)
+    if (inputs->light_count > 0 && context->processor)
+        err = bd_direct_native_run(context, inputs, radiance, fault);
+    else if (inputs->light_count > 0)
         err = add_lights(context, inputs, radiance, fault);
     else
         bd_tex_clear(context->gpu, radiance, (const float[4]){0});

@@ -12,7 +12,8 @@ const struct bd_technique bd_technique_direct = {
     .name = "direct",
     .summary = "direct light with exact shadows, no indirect light",
     .model = {.lights = BD_LIGHTS_PUNCTUAL},
-    .params_read = BD_READS(BD_PARAM_BRDF) | BD_READS(BD_PARAM_SHADOW_SIZE),
+    .params_read = BD_READS(BD_PARAM_BRDF) | BD_READS(BD_PARAM_SHADOW_SIZE) |
+                   BD_READS(BD_PARAM_EXECUTOR),
     .tolerance = {.direct = 1e-3},
     .hazard_codes = "",
     .ladder = ladder,

@@ -45,7 +45,8 @@ const struct bd_technique bd_technique_multires_splat = {
     .model = {.indirect_bounces = 1, .lights = BD_LIGHTS_PUNCTUAL, .glossy_receivers = true},
     .inputs = BD_INPUT_VPL_GRID | BD_INPUT_FRAGMENTS,
     .passes = passes,
-    .params_read = BD_READS_VPL_GRID | BD_READS_FRAGMENTS | BD_READS_SUBSPLATS,
+    .params_read = BD_READS_VPL_GRID | BD_READS_FRAGMENTS | BD_READS_SUBSPLATS |
+                   BD_READS(BD_PARAM_EXECUTOR),
     // With as many as `multires_gather` has, to which it is held, the tests would take minutes.
     .tolerance = {.direct = 1e-3, .indirect = 3e-2, .settings = "vpls=256"},
     .hazard_codes = "TN",

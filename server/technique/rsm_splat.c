@@ -47,7 +47,8 @@ const struct bd_technique bd_technique_rsm_splat = {
     .model = {.indirect_bounces = 1, .lights = BD_LIGHTS_PUNCTUAL, .glossy_receivers = true},
     .inputs = BD_INPUT_VPL_GRID,
     .passes = passes,
-    .params_read = BD_READS_VPL_GRID | BD_READS(BD_PARAM_SPLAT_SHARE),
+    .params_read = BD_READS_VPL_GRID | BD_READS(BD_PARAM_SPLAT_SHARE) |
+                   BD_READS(BD_PARAM_EXECUTOR),
     .tolerance = {.direct = 1e-3, .indirect = 1e-2, .settings = "vpls=1024"},
     .hazard_codes = "T",
     .defaults = defaults,

@@ -12,6 +12,7 @@
 #include <cmocka.h>
 
 #include "base/pool.h"
+#include "pass/direct_look.h"
 #include "pass/native/native.h"
 #include "shared/vpl.h"
 #include "shared/vpl_tree.h"
@@ -613,6 +614,281 @@ static void hidden_vpls_give_nothing(void **unused)
     free(s);
 }
 
+// --- direct light -------------------------------------------------------------------------------
+
+#define PIXELS_X   13u // a group is several rows, and ends within one
+#define PIXELS     (BD_LANES * 2)
+#define MAP_TEXELS 16u
+
+struct scenery {
+    float depth[PIXELS], normals[PIXELS * 4];
+    uint16_t albedo[PIXELS * 4], material[PIXELS * 4];
+    uint32_t triangle[PIXELS];
+    struct bd_view view;
+    struct bd_light_uniform lights[4]; // a point light, a spot of one face and of six, a sun
+};
+
+static uint16_t unorm(void)
+{
+    return (uint16_t)(65535 * fabsf(chance()));
+}
+
+static void set_lights(struct scenery *s)
+{
+    static const struct bd_uvec4 kinds[4] = {{BD_LIGHT_KIND_POINT, 6, MAP_TEXELS, 0},
+                                             {BD_LIGHT_KIND_SPOT, 1, MAP_TEXELS, 0},
+                                             {BD_LIGHT_KIND_SPOT, 6, MAP_TEXELS, 0},
+                                             {BD_LIGHT_KIND_DIRECTIONAL, 1, MAP_TEXELS, 0}};
+    for (int k = 0; k < 4; k++)
+        s->lights[k] = (struct bd_light_uniform){
+            .position = {.1f, .3f, 1, .2f},
+            .direction = {0, 0, -1, 2},
+            .intensity = {3, 2, 1, 0},
+            .cone = {kinds[k].x == BD_LIGHT_KIND_SPOT ? .6f : -3, kinds[k].y == 1 ? 5 : 1, 0, 0},
+            .kind = kinds[k],
+            .axis_x = {1, 0, 0, 1},
+            .axis_y = {0, 1, 0, 1},
+            .axis_z = {0, 0, 1, 0},
+        };
+}
+
+// Seen from above, below the lights: surfaces that all look somewhere up.
+static struct scenery *set_scenery(void)
+{
+    struct scenery *s = calloc(1, sizeof *s);
+    assert_non_null(s);
+    state = 3;
+    s->view = (struct bd_view){.position = {0, 0, 3, 0},
+                               .axis_x = {1, 0, 0, .4f},
+                               .axis_y = {0, 1, 0, .4f},
+                               .axis_z = {0, 0, 1, .1f},
+                               .sample_px = {.5f, .5f, 0, 0},
+                               .size_px = {PIXELS_X, PIXELS / PIXELS_X + 1, 0, 0}};
+    for (uint32_t i = 0; i < PIXELS; i++) {
+        s->depth[i] = 3 + .5f * chance();
+        for (int c = 0; c < 4; c++) s->normals[4 * i + c] = .4f * chance();
+        for (int c = 0; c < 4; c++) s->albedo[4 * i + c] = unorm();
+        s->material[4 * i] = unorm();
+        s->material[4 * i + 1] = 2621;
+        s->material[4 * i + 2] = i % 9 == 0 ? 65535 : 0; // it does not ask for light
+        s->material[4 * i + 3] = i % 7 == 0 ? 0 : 65535; // nothing is there
+        s->triangle[i] = i;
+    }
+    set_lights(s);
+    return s;
+}
+
+static struct bd_native_aim aim(const struct bd_native_loops *loops, const struct scenery *s,
+                                uint32_t light, bool lambert)
+{
+    const struct bd_native_pixels pixels = {s->depth,    s->normals, s->albedo, s->material,
+                                            s->triangle, &s->view,   0,         PIXELS - 3};
+    struct bd_native_aim out;
+    memset(&out, 0, sizeof out);
+    loops->aim(&pixels, BD_LANES, &s->lights[light], lambert, &out);
+    return out;
+}
+
+static void every_width_aims_alike(void **unused)
+{
+    (void)unused;
+    struct scenery *s = set_scenery();
+    const char *width;
+    for (uint32_t w = 1; bd_native_loops_at(w, &width) || width; w++) {
+        const struct bd_native_loops *loops = bd_native_loops_at(w, &width);
+        for (uint32_t k = 0; loops && k < 8; k++) {
+            const struct bd_native_aim a = aim(bd_native_loops_at(0, &width), s, k / 2, k % 2);
+            const struct bd_native_aim b = aim(loops, s, k / 2, k % 2);
+            assert_memory_equal(&a, &b, sizeof a);
+        }
+    }
+    free(s);
+}
+
+// Of a matt pixel: intensity over the distance's square, times base colour / pi.
+static void light_is_what_the_formula_says(void **unused)
+{
+    (void)unused;
+    struct scenery *s = set_scenery();
+    const struct bd_native_aim a = aim(bd_native_loops(), s, 0, true);
+    uint32_t lit = 0;
+    for (uint32_t i = 0; i < BD_LANES; i++) {
+        const uint32_t pixel = BD_LANES + i, x = pixel % PIXELS_X, y = pixel / PIXELS_X;
+        const double depth = s->depth[pixel], height = (double)s->view.size_px.y;
+        const double px = (2 * (x + .5) / PIXELS_X - 1) * .4f * depth - .1f;
+        const double py = (1 - 2 * (y + .5) / height) * .4f * depth - .3f, pz = 3 - depth - 1;
+        const double ex = s->normals[4 * pixel], ey = s->normals[4 * pixel + 1];
+        const double ez = 1 - fabs(ex) - fabs(ey), r2 = px * px + py * py + pz * pz;
+        const double cosine =
+            -(ex * px + ey * py + ez * pz) / sqrt(r2 * (ex * ex + ey * ey + ez * ez));
+        const double window = 1 - r2 * r2 * pow(.2f, 4);
+        const double expected = 3 * cosine * window / r2 * s->albedo[4 * pixel] / 65535 / M_PI;
+        if (pixel >= PIXELS - 3 || pixel % 9 == 0 || pixel % 7 == 0) assert_false(a.is_lit[i]);
+        if (!a.is_lit[i]) continue;
+        assert_true(fabs(a.radiance.x[i] - expected) <= 1e-5 * expected);
+        lit++;
+    }
+    assert_true(lit > BD_LANES / 2);
+    free(s);
+}
+
+// A light is above all pixels: the middle of the face that looks down is below it, and y goes down.
+static void texels_are_where_they_are_seen(void **unused)
+{
+    (void)unused;
+    struct scenery *s = set_scenery();
+    const struct bd_native_aim a = aim(bd_native_loops(), s, 0, true);
+    uint32_t below = 0;
+    for (uint32_t i = 0; i < BD_LANES; i++) {
+        const double side = MAP_TEXELS, down = -(a.origin.z[i] - 1.0);
+        const double aside = fmax(fabs(a.origin.x[i] - .1), fabs(a.origin.y[i] - .3));
+        if (!a.is_lit[i]) continue;
+        assert_true((a.face[i] == 5) == (aside < down));
+        if (a.face[i] != 5) continue;
+        assert_true(fabs(a.texel.x[i] - side / 2 * (1 + (a.origin.x[i] - .1) / down)) < 1e-4);
+        assert_true(fabs(a.texel.y[i] - side / 2 * (1 - (a.origin.y[i] - .3) / down)) < 1e-4);
+        below++;
+    }
+    assert_true(below > BD_LANES / 4);
+    free(s);
+}
+
+static void set_pairs(struct bd_native_pairs *p)
+{
+    state = 4;
+    for (uint32_t i = 0; i < BD_LANES; i++) {
+        const struct bd_vec4 from = {chance(), chance(), -1, 0}, to = {chance(), chance(), 2, 0};
+        put(&p->origin, i, from);
+        put(&p->span, i, to);
+        put(&p->corner, i, (struct bd_vec4){-1, -1, i % 4 ? .1f * chance() : 0, 0});
+        const float size = i % 8 == 7 ? .01f : 2; // of a texel, or less
+        put(&p->edge1, i, i % 5 ? (struct bd_vec4){size, 0, 0, 0} : (struct bd_vec4){0});
+        put(&p->edge2, i, (struct bd_vec4){0, size, size * .05f * chance(), 0});
+        p->texel_side[i] = i % 2 ? .01f : .5f;
+    }
+}
+
+static void every_width_asks_alike(void **unused)
+{
+    (void)unused;
+    struct bd_native_pairs pairs;
+    const char *width;
+    uint32_t a[BD_LANES], b[BD_LANES], counts[3] = {0};
+    set_pairs(&pairs);
+    bd_native_loops_at(0, &width)->ask(&pairs, a);
+    for (uint32_t w = 1; bd_native_loops_at(w, &width) || width; w++) {
+        if (!bd_native_loops_at(w, &width)) continue;
+        bd_native_loops_at(w, &width)->ask(&pairs, b);
+        assert_memory_equal(a, b, sizeof a);
+    }
+    for (uint32_t i = 0; i < BD_LANES; i++) {
+        // In the triangle's plane, near z = 0, all that have an area: x + y below the diagonal.
+        const float x = pairs.origin.x[i] + pairs.span.x[i] / 2;
+        const float y = pairs.origin.y[i] + pairs.span.y[i] / 2;
+        const bool inside = x > -1 && y > -1 && x + y < 0 && i % 5 && i % 8 != 7;
+        const float margin = fminf(fabsf(x + y), fminf(fabsf(x + 1), fabsf(y + 1)));
+        if (margin > .2f) assert_int_equal((a[i] & BD_PAIR_HIDES) != 0, inside);
+        for (int c = 0; c < 3; c++) counts[c] += a[i] >> c & 1;
+    }
+    for (int c = 0; c < 3; c++) assert_in_range(counts[c], 1, BD_LANES - 1);
+}
+
+// --- what a shadow map names --------------------------------------------------------------------
+
+#define OWN  1u // the pixel's triangle, in its plane
+#define HIT  2u // what the segment meets
+#define MISS 3u // what it does not, though the pixel lies behind its plane
+#define MASK 0x80000000u
+
+static const struct bd_vec4 around[] = {
+    {-1, -1, 0, 0}, {4, 0, 0, 0},   {0, 4, 0, 0}, {-1, -1, .5f, 0}, {4, 0, 0, 0},
+    {0, 4, 0, 0},   {5, 5, .5f, 0}, {4, 0, 0, 0}, {0, 4, 0, 0},
+};
+
+struct look_up {
+    uint32_t ids[MAP_TEXELS * MAP_TEXELS];
+    float x, y; // the pixel's texel
+};
+
+static bool arrives(const struct look_up *from)
+{
+    struct bd_native_aim aim = {.is_lit = {1}, .face = {5}, .triangle = {OWN}};
+    struct bd_vec4 radiance[BD_LANES] = {{1, 1, 1, 0}};
+    const struct bd_shadow_copy shadows = {{[5] = from->ids}, MAP_TEXELS, around};
+    struct bd_shadow_rows rows[BD_DIRECT_FACES];
+    put(&aim.span, 0, (struct bd_vec4){0, 0, 1, 0});
+    put(&aim.radiance, 0, (struct bd_vec4){1, 2, 3, 0});
+    aim.texel.x[0] = from->x;
+    aim.texel.y[0] = from->y;
+    aim.texel.side[0] = .1f;
+    bd_direct_look(bd_native_loops(), &aim, &shadows, radiance);
+    bd_direct_rows_of(&aim, MAP_TEXELS, rows);
+    assert_true(rows[5].first == (from->y < 3 ? 0 : (uint32_t)from->y - 3));
+    assert_true(rows[5].end == (from->y > 12 ? MAP_TEXELS : (uint32_t)from->y + 4));
+    assert_true(rows[0].first >= rows[0].end);
+    assert_true(radiance[0].z == 1 || radiance[0].z == 4);
+    return radiance[0].z == 4;
+}
+
+static struct look_up look_up_of(uint32_t id, float x, float y)
+{
+    struct look_up l = {.x = x, .y = y};
+    for (uint32_t i = 0; i < MAP_TEXELS * MAP_TEXELS; i++) l.ids[i] = id;
+    return l;
+}
+
+static bool arrives_past(uint32_t around_it, int32_t x, int32_t y, uint32_t named)
+{
+    struct look_up l = look_up_of(around_it, 8.5f, 8.5f);
+    l.ids[(8 + y) * (int32_t)MAP_TEXELS + 8 + x] = named;
+    return arrives(&l);
+}
+
+static void a_texel_near_by_may_name_what_hides(void **unused)
+{
+    (void)unused;
+    for (int32_t y = -4; y <= 4; y++) {
+        for (int32_t x = -4; x <= 4; x++) {
+            const bool near = abs(x) <= 3 && abs(y) <= 3, at = x == 0 && y == 0;
+            assert_true(arrives_past(OWN, x, y, HIT) == !near);
+            assert_true(arrives_past(0, x, y, HIT) == !near);
+            assert_true(arrives_past(OWN, x, y, MISS));
+            assert_true(arrives_past(OWN, x, y, MASK | HIT) == !at); // it has a hole there
+            // Where none of the inner nine is open.
+            const bool inner = abs(x) <= 1 && abs(y) <= 1;
+            assert_true(arrives_past(MISS, x, y, OWN) == inner);
+            assert_true(arrives_past(MASK | MISS, x, y, 0) == inner);
+        }
+    }
+}
+
+// Beyond its border a map goes on as it ends.
+static void a_map_ends(void **unused)
+{
+    (void)unused;
+    static const float at[] = {-5, -.5f, 0, 2.9f, 3, 12.9f, 13, 15.9f, 16.1f, 40, NAN};
+    for (size_t i = 0; i < sizeof at / sizeof *at; i++) {
+        for (int turned = 0; turned < 2; turned++) {
+            const float x = turned ? 8 : at[i], y = turned && at[i] >= 0 && at[i] < 16 ? at[i] : 8;
+            struct look_up open = look_up_of(OWN, x, y), hidden = look_up_of(HIT, x, y);
+            assert_true(arrives(&open));
+            assert_false(arrives(&hidden));
+            const bool sees_corner = x < 4 && y < 4;
+            open.ids[0] = HIT;
+            assert_true(arrives(&open) == !sees_corner);
+        }
+    }
+    struct look_up corner = look_up_of(OWN, 2.5f, 1.5f);
+    corner.ids[0] = HIT;
+    assert_false(arrives(&corner));
+    struct look_up right = look_up_of(OWN, 14.5f, 8), left = look_up_of(OWN, -.5f, 8);
+    for (uint32_t y = 0; y < MAP_TEXELS; y++) {
+        right.ids[y * MAP_TEXELS] = HIT; // on the other side
+        left.ids[y * MAP_TEXELS + 3] = HIT;
+    }
+    assert_true(arrives(&right) && arrives(&left));
+}
+
 #define SHARED_GROUPS 48u
 
 struct shared {
@@ -681,6 +957,12 @@ int main(void)
         cmocka_unit_test(near_patches_are_patches),
         cmocka_unit_test(hidden_vpls_give_nothing),
         cmocka_unit_test(pixels_have_no_spread),
+        cmocka_unit_test(every_width_aims_alike),
+        cmocka_unit_test(light_is_what_the_formula_says),
+        cmocka_unit_test(texels_are_where_they_are_seen),
+        cmocka_unit_test(every_width_asks_alike),
+        cmocka_unit_test(a_texel_near_by_may_name_what_hides),
+        cmocka_unit_test(a_map_ends),
         cmocka_unit_test(any_number_of_threads_gives_the_same_bits),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

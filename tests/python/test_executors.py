@@ -9,6 +9,12 @@ TECHNIQUES = ("rsm", "multires_gather", "isr", "hisr")
 
 
 @pytest.fixture(scope="module")
+def client():
+    with bounced.private() as client:
+        yield client
+
+
+@pytest.fixture(scope="module")
 def scene():
     with bounced.private() as client:
         yield client.scenes.add(SCENES / "cornell.glb")
@@ -107,6 +113,40 @@ def test_rays(scene, technique, asked):
     assert numpy.sqrt(((native - device)[~differ] ** 2).mean()) < 3e-5 * device.mean()
 
 
+def assert_same_direct_light(scene, asked, **how):
+    """But where a segment passes a triangle's edge by rounding."""
+    device, native = (scene.render(size=SIZE, technique="direct", layers=["direct"], parameters={"executor": executor, **asked}, **how)
+                      .layers["direct"].astype(float) for executor in ("device", "native"))
+    assert device.mean() > 0
+    differ = numpy.abs(native - device).max(axis=-1) > 1e-3 * device.mean()
+    assert differ.mean() <= 1e-4
+    assert numpy.sqrt(((native - device)[~differ] ** 2).mean()) < 1e-5 * device.mean()
+
+
+@pytest.mark.parametrize("name", ("cube_room", "two_lights", "checker", "orthographic"))
+@pytest.mark.parametrize("asked", [{}, {"brdf": "lambert"}, {"shadow_size": 64}], ids=["whole", "lambert", "coarse"])
+def test_direct_light(client, name, asked):
+    """Of a point light; a spot and a sun; through a mask; to an orthographic camera."""
+    scene = client.scenes.add(SCENES / f"{name}.glb")
+    for camera in range(len(scene.objects("camera"))):
+        assert_same_direct_light(scene, asked, camera=camera)
+
+
+def test_direct_light_of_metal_and_sub_frames(glossy_scene):
+    """A spot as wide as a point light's faces."""
+    assert_same_direct_light(glossy_scene, {})
+    assert_same_direct_light(glossy_scene, {}, aa=3)
+
+
+def test_direct_light_is_its_executors(scene):
+    """Of every technique that shows it: what was asked before must not show in a picture."""
+    states = []
+    for technique, executor in (("direct", "device"), ("direct", "native"), ("rsm_splat", "device"), ("multires_splat", "native")):
+        frame = scene.render(size=(64, 48), technique=technique, parameters={"executor": executor})
+        states += [p["state"] for p in frame.report["passes"] if p["name"] == "direct"]
+    assert states == ["ran", "ran", "reused", "reused"]
+
+
 def test_a_tree_is_its_executors(scene):
     """Its last bits differ: what was asked before must not show in a picture."""
     built = []
@@ -127,7 +167,7 @@ def test_it_is_the_processor_on_a_software_device(scene):
     frame = scene.render(size=(16, 16))
     assert frame.report["device"]["software"] and frame.report["executor"] == "native"
     assert scene.render(size=(16, 16), technique="rsm", plan_only=True).report["executor"] == "native"
-    assert "executor" not in scene.render(size=(16, 16), technique="direct").report
+    assert "executor" not in scene.render(size=(16, 16), technique="reference", parameters={"spp": 2}).report
 
 
 def test_tests_run_with_either(monkeypatch):
@@ -139,9 +179,9 @@ def test_tests_run_with_either(monkeypatch):
     assert (by_itself, told) == ("device", "native")
 
 
-@pytest.mark.parametrize("asked", [{"technique": "rsm"}, {"technique": "hisr"},
+@pytest.mark.parametrize("asked", [{"technique": "direct"}, {"technique": "rsm"}, {"technique": "hisr"},
                                    {"technique": "multires_gather", "parameters": {"indirect_visibility": "rays", "rays": 5}}],
-                         ids=["list", "tree", "choice"])
+                         ids=["direct", "list", "tree", "choice"])
 def test_no_width_changes_a_byte(scene, asked, monkeypatch):
     """A daemon that has the narrowest instructions alone."""
     asked = {"parameters": {"brdf": "lambert", **asked.get("parameters", {})}, "technique": asked["technique"]}

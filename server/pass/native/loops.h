@@ -5,40 +5,18 @@
 
 #include "pass/native/native.h"
 
-#define BD_NATIVE_LOOPS_OF(width)                                                                  \
-    void bd_native_make_leaves_##width(const struct bd_native_leaves *leaves,                      \
-                                       struct bd_vec4 *nodes);                                     \
-    void bd_native_join_nodes_##width(const struct bd_vec4 *children, uint32_t count,              \
-                                      struct bd_vec4 *nodes);                                      \
-    void bd_native_gather_##width(                                                                 \
-        const struct bd_receivers *receivers, const struct bd_native_vpls *vpls,                   \
-        const struct bd_native_hidden *hidden, const struct bd_native_wishes *wishes,              \
-        struct bd_receiver_light *light);                                                          \
-    void bd_native_gather_glossy_##width(                                                          \
-        const struct bd_receivers *receivers, const struct bd_glossy_receivers *surfaces,          \
-        const struct bd_native_vpls *vpls, const struct bd_native_hidden *hidden,                  \
-        const struct bd_native_wishes *wishes, struct bd_lanes3 *light);                           \
-    void bd_native_gather_tree_##width(                                                            \
-        const struct bd_receivers *receivers, const struct bd_native_tree *tree,                   \
-        const struct bd_native_wishes *wishes, const uint32_t steps[BD_LANES],                     \
-        struct bd_receiver_light *light);                                                          \
-    void bd_native_weigh_##width(                                                                  \
-        const struct bd_receivers *receivers, const struct bd_native_choice *choice,               \
-        const struct bd_native_wishes *wishes, const struct bd_native_part *groups, float *sums,   \
-        struct bd_receiver_light *light);                                                          \
-    void bd_native_choose_##width(                                                                 \
-        const struct bd_receivers *receivers, const struct bd_ray_starts *starts,                  \
-        const struct bd_native_choice *choice, const struct bd_native_wishes *wishes,              \
-        const struct bd_native_part *rays, const float *sums, struct bd_native_pick *picks,        \
-        struct bd_segment *segments);                                                              \
-    void bd_native_sum_picks_##width(const struct bd_receivers *receivers,                         \
-                                     const struct bd_native_pick *picks, uint32_t rays,            \
-                                     const uint32_t *occluded, struct bd_receiver_light *light);   \
-    void bd_native_estimate_##width(const struct bd_receivers *receivers,                          \
-                                    const struct bd_native_tree *tree, uint32_t steps[BD_LANES])
+// Fields of struct bd_native_loops: loop(field, width) of each.
+// clang-format off
+#define BD_NATIVE_EACH(loop, width)                                                                \
+    loop(make_leaves, width) loop(join_nodes, width) loop(gather, width)                           \
+    loop(gather_glossy, width) loop(estimate, width) loop(gather_tree, width) loop(weigh, width)   \
+    loop(choose, width) loop(sum_picks, width) loop(aim, width) loop(ask, width)
+// clang-format on
+#define BD_NATIVE_DECLARE(field, width)                                                            \
+    __typeof__(*((struct bd_native_loops *)0)->field) bd_native_##field##_##width;
 
-BD_NATIVE_LOOPS_OF(baseline);
-BD_NATIVE_LOOPS_OF(avx2);
-BD_NATIVE_LOOPS_OF(avx512);
+BD_NATIVE_EACH(BD_NATIVE_DECLARE, baseline)
+BD_NATIVE_EACH(BD_NATIVE_DECLARE, avx2)
+BD_NATIVE_EACH(BD_NATIVE_DECLARE, avx512)
 
 #endif

@@ -12,9 +12,11 @@
 #include <stdint.h>
 
 #include "shared/gather_tree.h"
+#include "shared/light.h"
 #include "shared/rays.h"
 #include "shared/receivers.h"
 #include "shared/types.h"
+#include "shared/view.h"
 
 // VPLs as they are in the arrays of a list (shared/vpl.h), those from `first` to before `end`.
 struct bd_native_vpls {
@@ -64,6 +66,40 @@ struct bd_native_leaves {
     bool directional;
 };
 
+// Pixels as the G-buffer has them (pass/gbuffer.h), whole rows from one on; those of a group behind
+// the last are read, and mean nothing.
+struct bd_native_pixels {
+    const float *depth, *normals;
+    const uint16_t *albedo, *material;
+    const uint32_t *triangle;
+    const struct bd_view *view;
+    uint32_t first_row, count;
+};
+
+// Where they are in a face of a light's shadow map, texels; and how long one is there.
+struct bd_native_texels {
+    float x[BD_LANES], y[BD_LANES], side[BD_LANES];
+};
+
+// A group of pixels that a light shines on if nothing stands between. A light of one face has
+// LIGHT_ONE_FACE (kernel/light.h).
+struct bd_native_aim {
+    struct bd_lanes3 radiance; // that they would reflect
+    struct bd_lanes3 origin, span;
+    struct bd_native_texels texel;
+    uint32_t is_lit[BD_LANES], face[BD_LANES], triangle[BD_LANES];
+};
+
+// Pixels and triangles that may stand before them, and what is to be said of those: light may pass
+// there; it does not; nor where others as small do.
+#define BD_PAIR_OPENS  1u
+#define BD_PAIR_HIDES  2u
+#define BD_PAIR_STANDS 4u
+struct bd_native_pairs {
+    struct bd_lanes3 origin, span, corner, edge1, edge2;
+    float texel_side[BD_LANES];
+};
+
 // What is summed beside irradiance.
 struct bd_native_wishes {
     bool near_patches; // VPLs nearer than their limit are integrated as patches
@@ -108,6 +144,11 @@ struct bd_native_loops {
     // at odd places.
     void (*sum_picks)(const struct bd_receivers *receivers, const struct bd_native_pick *picks,
                       uint32_t rays, const uint32_t *occluded, struct bd_receiver_light *light);
+    // What a light would give to the group of pixels from `first` on, and where to look;
+    void (*aim)(const struct bd_native_pixels *pixels, uint32_t first,
+                const struct bd_light_uniform *light, bool lambert, struct bd_native_aim *aim);
+    // and what triangles say.
+    void (*ask)(const struct bd_native_pairs *pairs, uint32_t said[BD_LANES]);
 };
 
 // The widest that this machine has, or none wider than BD_NATIVE_WIDTH of the environment says:

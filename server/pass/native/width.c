@@ -5,22 +5,13 @@
 
 #include "pass/native/loops.h"
 
-// Narrowest first.
-// clang-format off
+#define LOOP(field, name) .field = bd_native_##field##_##name,
 #define LOOPS_OF(name)                                                                             \
     {                                                                                              \
-        .width = #name,                                                                            \
-        .make_leaves = bd_native_make_leaves_##name,                                               \
-        .join_nodes = bd_native_join_nodes_##name,                                                 \
-        .gather = bd_native_gather_##name,                                                         \
-        .gather_glossy = bd_native_gather_glossy_##name,                                           \
-        .estimate = bd_native_estimate_##name,                                                     \
-        .gather_tree = bd_native_gather_tree_##name,                                               \
-        .weigh = bd_native_weigh_##name,                                                           \
-        .choose = bd_native_choose_##name,                                                         \
-        .sum_picks = bd_native_sum_picks_##name,                                                   \
+        .width = #name, BD_NATIVE_EACH(LOOP, name)                                                 \
     }
-// clang-format on
+
+// Narrowest first.
 static const struct bd_native_loops widths[] = {
     LOOPS_OF(baseline),
 #ifdef __x86_64__

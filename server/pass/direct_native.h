@@ -1,0 +1,16 @@
+// Direct light by the processor's loops (pass/native). Private to pass/.
+//
+// Thread: render thread, and the pool's.
+
+#ifndef BD_PASS_DIRECT_NATIVE_H
+#define BD_PASS_DIRECT_NATIVE_H
+
+#include "pass/direct.h"
+
+// Writes all of `radiance`: RGBA32F, as large as the picture. There is a light, and a processor.
+BD_MUST_CHECK
+enum bd_err bd_direct_native_run(const struct bd_pass_context *context,
+                                 const struct bd_direct_inputs *inputs, struct bd_tex *radiance,
+                                 struct bd_fault *fault);
+
+#endif
