@@ -341,6 +341,7 @@ static struct stage *make_heap(double scale, int lamp_count, int afar)
     return s;
 }
 
+// By flux a single sample of indirect light may be a tenth of the picture.
 static void compare(double scale, int lamp_count, int afar, uint32_t lights, bool lambert)
 {
     struct stage *s = make_heap(scale, lamp_count, afar);
@@ -350,7 +351,8 @@ static void compare(double scale, int lamp_count, int afar, uint32_t lights, boo
     by_place.bounces_max = by_flux.bounces_max = 1;
     for (enum bd_reference_part part = BD_PART_DIRECT; part <= BD_PART_INDIRECT; part++)
         CHECK_SAME(stage_radiance(s, &by_place, 0, part, 8, 1024),
-                   stage_radiance(s, &by_flux, 0, part, 8, 2048), 0.05);
+                   stage_radiance(s, &by_flux, 0, part, 8, 2048),
+                   part == BD_PART_DIRECT ? 0.05 : 0.25);
     stage_destroy(&s);
 }
 
