@@ -18,11 +18,12 @@ ROOMS = {
     'image': [],
     'scene': ['image'],  # the import child decodes textures
     'rays': ['scene', 'image'],
+    'lights': ['scene'],  # those that have a size
     'gpu': [],
     'upload': ['scene', 'gpu'],
-    'pass': ['upload', 'rays', 'gpu', 'image'],  # the filter of light
+    'pass': ['upload', 'rays', 'lights', 'gpu', 'image'],  # the filter of light
     'technique': ['pass', 'gpu'],
-    'frame': ['technique', 'pass', 'upload', 'rays', 'scene', 'gpu', 'image'],
+    'frame': ['technique', 'pass', 'upload', 'rays', 'lights', 'scene', 'gpu', 'image'],
     'reference': ['scene', 'image'],
     'sched': ['frame', 'reference', 'scene', 'image'],
     'net': ['sched', 'frame', 'technique', 'scene', 'image', 'confine', 'protocol'],

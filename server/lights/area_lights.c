@@ -1,0 +1,350 @@
+#include "lights/area_lights.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "base/assert.h"
+#include "lights/map.h"
+#include "lights/sky_light.h"
+#include "scene/render_space.h"
+#include "scene/triangle_order.h"
+
+// Parts of a triangle with a map.
+#define SPLITS      8u
+#define PARTS       (SPLITS * SPLITS)
+#define PAUSE_EVERY 1024u // triangles or parts
+// Of a part, along a side: where its map is looked at for its mean.
+#define LOOKS_OF_PART 2u
+
+struct making {
+    struct bd_area_lights *lights;
+    struct bd_render_space space;
+    struct bd_triangle_order order;
+    enum bd_err (*pause)(void *user);
+    void *user;
+    double flux; // so far
+};
+
+static float luminance(f3 rgb)
+{
+    return 0.2126f * rgb.x + 0.7152f * rgb.y + 0.0722f * rgb.z;
+}
+
+static bool is_emissive(const struct bd_material *m)
+{
+    return !m->unlit && (m->emissive[0] > 0 || m->emissive[1] > 0 || m->emissive[2] > 0);
+}
+
+bool bd_scene_has_emitters(const struct bd_scene *scene)
+{
+    for (uint32_t i = 0; i < scene->instance_count; i++) {
+        const struct bd_mesh *mesh = scene->meshes[scene->instances[i].mesh];
+        for (uint32_t p = 0; p < mesh->primitive_count; p++)
+            if (mesh->primitives[p].index_count > 0 &&
+                is_emissive(&scene->materials[mesh->primitives[p].material]))
+                return true;
+    }
+    return false;
+}
+
+// --- what is emitted ----------------------------------------------------------------------------
+
+static f3 emission_at(const struct bd_scene *scene, const struct bd_area_source *source,
+                      uint32_t triangle, float u, float v)
+{
+    const struct bd_primitive *primitive = source->primitive;
+    const struct bd_material *material = &scene->materials[primitive->material];
+    const uint32_t *index = primitive->index + 3 * (size_t)(triangle - source->first_triangle);
+    const f3 factor = f3_of(material->emissive[0], material->emissive[1], material->emissive[2]);
+    if (source->has_alpha) {
+        const float cutoff = material->alpha_mode == BD_ALPHA_MASK ? material->alpha_cutoff : 0.5f;
+        float color[4] = {1, 1, 1, 1};
+        if (primitive->color) bd_stream_at(primitive->color, 4, index, u, v, color);
+        const float alpha =
+            material->base_color[3] * color[3] *
+            bd_map_at(scene, &material->base_color_map, primitive, index, u, v).alpha;
+        if (alpha < cutoff) return f3_of(0, 0, 0);
+    }
+    if (!source->has_map) return factor;
+    return f3_mul(factor, bd_map_at(scene, &material->emissive_map, primitive, index, u, v).rgb);
+}
+
+f3 bd_area_emission(const struct bd_area_lights *lights, const struct bd_area_light *light, float u,
+                    float v, f3 to_viewer)
+{
+    const struct bd_area_source *source = &lights->sources[light->source];
+    if (!source->two_sided && f3_dot(light->normal, to_viewer) <= 0) return f3_of(0, 0, 0);
+    return emission_at(lights->scene, source, light->triangle, u, v);
+}
+
+// --- triangles ----------------------------------------------------------------------------------
+
+static f3 corner_of(const struct making *m, const struct bd_instance *instance,
+                    const float position[3])
+{
+    const bd_dvec3 p = {position[0], position[1], position[2]};
+    const bd_dvec3 r =
+        bd_render_from_world(&m->space, bd_dmat4_point(&instance->world_from_mesh, p));
+    return f3_of((float)r.x, (float)r.y, (float)r.z);
+}
+
+// Of the middles of equal parts.
+static float mean_luminance(const struct making *m, const struct bd_area_source *source,
+                            const struct bd_area_light *part)
+{
+    if (!source->has_map && !source->has_alpha)
+        return luminance(emission_at(m->lights->scene, source, part->triangle, 0, 0));
+    float sum = 0;
+    for (uint32_t i = 0; i < LOOKS_OF_PART; i++)
+        for (uint32_t j = 0; j < 2 * (LOOKS_OF_PART - i) - 1; j++) {
+            const float third = j % 2 ? 2.0f / 3 : 1.0f / 3;
+            const float s = ((float)(j / 2) + third) / LOOKS_OF_PART;
+            const float t = ((float)i + third) / LOOKS_OF_PART;
+            const float u =
+                part->u[0] + s * (part->u[1] - part->u[0]) + t * (part->u[2] - part->u[0]);
+            const float v =
+                part->v[0] + s * (part->v[1] - part->v[0]) + t * (part->v[2] - part->v[0]);
+            sum += luminance(emission_at(m->lights->scene, source, part->triangle, u, v));
+        }
+    return sum / (LOOKS_OF_PART * LOOKS_OF_PART);
+}
+
+static f3 point_at(const struct bd_area_light *whole, float u, float v)
+{
+    return f3_add(whole->corner[0],
+                  f3_add(f3_scale(f3_sub(whole->corner[1], whole->corner[0]), u),
+                         f3_scale(f3_sub(whole->corner[2], whole->corner[0]), v)));
+}
+
+// Maps may have a texel where none is looked at: no part is left out whose neighbours shine.
+static void add_part(struct making *m, const struct bd_area_source *source,
+                     const struct bd_area_light *part, float least)
+{
+    struct bd_area_lights *lights = m->lights;
+    struct bd_area_light *added = &lights->lights[lights->count];
+    *added = *part;
+    added->luminance = fmaxf(mean_luminance(m, source, part), least);
+    if (!(added->luminance > 0) || !(added->area > 0)) return;
+    m->flux += (double)added->luminance * added->area * (source->two_sided ? 2 : 1);
+    lights->cumulated[lights->count++] = (float)m->flux;
+}
+
+static void add_parts(struct making *m, const struct bd_area_source *source,
+                      const struct bd_area_light *whole)
+{
+    const struct bd_material *material = &m->lights->scene->materials[source->primitive->material];
+    const f3 factor = f3_of(material->emissive[0], material->emissive[1], material->emissive[2]);
+    const float side = 1.0f / SPLITS, least = 0.01f * luminance(factor);
+    for (uint32_t i = 0; i < SPLITS; i++)
+        for (uint32_t j = 0; j < 2 * (SPLITS - i) - 1; j++) {
+            struct bd_area_light part = *whole;
+            const float u = (float)((j + 1) / 2) * side, v = (float)(i + j % 2) * side;
+            const float turn = j % 2 ? -side : side;
+            part.u[0] = part.u[2] = u;
+            part.v[0] = part.v[1] = v;
+            part.u[1] = u + turn;
+            part.v[2] = v + turn;
+            for (int c = 0; c < 3; c++) part.corner[c] = point_at(whole, part.u[c], part.v[c]);
+            part.area = whole->area / PARTS;
+            add_part(m, source, &part, least);
+        }
+}
+
+static bool is_split(const struct bd_area_source *source)
+{
+    return source->has_map || source->has_alpha;
+}
+
+static void add_triangle(struct making *m, const struct bd_area_source *source,
+                         const struct bd_instance *instance, bool mirrored, uint32_t t)
+{
+    const struct bd_primitive *primitive = source->primitive;
+    struct bd_area_light whole = {.triangle = source->first_triangle + t,
+                                  .source = (uint32_t)(source - m->lights->sources),
+                                  .u = {0, 1, 0},
+                                  .v = {0, 0, 1}};
+    for (int c = 0; c < 3; c++)
+        whole.corner[c] = corner_of(
+            m, instance, primitive->position + 3 * (size_t)primitive->index[3 * (size_t)t + c]);
+    const f3 across = f3_cross(f3_sub(whole.corner[1], whole.corner[0]),
+                               f3_sub(whole.corner[2], whole.corner[0]));
+    const float twice = f3_length(across);
+    if (!(twice > 0) || !isfinite(twice)) return;
+    whole.area = 0.5f * twice;
+    whole.normal = f3_scale(across, (mirrored ? -1 : 1) / twice);
+    if (is_split(source))
+        add_parts(m, source, &whole);
+    else
+        add_part(m, source, &whole, 0);
+}
+
+// --- all of them --------------------------------------------------------------------------------
+
+static const struct bd_primitive *primitive_of(const struct bd_scene *scene,
+                                               const struct bd_triangle_run *run)
+{
+    return &scene->meshes[run->mesh]->primitives[run->primitive];
+}
+
+static struct bd_area_source source_of(const struct bd_scene *scene,
+                                       const struct bd_triangle_run *run, uint32_t instance)
+{
+    const struct bd_primitive *primitive = primitive_of(scene, run);
+    const struct bd_material *material = &scene->materials[primitive->material];
+    return (struct bd_area_source){
+        .primitive = primitive,
+        .first_triangle =
+            (uint32_t)(run->first_triangle + (uint64_t)instance * run->triangles_per_instance),
+        .two_sided = material->double_sided,
+        .has_map = material->emissive_map.texture != BD_NONE,
+        .has_alpha = material->alpha_mode != BD_ALPHA_OPAQUE,
+    };
+}
+
+// Sources, and triangles with their parts.
+static void count(const struct making *m, uint64_t *sources, uint64_t *lights)
+{
+    const struct bd_scene *scene = m->lights->scene;
+    *sources = *lights = 0;
+    for (uint32_t r = 0; r < m->order.run_count; r++) {
+        const struct bd_triangle_run *run = &m->order.runs[r];
+        if (!is_emissive(&scene->materials[primitive_of(scene, run)->material])) continue;
+        const struct bd_area_source source = source_of(scene, run, 0);
+        *sources += run->instance_count;
+        *lights += (uint64_t)run->instance_count * run->triangles_per_instance *
+                   (is_split(&source) ? PARTS : 1);
+    }
+}
+
+static enum bd_err add_instance(struct making *m, const struct bd_triangle_run *run, uint32_t i)
+{
+    struct bd_area_lights *lights = m->lights;
+    struct bd_area_source *source = &lights->sources[lights->source_count++];
+    const uint32_t place = m->order.instances[run->first_instance + i];
+    const uint32_t every = PAUSE_EVERY / PARTS;
+    enum bd_err err = BD_ERR_OK;
+    *source = source_of(lights->scene, run, i);
+    for (uint32_t t = 0; !err && t < run->triangles_per_instance; t++) {
+        add_triangle(m, source, &lights->scene->instances[place], run->mirrored, t);
+        if (t % (is_split(source) ? every : PAUSE_EVERY) == 0) err = m->pause(m->user);
+    }
+    return err;
+}
+
+static enum bd_err add_all(struct making *m)
+{
+    const struct bd_scene *scene = m->lights->scene;
+    enum bd_err err = BD_ERR_OK;
+    for (uint32_t r = 0; !err && r < m->order.run_count; r++) {
+        const struct bd_triangle_run *run = &m->order.runs[r];
+        if (!is_emissive(&scene->materials[primitive_of(scene, run)->material])) continue;
+        for (uint32_t i = 0; !err && i < run->instance_count; i++) err = add_instance(m, run, i);
+    }
+    for (uint32_t i = 0; i < m->lights->count; i++)
+        m->lights->cumulated[i] = (float)(m->lights->cumulated[i] / m->flux);
+    if (m->lights->count) m->lights->cumulated[m->lights->count - 1] = 1;
+    return err;
+}
+
+static enum bd_err make_emitters(struct making *m, struct bd_fault *fault)
+{
+    struct bd_area_lights *lights = m->lights;
+    uint64_t sources, parts;
+    count(m, &sources, &parts);
+    if (parts > BD_AREA_PARTS_MAX)
+        return bd_fault_set(fault, BD_ERR_LIMIT, "scene",
+                            "%llu triangles and parts of them emit; %u can light",
+                            (unsigned long long)parts, BD_AREA_PARTS_MAX);
+    lights->sources = calloc(sources + 1, sizeof *lights->sources);
+    lights->lights = malloc((parts + 1) * sizeof *lights->lights);
+    lights->cumulated = malloc((parts + 1) * sizeof *lights->cumulated);
+    if (!lights->sources || !lights->lights || !lights->cumulated)
+        return bd_fault_set(fault, BD_ERR_NO_MEMORY, "scene", "no memory for %llu emitters",
+                            (unsigned long long)parts);
+    return add_all(m);
+}
+
+enum bd_err bd_area_lights_create(struct bd_scene *scene, enum bd_err (*pause)(void *user),
+                                  void *user, struct bd_area_lights **out, struct bd_fault *fault)
+{
+    struct bd_area_lights *lights = *out = calloc(1, sizeof *lights);
+    BD_ASSERT(lights);
+    lights->scene = bd_scene_retain(scene);
+    struct making m = {
+        .lights = lights, .space = bd_render_space_of(scene), .pause = pause, .user = user};
+    bd_triangle_order_init(&m.order, scene);
+    enum bd_err err = make_emitters(&m, fault);
+    bd_triangle_order_finish(&m.order);
+    if (!err) err = bd_sky_light_init(&lights->sky, &scene->environment, pause, user, fault);
+    if (err) bd_area_lights_destroy(out);
+    return err;
+}
+
+void bd_area_lights_destroy(struct bd_area_lights **lights)
+{
+    struct bd_area_lights *own = *lights;
+    *lights = NULL;
+    if (!own) return;
+    bd_sky_light_finish(&own->sky);
+    free(own->lights);
+    free(own->sources);
+    free(own->cumulated);
+    bd_scene_release(&own->scene);
+    free(own);
+}
+
+uint64_t bd_area_lights_bytes(const struct bd_area_lights *lights)
+{
+    const struct bd_sky_light *sky = &lights->sky;
+    return sizeof *lights + lights->count * (sizeof *lights->lights + sizeof *lights->cumulated) +
+           lights->source_count * sizeof *lights->sources +
+           sizeof(float) * ((uint64_t)sky->columns + 1) * sky->rows;
+}
+
+// --- choosing -----------------------------------------------------------------------------------
+
+uint32_t bd_area_light_choose(const struct bd_area_lights *lights, float number)
+{
+    return bd_cumulated_at(lights->cumulated, lights->count, number);
+}
+
+float bd_area_light_chance(const struct bd_area_lights *lights, uint32_t index)
+{
+    return lights->cumulated[index] - (index ? lights->cumulated[index - 1] : 0);
+}
+
+// Twice the signed area of barycentrics.
+static float side_of(const struct bd_area_light *part, int a, int b, float u, float v)
+{
+    return (part->u[b] - part->u[a]) * (v - part->v[a]) -
+           (part->v[b] - part->v[a]) * (u - part->u[a]);
+}
+
+// The least of the three sides: largest for the part that a point lies in.
+static float depth_in(const struct bd_area_light *part, float u, float v)
+{
+    const float turn = side_of(part, 0, 1, part->u[2], part->v[2]) < 0 ? -1.0f : 1.0f;
+    return fminf(turn * side_of(part, 0, 1, u, v),
+                 fminf(turn * side_of(part, 1, 2, u, v), turn * side_of(part, 2, 0, u, v)));
+}
+
+const struct bd_area_light *bd_area_light_at(const struct bd_area_lights *lights, uint32_t triangle,
+                                             float u, float v)
+{
+    uint32_t low = 0, high = lights->count;
+    while (low < high) {
+        const uint32_t middle = low + (high - low) / 2;
+        if (lights->lights[middle].triangle < triangle)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    const struct bd_area_light *found = NULL;
+    float deepest = -INFINITY;
+    for (uint32_t i = low; i < lights->count && lights->lights[i].triangle == triangle; i++) {
+        const float depth = depth_in(&lights->lights[i], u, v);
+        if (depth > deepest) found = &lights->lights[i];
+        deepest = fmaxf(depth, deepest);
+    }
+    return found;
+}

@@ -1,0 +1,83 @@
+#include "lights/map.h"
+
+#include <math.h>
+#include <stddef.h>
+
+// Two texels along one axis and the share of the second.
+struct span {
+    uint32_t at[2];
+    float share;
+};
+
+static uint32_t wrap(double texel, uint32_t size, enum bd_wrap how)
+{
+    const double last = size - 1.0;
+    if (how == BD_WRAP_REPEAT) texel -= size * floor(texel / size);
+    if (how == BD_WRAP_MIRROR) {
+        texel -= 2.0 * size * floor(texel / (2.0 * size));
+        if (texel > last) texel = 2 * last + 1 - texel;
+    }
+    return (uint32_t)fmin(fmax(texel, 0), last);
+}
+
+// Coordinates that are no number, or so large that they name no texel, count as 0.
+static struct span span_of(float coordinate, uint32_t size, enum bd_wrap how, bool nearest)
+{
+    const double where = fabsf(coordinate) < 1e9f ? coordinate : 0;
+    const double texel = where * size - (nearest ? 0 : 0.5), below = floor(texel);
+    return (struct span){{wrap(below, size, how), wrap(below + 1, size, how)},
+                         nearest ? 0 : (float)(texel - below)};
+}
+
+// IEC 61966-2-1.
+static float linear_of_srgb(uint8_t byte)
+{
+    const float c = (float)byte / 255;
+    return c <= 0.04045f ? c / 12.92f : powf((c + 0.055f) / 1.055f, 2.4f);
+}
+
+static struct bd_map_texel texel_at(const struct bd_picture *picture, uint32_t x, uint32_t y)
+{
+    const uint8_t *rgba = picture->rgba + 4 * ((size_t)picture->width_px * y + x);
+    return (struct bd_map_texel){
+        f3_of(linear_of_srgb(rgba[0]), linear_of_srgb(rgba[1]), linear_of_srgb(rgba[2])),
+        (float)rgba[3] / 255};
+}
+
+static struct bd_map_texel between(struct bd_map_texel a, struct bd_map_texel b, float share)
+{
+    return (struct bd_map_texel){f3_between(a.rgb, b.rgb, share),
+                                 a.alpha + (b.alpha - a.alpha) * share};
+}
+
+void bd_stream_at(const float *stream, uint32_t size, const uint32_t index[3], float u, float v,
+                  float *out)
+{
+    for (uint32_t c = 0; c < size; c++)
+        out[c] = (1 - u - v) * stream[size * (size_t)index[0] + c] +
+                 u * stream[size * (size_t)index[1] + c] + v * stream[size * (size_t)index[2] + c];
+}
+
+struct bd_map_texel bd_map_at(const struct bd_scene *scene, const struct bd_texture_ref *map,
+                              const struct bd_primitive *primitive, const uint32_t index[3],
+                              float u, float v)
+{
+    const struct bd_map_texel white = {f3_of(1, 1, 1), 1};
+    if (map->texture == BD_NONE || !primitive->uv[map->uv_set]) return white;
+    const struct bd_texture *texture = &scene->textures[map->texture];
+    const struct bd_picture *picture =
+        texture->picture == BD_NONE ? NULL : scene->pictures[texture->picture];
+    if (!picture || picture->width_px == 0 || picture->height_px == 0) return white;
+    float uv[2];
+    bd_stream_at(primitive->uv[map->uv_set], 2, index, u, v, uv);
+    const float *m = map->uv_transform;
+    const struct span x = span_of(m[0] * uv[0] + m[1] * uv[1] + m[2], picture->width_px,
+                                  texture->wrap_s, texture->nearest);
+    const struct span y = span_of(m[3] * uv[0] + m[4] * uv[1] + m[5], picture->height_px,
+                                  texture->wrap_t, texture->nearest);
+    const struct bd_map_texel above =
+        between(texel_at(picture, x.at[0], y.at[0]), texel_at(picture, x.at[1], y.at[0]), x.share);
+    const struct bd_map_texel below =
+        between(texel_at(picture, x.at[0], y.at[1]), texel_at(picture, x.at[1], y.at[1]), x.share);
+    return between(above, below, y.share);
+}

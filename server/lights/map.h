@@ -1,0 +1,23 @@
+// Maps of materials at a point of a surface, bilinear at the finest level as devices filter.
+// Private to lights/.
+
+#ifndef BD_LIGHTS_MAP_H
+#define BD_LIGHTS_MAP_H
+
+#include "kernel/math.h"
+#include "scene/scene.h"
+
+// Colours are linear, sRGB texels decoded before they are mixed; 1 where there is no map.
+struct bd_map_texel {
+    f3 rgb;
+    float alpha;
+};
+struct bd_map_texel bd_map_at(const struct bd_scene *scene, const struct bd_texture_ref *map,
+                              const struct bd_primitive *primitive, const uint32_t index[3],
+                              float u, float v);
+
+// Interpolates a stream of `size` numbers a vertex.
+void bd_stream_at(const float *stream, uint32_t size, const uint32_t index[3], float u, float v,
+                  float *out);
+
+#endif

@@ -1,0 +1,226 @@
+#include "lights/sky_light.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+static const double pi = 3.14159265358979323846;
+
+static float luminance(const float rgb[3])
+{
+    return 0.2126f * rgb[0] + 0.7152f * rgb[1] + 0.0722f * rgb[2];
+}
+
+static const float *texel(const struct bd_sky_map *map, int64_t x, int64_t y)
+{
+    const int64_t width = map->width_px, height = map->height_px;
+    x = x < 0 ? x + width : x >= width ? x - width : x;
+    y = y < 0 ? 0 : y >= height ? height - 1 : y;
+    return map->rgb + 3 * (size_t)(y * width + x);
+}
+
+// --- cells --------------------------------------------------------------------------------------
+
+// The mean over a texel of what bilinear filtering shows there: nowhere 0 where something shows.
+static double mean_of_texel(const struct bd_sky_map *map, int64_t x, int64_t y)
+{
+    static const double weight[3] = {0.125, 0.75, 0.125};
+    double sum = 0;
+    for (int dy = 0; dy < 3; dy++)
+        for (int dx = 0; dx < 3; dx++)
+            sum += weight[dy] * weight[dx] * luminance(texel(map, x + dx - 1, y + dy - 1));
+    return sum;
+}
+
+static uint32_t first_of(uint32_t cell, uint32_t cells, uint32_t texels)
+{
+    return (uint32_t)((uint64_t)cell * texels / cells);
+}
+
+static double sum_of_cell(const struct bd_sky_light *sky, uint32_t column, uint32_t row)
+{
+    const struct bd_sky_map *map = sky->map;
+    const uint32_t right = first_of(column + 1, sky->columns, map->width_px);
+    const uint32_t below = first_of(row + 1, sky->rows, map->height_px);
+    double sum = 0;
+    for (uint32_t y = first_of(row, sky->rows, map->height_px); y < below; y++) {
+        const double solid = cos(y * pi / map->height_px) - cos((y + 1) * pi / map->height_px);
+        for (uint32_t x = first_of(column, sky->columns, map->width_px); x < right; x++)
+            sum += solid * mean_of_texel(map, x, y);
+    }
+    return sum;
+}
+
+// Sums up to each as parts of all; returns the sum.
+static double cumulate(double *values, uint32_t count, float *cumulated)
+{
+    double sum = 0;
+    for (uint32_t i = 0; i < count; i++) values[i] = sum += values[i];
+    for (uint32_t i = 0; i < count; i++)
+        cumulated[i] = (float)(sum > 0 ? values[i] / sum : (i + 1.0) / count);
+    cumulated[count - 1] = 1;
+    return sum;
+}
+
+static enum bd_err fill(struct bd_sky_light *sky, double *row, double *sums,
+                        enum bd_err (*pause)(void *user), void *user)
+{
+    enum bd_err err = BD_ERR_OK;
+    for (uint32_t y = 0; !err && y < sky->rows; y++) {
+        for (uint32_t x = 0; x < sky->columns; x++) row[x] = sum_of_cell(sky, x, y);
+        sums[y] = cumulate(row, sky->columns, sky->cumulated + (size_t)y * sky->columns);
+        err = pause(user);
+    }
+    if (!err) sky->shines = cumulate(sums, sky->rows, sky->cumulated_rows) > 0;
+    return err;
+}
+
+static void size_cells(struct bd_sky_light *sky)
+{
+    sky->columns = sky->map->width_px;
+    sky->rows = sky->map->height_px;
+    while ((uint64_t)sky->columns * sky->rows > BD_SKY_CELLS_MAX) {
+        sky->columns = (sky->columns + 1) / 2;
+        sky->rows = (sky->rows + 1) / 2;
+    }
+}
+
+static enum bd_err make_cells(struct bd_sky_light *sky, enum bd_err (*pause)(void *user),
+                              void *user, struct bd_fault *fault)
+{
+    size_cells(sky);
+    sky->cumulated_rows = malloc(sky->rows * sizeof *sky->cumulated_rows);
+    sky->cumulated = malloc((size_t)sky->columns * sky->rows * sizeof *sky->cumulated);
+    double *row = malloc(sky->columns * sizeof *row), *sums = malloc(sky->rows * sizeof *sums);
+    enum bd_err err = BD_ERR_OK;
+    if (!sky->cumulated_rows || !sky->cumulated || !row || !sums)
+        err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "environment", "no memory for %ux%u cells",
+                           sky->columns, sky->rows);
+    if (!err) err = fill(sky, row, sums, pause, user);
+    free(row);
+    free(sums);
+    return err;
+}
+
+enum bd_err bd_sky_light_init(struct bd_sky_light *sky, const struct bd_environment *environment,
+                              enum bd_err (*pause)(void *user), void *user, struct bd_fault *fault)
+{
+    const float *factor = environment->radiance;
+    sky->radiance = f3_of(factor[0], factor[1], factor[2]);
+    sky->shines = factor[0] > 0 || factor[1] > 0 || factor[2] > 0;
+    if (!sky->shines || !environment->map) return BD_ERR_OK;
+    sky->map = bd_sky_map_retain(environment->map);
+    return make_cells(sky, pause, user, fault);
+}
+
+void bd_sky_light_finish(struct bd_sky_light *sky)
+{
+    bd_sky_map_release(&sky->map);
+    free(sky->cumulated_rows);
+    free(sky->cumulated);
+}
+
+// --- directions ---------------------------------------------------------------------------------
+
+// Column and row in parts of the map.
+static void place_of(f3 d, double *x, double *y)
+{
+    double turn = atan2(d.x, -d.z);
+    if (turn < 0) turn += 2 * pi;
+    *x = fmin(turn / (2 * pi), 1);
+    *y = acos(fmin(fmax(d.y, -1), 1)) / pi;
+}
+
+f3 bd_sky_light_radiance(const struct bd_sky_light *sky, f3 direction)
+{
+    const struct bd_sky_map *map = sky->map;
+    if (!map) return sky->radiance;
+    double x, y;
+    place_of(direction, &x, &y);
+    x = x * map->width_px - 0.5;
+    y = y * map->height_px - 0.5;
+    const int64_t left = (int64_t)floor(x), top = (int64_t)floor(y);
+    const float s = (float)(x - (double)left), t = (float)(y - (double)top);
+    const float *a = texel(map, left, top), *b = texel(map, left + 1, top);
+    const float *c = texel(map, left, top + 1), *d = texel(map, left + 1, top + 1);
+    float rgb[3];
+    for (int k = 0; k < 3; k++) {
+        const float upper = a[k] + (b[k] - a[k]) * s, lower = c[k] + (d[k] - c[k]) * s;
+        rgb[k] = upper + (lower - upper) * t;
+    }
+    return f3_mul(sky->radiance, f3_of(rgb[0], rgb[1], rgb[2]));
+}
+
+uint32_t bd_cumulated_at(const float *cumulated, uint32_t count, float number)
+{
+    uint32_t low = 0, high = count - 1;
+    while (low < high) {
+        const uint32_t middle = low + (high - low) / 2;
+        if (cumulated[middle] > number)
+            high = middle;
+        else
+            low = middle + 1;
+    }
+    return low;
+}
+
+static float chance(const float *cumulated, uint32_t at)
+{
+    return cumulated[at] - (at ? cumulated[at - 1] : 0);
+}
+
+// Where between the cells of a place and the next.
+static double within(const float *cumulated, uint32_t at, float number)
+{
+    const float before = at ? cumulated[at - 1] : 0, share = chance(cumulated, at);
+    return share > 0 ? fmin(fmax((number - before) / share, 0), 1) : 0.5;
+}
+
+static double row_edge(const struct bd_sky_light *sky, uint32_t row)
+{
+    return pi * first_of(row, sky->rows, sky->map->height_px) / sky->map->height_px;
+}
+
+static double column_edge(const struct bd_sky_light *sky, uint32_t column)
+{
+    return 2 * pi * first_of(column, sky->columns, sky->map->width_px) / sky->map->width_px;
+}
+
+static float density_of_cell(const struct bd_sky_light *sky, uint32_t column, uint32_t row)
+{
+    const double height = cos(row_edge(sky, row)) - cos(row_edge(sky, row + 1));
+    const double solid = height * (column_edge(sky, column + 1) - column_edge(sky, column));
+    return (float)(chance(sky->cumulated_rows, row) *
+                   (double)chance(sky->cumulated + (size_t)row * sky->columns, column) / solid);
+}
+
+f3 bd_sky_light_choose(const struct bd_sky_light *sky, const float number[2], float *density)
+{
+    const uint32_t row = bd_cumulated_at(sky->cumulated_rows, sky->rows, number[1]);
+    const float *columns = sky->cumulated + (size_t)row * sky->columns;
+    const uint32_t column = bd_cumulated_at(columns, sky->columns, number[0]);
+    const double top = cos(row_edge(sky, row)), bottom = cos(row_edge(sky, row + 1));
+    const double y = top + (bottom - top) * within(sky->cumulated_rows, row, number[1]);
+    const double left = column_edge(sky, column), right = column_edge(sky, column + 1);
+    const double turn = left + (right - left) * within(columns, column, number[0]);
+    const double across = sqrt(fmax(1 - y * y, 0));
+    *density = density_of_cell(sky, column, row);
+    return f3_of((float)(across * sin(turn)), (float)y, (float)(-across * cos(turn)));
+}
+
+static uint32_t cell_of(uint32_t place, uint32_t cells, uint32_t texels)
+{
+    uint32_t cell = (uint32_t)((uint64_t)place * cells / texels);
+    while (cell + 1 < cells && first_of(cell + 1, cells, texels) <= place) cell++;
+    return cell;
+}
+
+float bd_sky_light_density(const struct bd_sky_light *sky, f3 direction)
+{
+    const struct bd_sky_map *map = sky->map;
+    double x, y;
+    place_of(direction, &x, &y);
+    const uint32_t across = (uint32_t)fmin(x * map->width_px, map->width_px - 1.0);
+    const uint32_t down = (uint32_t)fmin(y * map->height_px, map->height_px - 1.0);
+    return density_of_cell(sky, cell_of(across, sky->columns, map->width_px),
+                           cell_of(down, sky->rows, map->height_px));
+}

@@ -1,0 +1,334 @@
+// Lights that have a size, as they are described and sampled, against integrals known on paper.
+
+#include "lights/area_lights.h"
+#include "lights/sequence.h"
+#include "lights/triangle_view.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "scene/scene.h"
+#include "tests/reference/stage.h"
+#include "tests/unit/cmocka_all.h"
+
+#define SAMPLES 4096u
+
+static enum bd_err go_on(void *user)
+{
+    ++*(int *)user;
+    return BD_ERR_OK;
+}
+
+static enum bd_err give_up(void *user)
+{
+    (void)user;
+    return BD_ERR_CANCELLED;
+}
+
+static struct bd_area_lights *lights_of(struct bd_scene *scene)
+{
+    struct bd_fault fault;
+    struct bd_area_lights *lights;
+    int pauses = 0;
+    assert_int_equal(bd_area_lights_create(scene, go_on, &pauses, &lights, &fault), BD_ERR_OK);
+    return lights;
+}
+
+static struct bd_scene *finished(struct stage *stage)
+{
+    struct bd_fault fault;
+    bd_scene_seal(stage->scene);
+    assert_int_equal(bd_scene_finish(stage->scene, &fault), BD_ERR_OK);
+    return stage->scene;
+}
+
+static void near(double seen, double expected, double relative)
+{
+    if (!(fabs(seen - expected) <= relative * fabs(expected)))
+        fail_msg("%.9g instead of %.9g", seen, expected);
+}
+
+static float luminance(f3 rgb)
+{
+    return 0.2126f * rgb.x + 0.7152f * rgb.y + 0.0722f * rgb.z;
+}
+
+// --- sequences ----------------------------------------------------------------------------------
+
+// Every aligned block of 2^(a+b) numbers has one in each of 2^a x 2^b boxes.
+static void numbers_are_spread_in_every_block(void **state)
+{
+    (void)state;
+    const struct bd_sequence sequence = bd_sequence_of(7, 3);
+    for (uint32_t block = 0; block < 64; block++)
+        for (uint32_t a = 0; a <= 4; a++) {
+            uint32_t seen = 0;
+            for (uint32_t i = 0; i < 16; i++) {
+                float number[2];
+                bd_sequence_pair(&sequence, 16 * block + i, number);
+                assert_true(number[0] >= 0 && number[0] < 1 && number[1] >= 0 && number[1] < 1);
+                const uint32_t x = (uint32_t)(number[0] * (float)(1u << a));
+                const uint32_t y = (uint32_t)(number[1] * (float)(16u >> a));
+                seen |= 1u << (x * (16u >> a) + y);
+            }
+            assert_int_equal(seen, 0xffffu);
+        }
+}
+
+// --- triangles ----------------------------------------------------------------------------------
+
+static struct bd_area_light triangle_of(f3 a, f3 b, f3 c)
+{
+    const f3 across = f3_cross(f3_sub(b, a), f3_sub(c, a));
+    const float twice = f3_length(across);
+    return (struct bd_area_light){.corner = {a, b, c},
+                                  .normal = f3_scale(across, 1 / twice),
+                                  .area = twice / 2,
+                                  .luminance = 1,
+                                  .u = {0, 1, 0},
+                                  .v = {0, 0, 1}};
+}
+
+// Lambert's formula, of a triangle above the horizon.
+static double irradiance_of(const struct bd_area_light *light, f3 point, f3 normal)
+{
+    double sum = 0;
+    for (int i = 0; i < 3; i++) {
+        const f3 a = f3_unit(f3_sub(light->corner[i], point));
+        const f3 b = f3_unit(f3_sub(light->corner[(i + 1) % 3], point));
+        const f3 across = f3_cross(a, b);
+        const double sine = f3_length(across);
+        sum += atan2(sine, f3_dot(a, b)) / sine * f3_dot(across, normal);
+    }
+    return fabs(sum) / 2;
+}
+
+static void check_triangle(const struct bd_area_light *light, double relative)
+{
+    const f3 point = f3_of(0.1f, 0, 0.05f), normal = f3_of(0, 1, 0);
+    const struct bd_triangle_view view = bd_triangle_view_of(light, true, point, normal);
+    const struct bd_sequence sequence = bd_sequence_of(1, 2);
+    double irradiance = 0, solid_sr = 0;
+    for (uint32_t i = 0; i < SAMPLES; i++) {
+        struct bd_triangle_point at;
+        float number[2];
+        bd_sequence_pair(&sequence, i, number);
+        assert_true(bd_triangle_view_choose(&view, light, point, number, &at));
+        const f3 span = f3_sub(at.position, point), to = f3_unit(span);
+        near(bd_triangle_view_density(&view, light, to, f3_length(span)), at.density, 1e-4);
+        assert_true(at.u >= 0 && at.v >= 0 && at.u + at.v <= 1.00001f);
+        irradiance += f3_dot(to, normal) / at.density / SAMPLES;
+        solid_sr += 1 / at.density / SAMPLES;
+    }
+    near(irradiance, irradiance_of(light, point, normal), relative);
+    near(solid_sr, view.solid_sr, relative);
+}
+
+static void triangles_give_lamberts_irradiance(void **state)
+{
+    (void)state;
+    const struct bd_area_light large =
+        triangle_of(f3_of(-1, 0.4f, -1), f3_of(2, 0.3f, -1), f3_of(-1, 0.8f, 2));
+    const struct bd_area_light touching =
+        triangle_of(f3_of(0, 1e-3f, 0), f3_of(1, 1e-3f, 0), f3_of(0, 1e-3f, 1));
+    const struct bd_area_light far =
+        triangle_of(f3_of(0, 9, 3), f3_of(0.2f, 9.1f, 3), f3_of(0.1f, 9.3f, 3.2f));
+    check_triangle(&large, 1e-3);
+    check_triangle(&touching, 5e-3);
+    check_triangle(&far, 1e-3);
+}
+
+static void rears_and_planes_give_nothing(void **state)
+{
+    (void)state;
+    const struct bd_area_light light =
+        triangle_of(f3_of(0, 1, 0), f3_of(1, 1, 0), f3_of(0, 1, 1)); // its front is below
+    const f3 below = f3_of(0.2f, 0, 0.2f), above = f3_of(0.2f, 2, 0.2f), in = f3_of(3, 1, 0);
+    const f3 up = f3_of(0, 1, 0), down = f3_of(0, -1, 0), aside = f3_of(-1, 0, 0);
+    assert_true(light.normal.y < 0);
+    assert_true(bd_triangle_view_of(&light, false, below, up).solid_sr > 0);
+    assert_true(bd_triangle_view_of(&light, false, above, down).solid_sr == 0);
+    assert_true(bd_triangle_view_of(&light, true, above, down).solid_sr > 0);
+    assert_true(bd_triangle_view_of(&light, true, in, aside).solid_sr == 0);
+    assert_true(bd_triangle_view_of(&light, true, below, down).solid_sr == 0);
+}
+
+// --- emitters -----------------------------------------------------------------------------------
+
+static void add_picture(struct bd_scene *scene, const uint8_t rgba[4 * 4])
+{
+    scene->pictures = calloc(1, sizeof *scene->pictures);
+    scene->textures = calloc(1, sizeof *scene->textures);
+    struct bd_picture *picture = scene->pictures[0] = calloc(1, sizeof *picture);
+    picture->reference_count = 1;
+    picture->width_px = 4, picture->height_px = 1;
+    picture->rgba = malloc(16);
+    memcpy(picture->rgba, rgba, 16);
+    scene->textures[0] = (struct bd_texture){.nearest = true};
+    scene->picture_count = scene->texture_count = 1;
+}
+
+// A screen whose right half shines red: that half alone lights, by half of the whole's flux.
+static void a_screen_lights_where_it_is_bright(void **state)
+{
+    (void)state;
+    static const uint8_t half[16] = {0, 0, 0, 255, 0, 0, 0, 255, 255, 0, 0, 255, 255, 0, 0, 255};
+    static const float positions[] = {-1, 0, -1, 1, 0, -1, -1, 0, 1, 1, 0, 1};
+    static const float uv[] = {0, 0, 1, 0, 0, 1, 1, 1};
+    static const uint32_t indices[] = {0, 2, 1, 1, 2, 3};
+    struct stage *stage = stage_create();
+    const int32_t material = stage_material(stage, 0.5f);
+    add_picture(stage->scene, half);
+    stage_emission(stage, material, 3);
+    stage_material_at(stage, material)->double_sided = false;
+    stage_material_at(stage, material)->emissive_map =
+        (struct bd_texture_ref){.texture = 0, .uv_transform = {1, 0, 0, 0, 1, 0}};
+    stage_triangles(stage, material, positions, uv, indices, 6);
+    struct bd_area_lights *lights = lights_of(finished(stage));
+    double flux = 0, area = 0;
+    for (uint32_t i = 0; i < lights->count; i++) {
+        const struct bd_area_light *light = &lights->lights[i];
+        const float u = (light->u[0] + light->u[1] + light->u[2]) / 3;
+        const float v = (light->v[0] + light->v[1] + light->v[2]) / 3;
+        const f3 front = light->normal, rear = f3_scale(front, -1);
+        assert_true(front.y > 0);
+        assert_true(bd_area_light_at(lights, light->triangle, u, v) == light);
+        assert_true(luminance(bd_area_emission(lights, light, u, v, rear)) == 0);
+        flux += light->area * luminance(bd_area_emission(lights, light, u, v, front));
+        area += light->area;
+    }
+    near(flux / area, 0.5 * 3 * 0.2126, 0.02);
+    near(lights->cumulated[lights->count - 1], 1, 0);
+    bd_area_lights_destroy(&lights);
+    stage_destroy(&stage);
+}
+
+static void what_is_unlit_or_dark_emits_nothing(void **state)
+{
+    (void)state;
+    struct stage *stage = stage_create();
+    const int32_t grey = stage_material(stage, 0.5f), unlit = stage_material(stage, 0.5f);
+    stage_emission(stage, unlit, 3);
+    stage_material_at(stage, unlit)->unlit = true;
+    stage_floor(stage, grey, 1, 0, 1);
+    stage_floor(stage, unlit, 1, 1, 1);
+    struct bd_scene *scene = finished(stage);
+    assert_false(bd_scene_has_emitters(scene));
+    struct bd_area_lights *lights = lights_of(scene);
+    assert_int_equal(lights->count, 0);
+    assert_false(lights->sky.shines);
+    bd_area_lights_destroy(&lights);
+    stage_destroy(&stage);
+}
+
+static void emitters_are_chosen_by_flux(void **state)
+{
+    (void)state;
+    struct stage *stage = stage_create();
+    const int32_t dim = stage_material(stage, 0.5f), bright = stage_material(stage, 0.5f);
+    stage_emission(stage, dim, 1);
+    stage_emission(stage, bright, 3);
+    stage_floor(stage, dim, 1, 0, 1);
+    stage_floor(stage, bright, 1, 1, 1);
+    struct bd_area_lights *lights = lights_of(finished(stage));
+    uint32_t chosen[4] = {0};
+    assert_int_equal(lights->count, 4);
+    for (uint32_t i = 0; i < SAMPLES; i++)
+        chosen[bd_area_light_choose(lights, ((float)i + 0.5f) / SAMPLES)]++;
+    for (uint32_t i = 0; i < 4; i++) {
+        near(chosen[i] / (double)SAMPLES, bd_area_light_chance(lights, i), 1e-3);
+        near(bd_area_light_chance(lights, i), lights->lights[i].luminance / 8, 1e-5);
+    }
+    struct bd_area_lights *none;
+    struct bd_fault fault;
+    assert_int_equal(bd_area_lights_create(stage->scene, give_up, NULL, &none, &fault),
+                     BD_ERR_CANCELLED);
+    assert_null(none);
+    bd_area_lights_destroy(&lights);
+    stage_destroy(&stage);
+}
+
+// --- the sky ------------------------------------------------------------------------------------
+
+static struct bd_sky_map *map_of(uint32_t width, uint32_t height)
+{
+    struct bd_sky_map *map = calloc(1, sizeof *map);
+    map->reference_count = 1;
+    map->width_px = width, map->height_px = height;
+    map->rgb = calloc(3 * (size_t)width * height, sizeof *map->rgb);
+    return map;
+}
+
+static struct bd_area_lights *sky_of(struct stage *stage, struct bd_sky_map *map)
+{
+    bd_sky_map_seal(map);
+    stage->scene->environment = (struct bd_environment){{1, 1, 1}, map};
+    stage_floor(stage, stage_material(stage, 0.5f), 1, 0, 1);
+    return lights_of(finished(stage));
+}
+
+// The mean of what a sample brings over its density, against a sum over the sphere.
+static void check_sky(uint32_t width, uint32_t height, uint32_t sun, double relative)
+{
+    struct stage *stage = stage_create();
+    struct bd_sky_map *map = map_of(width, height);
+    for (uint32_t i = 0; i < 3 * width * height; i++)
+        map->rgb[i] = 0.1f + 0.2f * (float)(i / 3 / width) / (float)height;
+    for (int c = 0; c < 3; c++) map->rgb[3 * sun + c] = 20000;
+    struct bd_area_lights *lights = sky_of(stage, map);
+    const struct bd_sequence sequence = bd_sequence_of(3, 4);
+    double seen = 0, expected = 0;
+    for (uint32_t i = 0; i < SAMPLES; i++) {
+        float number[2], density;
+        bd_sequence_pair(&sequence, i, number);
+        const f3 d = bd_sky_light_choose(&lights->sky, number, &density);
+        near(f3_length(d), 1, 1e-5);
+        near(bd_sky_light_density(&lights->sky, d), density, 1e-3);
+        seen += luminance(bd_sky_light_radiance(&lights->sky, d)) / density / SAMPLES;
+    }
+    const int steps = 8 * (int)height;
+    for (int y = 0; y < steps; y++)
+        for (int x = 0; x < 2 * steps; x++) {
+            const double t = (y + 0.5) / steps * M_PI, p = (x + 0.5) / steps * M_PI;
+            const f3 d = f3_of((float)(sin(t) * sin(p)), (float)cos(t), (float)(-sin(t) * cos(p)));
+            expected += luminance(bd_sky_light_radiance(&lights->sky, d)) * sin(t) * M_PI / steps *
+                        M_PI / steps;
+        }
+    near(seen, expected, relative);
+    bd_area_lights_destroy(&lights);
+    stage_destroy(&stage);
+}
+
+static void skies_with_a_sun_are_found(void **state)
+{
+    (void)state;
+    check_sky(32, 16, 5 * 32 + 9, 0.01);
+    check_sky(32, 16, 31, 0.01);      // at the zenith, across the seam
+    check_sky(64, 32, 31 * 64, 0.01); // at the nadir
+}
+
+static void a_black_map_does_not_shine(void **state)
+{
+    (void)state;
+    struct stage *stage = stage_create();
+    struct bd_area_lights *lights = sky_of(stage, map_of(8, 4));
+    assert_false(lights->sky.shines);
+    bd_area_lights_destroy(&lights);
+    stage_destroy(&stage);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(numbers_are_spread_in_every_block),
+        cmocka_unit_test(triangles_give_lamberts_irradiance),
+        cmocka_unit_test(rears_and_planes_give_nothing),
+        cmocka_unit_test(a_screen_lights_where_it_is_bright),
+        cmocka_unit_test(what_is_unlit_or_dark_emits_nothing),
+        cmocka_unit_test(emitters_are_chosen_by_flux),
+        cmocka_unit_test(skies_with_a_sun_are_found),
+        cmocka_unit_test(a_black_map_does_not_shine),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
