@@ -4,7 +4,6 @@
 #include <string.h>
 
 #include "base/assert.h"
-#include "image/light_filter.h"
 #include "pass/kernels.h"
 #include "shared/bindings.h"
 
@@ -176,14 +175,11 @@ static enum bd_err run_pass(struct filtering *f)
     return err;
 }
 
-static enum bd_err run_filter(struct filtering *f, const struct halves *halves,
-                              struct bd_fault *fault)
+// Of images in memory.
+static enum bd_err run_filter(struct filtering *f, const struct bd_light_filter_inputs *inputs,
+                              struct bd_image *light, struct bd_fault *fault)
 {
-    const struct bd_light_filter_inputs inputs = {.half = {halves->half[0], halves->half[1]},
-                                                  .normal = f->normal,
-                                                  .depth = f->depth,
-                                                  .level_count = f->level_count};
-    enum bd_err err = bd_light_filter_create(&inputs, &f->filter, fault);
+    enum bd_err err = bd_light_filter_create(inputs, &f->filter, fault);
     if (err) return err;
     bd_slicer_work(f->context->slicer, "filter");
     const uint32_t passes = bd_light_filter_pass_count(f->filter);
@@ -191,9 +187,30 @@ static enum bd_err run_filter(struct filtering *f, const struct halves *halves,
         f->first_row = 0;
         err = run_pass(f);
     }
-    if (!err) bd_light_filter_store(f->filter, halves->light);
+    if (!err) bd_light_filter_store(f->filter, light);
     bd_light_filter_destroy(&f->filter);
     return err;
+}
+
+enum bd_err bd_filter_halves(const struct bd_pass_context *context, struct bd_pool *pool,
+                             const struct bd_light_filter_inputs *inputs, struct bd_image *light,
+                             struct bd_fault *fault)
+{
+    struct filtering f = {.context = context,
+                          .pool = pool,
+                          .width_px = light->width_px,
+                          .height_px = light->height_px};
+    return run_filter(&f, inputs, light, fault);
+}
+
+static enum bd_err filter_both(struct filtering *f, const struct halves *halves,
+                               struct bd_fault *fault)
+{
+    const struct bd_light_filter_inputs inputs = {.half = {halves->half[0], halves->half[1]},
+                                                  .normal = f->normal,
+                                                  .depth = f->depth,
+                                                  .level_count = f->level_count};
+    return run_filter(f, &inputs, halves->light, fault);
 }
 
 static enum bd_err filter_texture(struct filtering *f, struct bd_tex *light,
@@ -211,7 +228,7 @@ static enum bd_err filter_texture(struct filtering *f, struct bd_tex *light,
     }
     if (!err) err = read_texture(f, light, take_light, &halves, fault);
     if (!err) err = read_texture(f, noise, take_noise, &halves, fault);
-    if (!err) err = run_filter(f, &halves, fault);
+    if (!err) err = filter_both(f, &halves, fault);
     if (!err) err = write_texture(f, halves.light, light);
     for (int i = 0; i < 3; i++) bd_image_destroy(images[i]);
     return err;

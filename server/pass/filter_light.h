@@ -8,6 +8,7 @@
 #ifndef BD_PASS_FILTER_LIGHT_H
 #define BD_PASS_FILTER_LIGHT_H
 
+#include "image/light_filter.h"
 #include "pass/gather.h"
 
 // `inputs` and `rays` are those of what gathered. Of irradiance, and of what glossy receivers have
@@ -16,5 +17,11 @@ BD_MUST_CHECK
 enum bd_err bd_filter_light_run(const struct bd_pass_context *context,
                                 const struct bd_gather_inputs *inputs, uint32_t rays,
                                 struct bd_indirect *indirect, struct bd_fault *fault);
+
+// What the filter makes of halves in memory, in slices on the pool's threads.
+BD_MUST_CHECK
+enum bd_err bd_filter_halves(const struct bd_pass_context *context, struct bd_pool *pool,
+                             const struct bd_light_filter_inputs *inputs, struct bd_image *light,
+                             struct bd_fault *fault);
 
 #endif

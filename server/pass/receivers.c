@@ -179,7 +179,7 @@ static enum bd_err light_part(struct receivers *r)
         r->part.glossy[i] = (struct bd_lanes3){0};
     enum bd_err err = fetch(r);
     if (!err) err = r->inputs->light(r->inputs->user, &r->part);
-    if (!err) store(r);
+    if (!err && r->inputs->bind) store(r);
     return err;
 }
 

@@ -34,7 +34,7 @@ struct bd_receivers_inputs {
     // Lights the groups of a part, in slices.
     enum bd_err (*light)(void *user, const struct bd_receiver_part *part);
     void *user;
-    // Binds the images that shaders/pass/receivers/light.comp stores to.
+    // Binds the images that shaders/pass/receivers/light.comp stores to. NULL: `light` keeps it.
     void (*bind)(const void *out, struct bd_bindings *bindings);
     const void *out;
 };
