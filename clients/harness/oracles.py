@@ -17,6 +17,7 @@ from .techniques import chosen
 from .verdicts import FAIL, SKIP, Table, Verdict, judged
 
 SIGMAS = 4.0
+SAMPLED_RAYS, SAMPLED_TOLERANCE = 256, 0.02  # of a pixel, to lights that have a size
 TRACED_SIDE = 24  # pixels at least, of a reference: a view is one measurement, its noise the mean's
 # Of techniques that take a number of bounces: numbers for which more answers are known.
 BOUNCES = (1,)
@@ -40,6 +41,19 @@ def readings(technique, long):
                       {"bounces": count}, f"bounces={count}")
 
 
+def model_of(oracle, reading):
+    """The model for the lights of an oracle: of some it may have no light that surfaces send on."""
+    model = reading.model
+    if oracle.needs.kinds <= model.indirect_lights:
+        return model
+    return dataclasses.replace(model, indirect_bounces=0)
+
+
+def is_sampled(oracle, reading):
+    """Whether its direct light is sought by rays, which are noisy."""
+    return reading.technique.has("light_rays") and oracle.needs.kinds != {"punctual"}
+
+
 def reason_against(oracle, reading):
     """Why an oracle does not apply, or ""."""
     missing = [key for key in oracle.asks if not reading.technique.has(key)]
@@ -47,7 +61,7 @@ def reason_against(oracle, reading):
         return f"no parameter {missing[0]}"
     if not oracle.full_brdf and not reading.technique.has("brdf"):
         return "surfaces cannot be made Lambertian"
-    return oracle.needs(reading.model)
+    return oracle.needs(model_of(oracle, reading))
 
 
 def tolerance_of(technique, layer):
@@ -82,8 +96,10 @@ def sight(daemon, oracle, reading, view, path):
     settings = {**technique.tolerance_settings, **reading.settings, **oracle.settings}
     if not oracle.full_brdf and technique.has("brdf"):
         settings["brdf"] = "lambert"
+    if is_sampled(oracle, reading):
+        settings["light_rays"] = SAMPLED_RAYS
     side = max(oracle.side, TRACED_SIDE if technique.is_reference else 0)
-    expected = oracle.expected(view, view.points(side), reading.model)
+    expected = oracle.expected(view, view.points(side), model_of(oracle, reading))
     if not expected:
         return
     layers = ["beauty", *(name for name in expected if name != "beauty")]
@@ -114,6 +130,8 @@ def _together(sightings):
 
 def judge_sighting(oracle, reading, sighting, reproduce):
     tolerance = tolerance_of(reading.technique, sighting.layer)
+    if is_sampled(oracle, reading):
+        tolerance = max(tolerance, SAMPLED_TOLERANCE)
     note = ", ".join(word for word in (sighting.layer, reading.note) if word)
     if not sighting.expected.any():
         figure, tolerance = float(np.abs(np.nan_to_num(sighting.seen, nan=np.inf)).max()), 0

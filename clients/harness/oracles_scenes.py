@@ -81,6 +81,7 @@ def lit_by(*kinds, bounces=None, **flags):
             if getattr(model, flag) != wanted:
                 return f"needs {flag.replace('_', ' ')}"
         return ""
+    reason.kinds = frozenset(kinds)
     return reason
 
 

@@ -15,6 +15,7 @@ class Model:
     indirect_bounces: int = 0
     indirect_visibility: bool = False
     lights: frozenset = frozenset()
+    indirect_lights: frozenset = frozenset()  # of those, whose light surfaces send on
     glossy_receivers: bool = False
     glossy_senders: bool = False
     transmission: bool = False
@@ -47,8 +48,8 @@ def settings_of(text):
 def _technique(item):
     model = {field.name: item.get("model", {})[field.name] for field in dataclasses.fields(Model)
              if field.name in item.get("model", {})}
-    if "lights" in model:
-        model["lights"] = frozenset(model["lights"])
+    for field in {"lights", "indirect_lights"} & model.keys():
+        model[field] = frozenset(model[field])
     return Technique(
         name=item["name"], summary=item.get("summary", ""), model=Model(**model),
         parameters={p["key"]: p for p in item.get("parameters", [])},

@@ -52,6 +52,7 @@ static enum bd_err run_light_side(struct bd_frame *frame)
 {
     frame->anew = frame->request->fresh == BD_FRESH_ALL;
     enum bd_err built = bd_stage_run(frame, BD_STAGE_RAYS, NULL);
+    if (!built) built = bd_stage_run(frame, BD_STAGE_EMITTERS, NULL);
     if (built) return built;
     for (uint32_t i = 0; i < frame->subject.light_count; i++) {
         struct bd_frame_light *light = &frame->subject.lights[i];
@@ -98,6 +99,7 @@ static enum bd_err composite(struct bd_frame *frame, bool first, bool only,
         .viewpoint = &frame->subject.viewpoint,
         .gbuffer = frame->gbuffer,
         .direct = frame->direct,
+        .area_light = frame->area_light,
         .indirect = frame->indirect,
         .lambert = frame->plan->params.lambert,
         .first = first,
@@ -147,6 +149,7 @@ static enum bd_err see_sub_frame(struct bd_frame *frame, uint32_t index)
     bd_viewpoint_set_sub_frame(&frame->subject.viewpoint, index, frame->request->aa);
     enum bd_err err = bd_stage_run(frame, BD_STAGE_GBUFFER, NULL);
     if (!err) err = bd_stage_run(frame, BD_STAGE_DIRECT, NULL);
+    if (!err) err = bd_stage_run(frame, BD_STAGE_AREA_LIGHT, NULL);
     if (!err && is_shared) return bd_stage_run(frame, BD_STAGE_SHARE, NULL);
     if (!err) err = bd_stage_run(frame, BD_STAGE_DISCONTINUITY, NULL);
     if (!err) err = bd_stage_run(frame, BD_STAGE_FRAGMENTS, NULL);

@@ -15,18 +15,20 @@
 
 #define VPL_BUDGET_SHARES 4.0 // unless said otherwise: so many lights' own
 
-bool bd_plan_light_shines(const struct bd_scene *scene, uint32_t placed_light)
+bool bd_plan_light_shines(const struct bd_plan *plan, const struct bd_scene *scene,
+                          uint32_t placed_light)
 {
+    if (plan->rig_yields) return false;
     const struct bd_light *light = &scene->lights[scene->placed_lights[placed_light].object];
     bool coloured = light->color[0] > 0 || light->color[1] > 0 || light->color[2] > 0;
     return light->intensity > 0 && coloured;
 }
 
-static uint32_t count_lights(const struct bd_scene *scene)
+static uint32_t count_lights(const struct bd_plan *plan, const struct bd_scene *scene)
 {
     uint32_t count = 0;
     for (uint32_t i = 0; i < scene->placed_light_count; i++)
-        count += bd_plan_light_shines(scene, i);
+        count += bd_plan_light_shines(plan, scene, i);
     return count;
 }
 
@@ -34,7 +36,7 @@ static uint64_t count_vpls(const struct bd_plan *plan, const struct bd_scene *sc
 {
     uint64_t count = 0;
     for (uint32_t i = 0; i < scene->placed_light_count; i++) {
-        if (!bd_plan_light_shines(scene, i)) continue;
+        if (!bd_plan_light_shines(plan, scene, i)) continue;
         const struct bd_light_setup setup = bd_light_setup_of(scene, i);
         uint64_t side = bd_plan_grid_side(plan, &setup);
         count += side * side * setup.face_count;
@@ -45,7 +47,7 @@ static uint64_t count_vpls(const struct bd_plan *plan, const struct bd_scene *sc
 static bool some_map_is_reduced(const struct bd_plan *plan, const struct bd_scene *scene)
 {
     for (uint32_t i = 0; i < scene->placed_light_count; i++) {
-        if (!bd_plan_light_shines(scene, i)) continue;
+        if (!bd_plan_light_shines(plan, scene, i)) continue;
         const struct bd_light_setup setup = bd_light_setup_of(scene, i);
         if (bd_plan_grid_side(plan, &setup) * BD_PLAN_BLOCK_TEXELS_MAX < plan->params.rsm_size)
             return true;
@@ -53,11 +55,11 @@ static bool some_map_is_reduced(const struct bd_plan *plan, const struct bd_scen
     return false;
 }
 
-static double total_flux_lm(const struct bd_scene *scene)
+static double total_flux_lm(const struct bd_plan *plan, const struct bd_scene *scene)
 {
     double flux_lm = 0;
     for (uint32_t i = 0; i < scene->placed_light_count; i++)
-        if (bd_plan_light_shines(scene, i)) flux_lm += bd_light_setup_of(scene, i).flux_lm;
+        if (bd_plan_light_shines(plan, scene, i)) flux_lm += bd_light_setup_of(scene, i).flux_lm;
     return flux_lm;
 }
 
@@ -166,10 +168,13 @@ static struct bd_model model_of(const struct bd_plan *plan)
     struct bd_model model = plan->technique->model;
     if (plan->technique->is_reference) {
         model.lights = plan->params.lights;
+        model.indirect_lights = plan->params.indirect_lights;
         model.indirect_visibility = plan->params.indirect_visibility;
         model.transmission = plan->params.transmission;
         model.coverage = plan->params.alpha_coverage;
     }
+    if (!plan->technique->is_reference && plan->params.light_rays == 0)
+        model.lights &= BD_LIGHTS_PUNCTUAL;
     model.indirect_visibility |= plan->rays;
     return model;
 }
@@ -179,9 +184,8 @@ static void flag_what_is_not_honoured(const struct bd_plan *plan, const struct b
 {
     const struct bd_features *f = &scene->features;
     const struct bd_model model = model_of(plan);
-    bool rig_yields = bd_scene_lights_yield(scene) && model.lights & BD_LIGHTS_ENVIRONMENT;
     for (uint32_t i = 0; i < scene->flags.count; i++)
-        if (!rig_yields || strcmp(scene->flags.text[i], "default_lights") != 0)
+        if (!plan->rig_yields || strcmp(scene->flags.text[i], "default_lights") != 0)
             bd_report_flag(report, "%s", scene->flags.text[i]);
     if (plan->unoccluded) bd_report_flag(report, "%s", BD_FLAG_UNOCCLUDED);
     if (f->has_blend && !model.coverage) bd_report_flag(report, "blend_as_mask");
@@ -245,8 +249,7 @@ static void describe_request(const struct bd_plan *plan, const struct bd_scene *
     report->aa = request->aa;
     snprintf(report->filter, sizeof report->filter, "%s", filter_name(plan, request->aa));
     memcpy(report->region, request->region, sizeof report->region);
-    bool rig_yields = bd_scene_lights_yield(scene) && model_of(plan).lights & BD_LIGHTS_ENVIRONMENT;
-    report->counts.lights = rig_yields ? 0 : scene->placed_light_count;
+    report->counts.lights = plan->rig_yields ? 0 : scene->placed_light_count;
     report->counts.triangles = scene->features.triangle_count;
 }
 
@@ -284,11 +287,16 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
     if (err) return err;
 
     const struct bd_features *f = &scene->features;
-    out->light_count = count_lights(scene);
+    const uint32_t lights = model_of(out).lights;
+    out->rig_yields = bd_scene_lights_yield(scene) && lights & BD_LIGHTS_ENVIRONMENT;
+    out->area_lights =
+        !out->technique->is_reference && ((f->has_emissive && lights & BD_LIGHTS_EMISSIVE) ||
+                                          (f->has_environment && lights & BD_LIGHTS_ENVIRONMENT));
+    out->light_count = count_lights(out, scene);
     out->indirect = out->light_count > 0 && out->technique->indirect;
     out->glossy = out->indirect && out->technique->model.glossy_receivers && !out->params.lambert &&
                   f->has_glossy;
-    out->flux_lm = total_flux_lm(scene);
+    out->flux_lm = total_flux_lm(out, scene);
     out->rays = out->indirect && bd_plan_reads(out, BD_PARAM_INDIRECT_VISIBILITY) &&
                 out->params.indirect_visibility == BD_VISIBILITY_RAYS;
     out->chosen = out->rays && out->params.rays < count_vpls(out, scene) &&

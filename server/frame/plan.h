@@ -19,6 +19,8 @@ struct bd_plan {
     struct bd_params params;
     int32_t camera;   // placed camera
     uint32_t stages;  // bits of enum bd_stage (frame/stage_rows.h)
+    bool rig_yields;  // the default lights do, to an environment that lights instead
+    bool area_lights; // some surface emits or some sky shines, and lights
     bool indirect;    // the technique's indirect light runs
     bool rays;        // hide indirect light
     bool chosen;      // of some VPLs alone, since there are more of them than rays
@@ -49,8 +51,9 @@ static inline bool bd_plan_reads(const struct bd_plan *plan, enum bd_param param
     return plan->technique->params_read >> param & 1;
 }
 
-// Whether a placed light has any power; one that has none costs no pass.
-bool bd_plan_light_shines(const struct bd_scene *scene, uint32_t placed_light);
+// Whether a placed light has any power, and does not yield; one that has none costs no pass.
+bool bd_plan_light_shines(const struct bd_plan *plan, const struct bd_scene *scene,
+                          uint32_t placed_light);
 
 // VPLs along one face's side of a light, after `vpl_budget`; at least 1. For clusters, those of the
 // coarsest blocks; there and for trees the nearest power of two.

@@ -36,7 +36,12 @@ static bool is_indirect(const struct bd_plan *plan)
 
 static bool has_rays(const struct bd_plan *plan)
 {
-    return plan->rays;
+    return plan->rays || plan->area_lights;
+}
+
+static bool has_area_lights(const struct bd_plan *plan)
+{
+    return plan->area_lights;
 }
 
 static bool is_shared(const struct bd_plan *plan)
@@ -91,6 +96,12 @@ static const char *no_rays(const struct bd_plan *plan)
     return is_indirect(plan) ? "indirect_visibility=none" : "no light to reflect";
 }
 
+static const char *no_area_light(const struct bd_plan *plan)
+{
+    if (!is_rendered(plan)) return NULL;
+    return plan->params.light_rays ? "no surface emits, no sky shines" : "light_rays=0";
+}
+
 static const char *no_filter(const struct bd_plan *plan)
 {
     return is_reference(plan) ? "noise_filter=off" : NULL;
@@ -120,7 +131,7 @@ static const char *no_tree(const struct bd_plan *plan)
 
 static const char *no_order(const struct bd_plan *plan)
 {
-    if (!has_rays(plan)) return no_rays(plan);
+    if (!plan->rays) return no_rays(plan);
     return plan->chosen ? NULL : "a ray to every VPL";
 }
 
@@ -149,11 +160,24 @@ OUTPUT(order, vpl_list)
 OUTPUT(tree, vpl_tree)
 OUTPUT(gbuffer, gbuffer)
 OUTPUT(direct, tex)
+OUTPUT(area_light, tex)
 OUTPUT(discontinuity, discontinuity)
 OUTPUT(fragments, fragments)
 OUTPUT(surfaces, surfaces)
 OUTPUT(indirect, indirect)
 OUTPUT(occluders, occluders)
+
+static uint64_t emitters_bytes(const void *output)
+{
+    return bd_area_lights_bytes(output);
+}
+
+static void destroy_emitters(void *renderer, void *output)
+{
+    (void)renderer;
+    struct bd_area_lights *own = output;
+    bd_area_lights_destroy(&own);
+}
 
 #define KEEPS(what, in, run_it)                                                                    \
     .run = run_it, .bytes = what##_bytes, .destroy = destroy_##what,                               \
@@ -173,6 +197,8 @@ OUTPUT(occluders, occluders)
 #define STAGES_OF_VPLS                                                                             \
     (STAGE(VPL_GRID) | STAGE(VPL_CLUSTERS) | STAGE(VPL_TREE) | STAGE(VPL_ORDER))
 
+// Rows keep their places when one grows.
+// clang-format off
 const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
     [BD_STAGE_BVH] =
         {
@@ -225,6 +251,25 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
             .why_not = no_rays,
             .reads = READS_PLACES,
             KEEPS(occluders, frame, bd_run_rays),
+        },
+    [BD_STAGE_EMITTERS] =
+        {
+            .pass = "emitters",
+            .is_needed = has_area_lights,
+            .why_not = no_area_light,
+            .reads = READS_PLACES | ASPECT(SIDES) | ASPECT(EMISSION) | ASPECT(ENVIRONMENT),
+            KEEPS(emitters, frame, bd_run_emitters),
+        },
+    [BD_STAGE_AREA_LIGHT] =
+        {
+            .pass = "area_light",
+            .is_of_each = true,
+            .is_needed = has_area_lights,
+            .why_not = no_area_light,
+            .from = STAGE(SEEN) | STAGE(RAYS) | STAGE(EMITTERS),
+            .reads = READS_BRDF | BD_READ_LIGHT_SEED | BD_READ_UNIT,
+            .params = PARAM(BRDF) | PARAM(LIGHT_RAYS) | PARAM(NOISE_FILTER) | PARAM(ALPHA),
+            KEEPS(area_light, frame, bd_run_area_light),
         },
     [BD_STAGE_RSM] =
         {
@@ -330,6 +375,7 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
                             .is_keyless = true},
     [BD_STAGE_READBACK] = {.pass = "readback", .is_needed = is_rendered, .is_keyless = true},
 };
+// clang-format on
 
 // --- names ------------------------------------------------------------------------------------
 
@@ -363,7 +409,7 @@ static void set_up_lights(struct bd_subject *subject)
     subject->lights = calloc(scene->placed_light_count + 1, sizeof *subject->lights);
     BD_ASSERT(subject->lights);
     for (uint32_t i = 0; i < scene->placed_light_count; i++) {
-        if (!bd_plan_light_shines(scene, i)) continue;
+        if (!bd_plan_light_shines(subject->plan, scene, i)) continue;
         struct bd_frame_light *light = &subject->lights[subject->light_count++];
         light->setup = bd_light_setup_of(scene, i);
         light->grid_side = bd_plan_grid_side(subject->plan, &light->setup);
@@ -455,6 +501,9 @@ static uint64_t key_reads(uint64_t key, const struct bd_subject *subject, uint32
         key = key_light(key, subject, reads, light ? light : &subject->lights[i]);
     if (reads & BD_READ_VIEW) key = key_view(key, &subject->viewpoint);
     if (reads & BD_READ_SEED && subject->plan->chosen) key = bd_key_number(key, subject->seed);
+    if (reads & BD_READ_LIGHT_SEED) key = bd_key_number(key, subject->seed);
+    if (reads & BD_READ_UNIT)
+        key = bd_key_bytes(key, &subject->unit_cd_m2, sizeof subject->unit_cd_m2);
     const double emission_unit = subject->plan->emission ? subject->unit_cd_m2 : 0;
     if (reads & BD_READ_EMISSION_UNIT)
         key = bd_key_bytes(key, &emission_unit, sizeof emission_unit);
@@ -480,6 +529,8 @@ uint64_t bd_stage_key(const struct bd_subject *subject, enum bd_stage stage,
     uint64_t key = bd_key_begin(row->reads_all_params ? plan->technique->name : "");
     key = bd_key_number(key, (uint64_t)stage << 32 | glossy);
     key = key_reads(key, subject, row->reads | glossy, light);
+    // Rays that look for lights ask the processor, whatever the device.
+    if (stage == BD_STAGE_RAYS) key = bd_key_number(key, plan->area_lights);
     key = bd_params_hash(&plan->params,
                          row->reads_all_params ? plan->technique->params_read : row->params, key);
     for (enum bd_stage from = 0; from < BD_STAGE_COUNT; from++)

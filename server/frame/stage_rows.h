@@ -25,6 +25,8 @@ enum bd_stage {
     BD_STAGE_SHADOW_MAP,
     BD_STAGE_DIRECT,
     BD_STAGE_RAYS,
+    BD_STAGE_EMITTERS, // and the sky
+    BD_STAGE_AREA_LIGHT,
     BD_STAGE_RSM,
     BD_STAGE_VPL_GRID,
     BD_STAGE_VPL_CLUSTERS,
@@ -49,7 +51,9 @@ enum bd_stage_read {
     BD_READ_LIGHT_SIDES = 4u << BD_ASPECT_COUNT, // how fine its maps and grids are
     BD_READ_VIEW = 8u << BD_ASPECT_COUNT,
     BD_READ_EMISSION_UNIT = 16u << BD_ASPECT_COUNT, // the frame's, where something emits
-    BD_READ_SEED = 32u << BD_ASPECT_COUNT,          // where something is chosen by chance
+    BD_READ_SEED = 32u << BD_ASPECT_COUNT,          // where VPLs are chosen by chance
+    BD_READ_LIGHT_SEED = 64u << BD_ASPECT_COUNT,    // of rays to lights
+    BD_READ_UNIT = 128u << BD_ASPECT_COUNT,         // the frame's, whatever emits
 };
 
 struct bd_frame;

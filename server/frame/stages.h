@@ -8,6 +8,7 @@
 
 #include "frame/frame.h"
 #include "frame/stage_rows.h"
+#include "lights/area_lights.h"
 #include "pass/composite.h"
 #include "pass/direct.h"
 #include "pass/fragments.h"
@@ -53,6 +54,7 @@ struct bd_frame {
     bool anew;           // what earlier frames made is not taken over; set side by side
     struct bd_gpu_scene *scene;
     struct bd_occluders *occluders;
+    struct bd_area_lights *emitters; // and the sky
     struct bd_vpl_list *order; // the VPLs of all lights
     uint64_t rests_on; // the key of what the stage that runs makes its output of; 0: of nothing
     struct bd_subject subject; // its viewpoint: of the current sub-frame
@@ -60,7 +62,7 @@ struct bd_frame {
     // Of the current sub-frame: the keys of its stages that ran, and their outputs.
     uint64_t keys[BD_STAGE_COUNT];
     struct bd_gbuffer *gbuffer;
-    struct bd_tex *direct;
+    struct bd_tex *direct, *area_light;
     struct bd_discontinuity *discontinuity;
     struct bd_fragments *fragments;
     struct bd_surfaces *surfaces;
@@ -84,6 +86,8 @@ enum bd_err bd_run_gbuffer(struct bd_frame *frame, struct bd_frame_light *light)
 enum bd_err bd_run_shadow_map(struct bd_frame *frame, struct bd_frame_light *light);
 enum bd_err bd_run_direct(struct bd_frame *frame, struct bd_frame_light *light);
 enum bd_err bd_run_rays(struct bd_frame *frame, struct bd_frame_light *light);
+enum bd_err bd_run_emitters(struct bd_frame *frame, struct bd_frame_light *light);
+enum bd_err bd_run_area_light(struct bd_frame *frame, struct bd_frame_light *light);
 enum bd_err bd_run_rsm(struct bd_frame *frame, struct bd_frame_light *light);
 enum bd_err bd_run_vpl_grid(struct bd_frame *frame, struct bd_frame_light *light);
 enum bd_err bd_run_vpl_clusters(struct bd_frame *frame, struct bd_frame_light *light);

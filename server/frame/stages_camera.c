@@ -4,7 +4,9 @@
 #include <string.h>
 
 #include "base/assert.h"
+#include "base/hash.h"
 #include "frame/stages.h"
+#include "pass/area_direct.h"
 #include "pass/upsample.h"
 #include "technique/sub_frame_light.h"
 
@@ -40,6 +42,46 @@ enum bd_err bd_run_direct(struct bd_frame *frame, struct bd_frame_light *light)
     enum bd_err err = bd_direct_run(&frame->context, &inputs, &frame->direct, frame->fault);
     free(lights);
     return err;
+}
+
+// A quarter of the rays for sub-frames behind the first, whose noise is added up with theirs; each
+// goes by numbers of its own.
+#define LATER_SHARE 4u
+
+static uint64_t seed_of_sub_frame(const struct bd_subject *subject)
+{
+    const double sample_px[2] = {subject->viewpoint.sample_x_px, subject->viewpoint.sample_y_px};
+    return bd_key_bytes(bd_key_number(bd_key_begin("area"), subject->seed), sample_px,
+                        sizeof sample_px);
+}
+
+static uint32_t light_rays_of(const struct bd_frame *frame)
+{
+    const struct bd_viewpoint *v = &frame->subject.viewpoint;
+    const uint32_t rays = frame->plan->params.light_rays;
+    const bool is_first = v->sample_x_px == 0.5 && v->sample_y_px == 0.5;
+    const uint32_t later = rays / LATER_SHARE & ~1u;
+    return is_first ? rays : later ? later : 2;
+}
+
+enum bd_err bd_run_area_light(struct bd_frame *frame, struct bd_frame_light *light)
+{
+    (void)light;
+    const struct bd_plan *plan = frame->plan;
+    const bool by_coverage = bd_plan_reads(plan, BD_PARAM_ALPHA) && plan->params.alpha_coverage;
+    const struct bd_area_direct_inputs inputs = {
+        .scene = frame->scene,
+        .viewpoint = &frame->subject.viewpoint,
+        .gbuffer = frame->gbuffer,
+        .lights = frame->emitters,
+        .visibility = {frame->occluders, bd_renderer_pool(frame->renderer),
+                       by_coverage ? BD_RAYS_ALPHA_COVERAGE : BD_RAYS_ALPHA_MASK},
+        .rays = light_rays_of(frame),
+        .seed = seed_of_sub_frame(&frame->subject),
+        .lambert = plan->params.lambert,
+        .filtered = plan->params.noise_filter,
+    };
+    return bd_area_direct_run(&frame->context, &inputs, &frame->area_light, frame->fault);
 }
 
 static struct bd_discontinuity_inputs discontinuity_inputs(const struct bd_frame *frame)
@@ -181,6 +223,7 @@ void bd_stage_leave_camera_side(struct bd_frame *frame)
     memset(frame->keys, 0, sizeof frame->keys);
     frame->gbuffer = NULL;
     frame->direct = NULL;
+    frame->area_light = NULL;
     frame->discontinuity = NULL;
     frame->fragments = NULL;
     frame->surfaces = NULL;

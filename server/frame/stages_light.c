@@ -102,6 +102,14 @@ enum bd_err bd_run_vpl_clusters(struct bd_frame *frame, struct bd_frame_light *l
     return bd_vpl_clusters_run(&frame->context, &inputs, &light->vpls, frame->fault);
 }
 
+enum bd_err bd_run_emitters(struct bd_frame *frame, struct bd_frame_light *light)
+{
+    (void)light;
+    bd_slicer_work(frame->context.slicer, "emitters");
+    return bd_area_lights_create(frame->snapshot, bd_slicer_pause, frame->context.slicer,
+                                 &frame->emitters, frame->fault);
+}
+
 enum bd_err bd_run_vpl_tree(struct bd_frame *frame, struct bd_frame_light *light)
 {
     const struct bd_vpl_tree_inputs inputs = {

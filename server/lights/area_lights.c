@@ -9,9 +9,9 @@
 #include "scene/render_space.h"
 #include "scene/triangle_order.h"
 
-// Parts of a triangle with a map.
-#define SPLITS      8u
-#define PARTS       (SPLITS * SPLITS)
+// Along a side of a triangle with a map: parts, halved until there are no more than this in all.
+#define SPLITS_MAX  8u
+#define PARTS_ASKED (UINT64_C(1) << 16)
 #define PAUSE_EVERY 1024u // triangles or parts
 // Of a part, along a side: where its map is looked at for its mean.
 #define LOOKS_OF_PART 2u
@@ -22,29 +22,18 @@ struct making {
     struct bd_triangle_order order;
     enum bd_err (*pause)(void *user);
     void *user;
-    double flux; // so far
+    uint32_t splits;
+    float *flux; // of each
 };
 
-static float luminance(f3 rgb)
+static float brightest(f3 rgb)
 {
-    return 0.2126f * rgb.x + 0.7152f * rgb.y + 0.0722f * rgb.z;
+    return fmaxf(rgb.x, fmaxf(rgb.y, rgb.z));
 }
 
 static bool is_emissive(const struct bd_material *m)
 {
     return !m->unlit && (m->emissive[0] > 0 || m->emissive[1] > 0 || m->emissive[2] > 0);
-}
-
-bool bd_scene_has_emitters(const struct bd_scene *scene)
-{
-    for (uint32_t i = 0; i < scene->instance_count; i++) {
-        const struct bd_mesh *mesh = scene->meshes[scene->instances[i].mesh];
-        for (uint32_t p = 0; p < mesh->primitive_count; p++)
-            if (mesh->primitives[p].index_count > 0 &&
-                is_emissive(&scene->materials[mesh->primitives[p].material]))
-                return true;
-    }
-    return false;
 }
 
 // --- what is emitted ----------------------------------------------------------------------------
@@ -89,11 +78,11 @@ static f3 corner_of(const struct making *m, const struct bd_instance *instance,
 }
 
 // Of the middles of equal parts.
-static float mean_luminance(const struct making *m, const struct bd_area_source *source,
-                            const struct bd_area_light *part)
+static float mean_brightness(const struct making *m, const struct bd_area_source *source,
+                             const struct bd_area_light *part)
 {
     if (!source->has_map && !source->has_alpha)
-        return luminance(emission_at(m->lights->scene, source, part->triangle, 0, 0));
+        return brightest(emission_at(m->lights->scene, source, part->triangle, 0, 0));
     float sum = 0;
     for (uint32_t i = 0; i < LOOKS_OF_PART; i++)
         for (uint32_t j = 0; j < 2 * (LOOKS_OF_PART - i) - 1; j++) {
@@ -104,7 +93,7 @@ static float mean_luminance(const struct making *m, const struct bd_area_source 
                 part->u[0] + s * (part->u[1] - part->u[0]) + t * (part->u[2] - part->u[0]);
             const float v =
                 part->v[0] + s * (part->v[1] - part->v[0]) + t * (part->v[2] - part->v[0]);
-            sum += luminance(emission_at(m->lights->scene, source, part->triangle, u, v));
+            sum += brightest(emission_at(m->lights->scene, source, part->triangle, u, v));
         }
     return sum / (LOOKS_OF_PART * LOOKS_OF_PART);
 }
@@ -116,17 +105,16 @@ static f3 point_at(const struct bd_area_light *whole, float u, float v)
                          f3_scale(f3_sub(whole->corner[2], whole->corner[0]), v)));
 }
 
-// Maps may have a texel where none is looked at: no part is left out whose neighbours shine.
+// Maps may have a texel where none is looked at: what is not black all over has `least`.
 static void add_part(struct making *m, const struct bd_area_source *source,
                      const struct bd_area_light *part, float least)
 {
     struct bd_area_lights *lights = m->lights;
     struct bd_area_light *added = &lights->lights[lights->count];
     *added = *part;
-    added->luminance = fmaxf(mean_luminance(m, source, part), least);
-    if (!(added->luminance > 0) || !(added->area > 0)) return;
-    m->flux += (double)added->luminance * added->area * (source->two_sided ? 2 : 1);
-    lights->cumulated[lights->count++] = (float)m->flux;
+    added->brightest = fmaxf(mean_brightness(m, source, part), least);
+    if (!(added->brightest > 0) || !(added->area > 0)) return;
+    m->flux[lights->count++] = added->brightest * added->area * (source->two_sided ? 2 : 1);
 }
 
 static void add_parts(struct making *m, const struct bd_area_source *source,
@@ -134,9 +122,11 @@ static void add_parts(struct making *m, const struct bd_area_source *source,
 {
     const struct bd_material *material = &m->lights->scene->materials[source->primitive->material];
     const f3 factor = f3_of(material->emissive[0], material->emissive[1], material->emissive[2]);
-    const float side = 1.0f / SPLITS, least = 0.01f * luminance(factor);
-    for (uint32_t i = 0; i < SPLITS; i++)
-        for (uint32_t j = 0; j < 2 * (SPLITS - i) - 1; j++) {
+    const uint32_t *index =
+        source->primitive->index + 3 * (size_t)(whole->triangle - source->first_triangle);
+    const float side = 1.0f / (float)m->splits, least = 0.01f * brightest(factor);
+    for (uint32_t i = 0; i < m->splits; i++)
+        for (uint32_t j = 0; j < 2 * (m->splits - i) - 1; j++) {
             struct bd_area_light part = *whole;
             const float u = (float)((j + 1) / 2) * side, v = (float)(i + j % 2) * side;
             const float turn = j % 2 ? -side : side;
@@ -145,8 +135,10 @@ static void add_parts(struct making *m, const struct bd_area_source *source,
             part.u[1] = u + turn;
             part.v[2] = v + turn;
             for (int c = 0; c < 3; c++) part.corner[c] = point_at(whole, part.u[c], part.v[c]);
-            part.area = whole->area / PARTS;
-            add_part(m, source, &part, least);
+            part.area = whole->area * side * side;
+            if (!bd_map_is_black(m->lights->scene, &material->emissive_map, source->primitive,
+                                 index, part.u, part.v))
+                add_part(m, source, &part, least);
         }
 }
 
@@ -212,7 +204,7 @@ static void count(const struct making *m, uint64_t *sources, uint64_t *lights)
         const struct bd_area_source source = source_of(scene, run, 0);
         *sources += run->instance_count;
         *lights += (uint64_t)run->instance_count * run->triangles_per_instance *
-                   (is_split(&source) ? PARTS : 1);
+                   (is_split(&source) ? (uint64_t)m->splits * m->splits : 1);
     }
 }
 
@@ -221,7 +213,7 @@ static enum bd_err add_instance(struct making *m, const struct bd_triangle_run *
     struct bd_area_lights *lights = m->lights;
     struct bd_area_source *source = &lights->sources[lights->source_count++];
     const uint32_t place = m->order.instances[run->first_instance + i];
-    const uint32_t every = PAUSE_EVERY / PARTS;
+    const uint32_t every = PAUSE_EVERY / (m->splits * m->splits);
     enum bd_err err = BD_ERR_OK;
     *source = source_of(lights->scene, run, i);
     for (uint32_t t = 0; !err && t < run->triangles_per_instance; t++) {
@@ -240,28 +232,35 @@ static enum bd_err add_all(struct making *m)
         if (!is_emissive(&scene->materials[primitive_of(scene, run)->material])) continue;
         for (uint32_t i = 0; !err && i < run->instance_count; i++) err = add_instance(m, run, i);
     }
-    for (uint32_t i = 0; i < m->lights->count; i++)
-        m->lights->cumulated[i] = (float)(m->lights->cumulated[i] / m->flux);
-    if (m->lights->count) m->lights->cumulated[m->lights->count - 1] = 1;
     return err;
+}
+
+static enum bd_err make_tree(struct making *m, struct bd_fault *fault)
+{
+    struct bd_area_lights *lights = m->lights;
+    if (lights->count <= BD_AREA_WEIGHED_MAX) return BD_ERR_OK;
+    return bd_emitter_tree_init(&lights->tree, lights->lights, m->flux, lights->count, m->pause,
+                                m->user, fault);
 }
 
 static enum bd_err make_emitters(struct making *m, struct bd_fault *fault)
 {
     struct bd_area_lights *lights = m->lights;
     uint64_t sources, parts;
+    m->splits = SPLITS_MAX;
     count(m, &sources, &parts);
-    if (parts > BD_AREA_PARTS_MAX)
-        return bd_fault_set(fault, BD_ERR_LIMIT, "scene",
-                            "%llu triangles and parts of them emit; %u can light",
-                            (unsigned long long)parts, BD_AREA_PARTS_MAX);
+    for (; parts > PARTS_ASKED && m->splits > 1; count(m, &sources, &parts)) m->splits /= 2;
+    if (parts > BD_AREA_LIGHTS_MAX)
+        return bd_fault_set(fault, BD_ERR_LIMIT, "scene", "%llu triangles emit; %u can light",
+                            (unsigned long long)parts, BD_AREA_LIGHTS_MAX);
     lights->sources = calloc(sources + 1, sizeof *lights->sources);
     lights->lights = malloc((parts + 1) * sizeof *lights->lights);
-    lights->cumulated = malloc((parts + 1) * sizeof *lights->cumulated);
-    if (!lights->sources || !lights->lights || !lights->cumulated)
+    m->flux = malloc((parts + 1) * sizeof *m->flux);
+    if (!lights->sources || !lights->lights || !m->flux)
         return bd_fault_set(fault, BD_ERR_NO_MEMORY, "scene", "no memory for %llu emitters",
                             (unsigned long long)parts);
-    return add_all(m);
+    enum bd_err err = add_all(m);
+    return err ? err : make_tree(m, fault);
 }
 
 enum bd_err bd_area_lights_create(struct bd_scene *scene, enum bd_err (*pause)(void *user),
@@ -275,6 +274,7 @@ enum bd_err bd_area_lights_create(struct bd_scene *scene, enum bd_err (*pause)(v
     bd_triangle_order_init(&m.order, scene);
     enum bd_err err = make_emitters(&m, fault);
     bd_triangle_order_finish(&m.order);
+    free(m.flux);
     if (!err) err = bd_sky_light_init(&lights->sky, &scene->environment, pause, user, fault);
     if (err) bd_area_lights_destroy(out);
     return err;
@@ -288,7 +288,7 @@ void bd_area_lights_destroy(struct bd_area_lights **lights)
     bd_sky_light_finish(&own->sky);
     free(own->lights);
     free(own->sources);
-    free(own->cumulated);
+    bd_emitter_tree_finish(&own->tree);
     bd_scene_release(&own->scene);
     free(own);
 }
@@ -296,22 +296,14 @@ void bd_area_lights_destroy(struct bd_area_lights **lights)
 uint64_t bd_area_lights_bytes(const struct bd_area_lights *lights)
 {
     const struct bd_sky_light *sky = &lights->sky;
-    return sizeof *lights + lights->count * (sizeof *lights->lights + sizeof *lights->cumulated) +
+    const struct bd_emitter_tree *tree = &lights->tree;
+    const uint64_t of_leaf = 2 * sizeof *tree->nodes + sizeof *tree->order + sizeof *tree->place;
+    return sizeof *lights + lights->count * sizeof *lights->lights + tree->count * of_leaf +
            lights->source_count * sizeof *lights->sources +
            sizeof(float) * ((uint64_t)sky->columns + 1) * sky->rows;
 }
 
-// --- choosing -----------------------------------------------------------------------------------
-
-uint32_t bd_area_light_choose(const struct bd_area_lights *lights, float number)
-{
-    return bd_cumulated_at(lights->cumulated, lights->count, number);
-}
-
-float bd_area_light_chance(const struct bd_area_lights *lights, uint32_t index)
-{
-    return lights->cumulated[index] - (index ? lights->cumulated[index - 1] : 0);
-}
+// --- finding ------------------------------------------------------------------------------------
 
 // Twice the signed area of barycentrics.
 static float side_of(const struct bd_area_light *part, int a, int b, float u, float v)

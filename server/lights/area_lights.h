@@ -2,15 +2,17 @@
 // who sample them. Triangles are in render space (scene/render_space.h), numbered as everywhere
 // (scene/triangle_order.h); light is in cd/m^2.
 //
-// A triangle whose material has an emissive map is listed in up to 64 parts, so that a picture on a
-// screen lights from where it is bright; what is emitted at a point is read from the map itself. A
+// A triangle whose material has an emissive map is listed in up to 64 parts, fewer where there are
+// many such triangles, so that a picture on a screen lights from where it is bright, and none where
+// it is black; what is emitted at a point is read from the map itself. A
 // surface emits to the front, double-sided ones both ways, unlit ones nothing; where its alpha says
 // that it is not there, it emits nothing.
 //
-// The sky is chosen from by its luminance, in cells: texels, or blocks of them where the map has
+// Choices go by the brightest channel, so that no channel is another than the others. The sky is
+// chosen from in cells: texels, or blocks of them where the map has
 // more than BD_SKY_CELLS_MAX. A constant sky has no cells: nothing finds it better than the cosine.
 //
-// Memory: 80 bytes a triangle or part; 4 bytes a cell. Deterministic. Thread: built on one, then
+// Memory: 144 bytes a triangle or part; 4 bytes a cell. Deterministic. Thread: built on one, then
 // read by all.
 
 #ifndef BD_LIGHTS_AREA_LIGHTS_H
@@ -21,16 +23,19 @@
 
 #include "base/err.h"
 #include "kernel/math.h"
+#include "lights/emitter_tree.h"
 #include "scene/scene.h"
 
-#define BD_AREA_PARTS_MAX (UINT32_C(1) << 22) // 320 MiB of them
-#define BD_SKY_CELLS_MAX  (UINT32_C(1) << 21)
+#define BD_AREA_LIGHTS_MAX (UINT32_C(1) << 22) // 580 MiB of them
+// So many are weighed one by one at every receiver; of more, there is a tree.
+#define BD_AREA_WEIGHED_MAX 64u
+#define BD_SKY_CELLS_MAX    (UINT32_C(1) << 21)
 
 struct bd_area_light {
     f3 corner[3];
     f3 normal;       // unit, to the front
     float area;      // > 0, render units
-    float luminance; // the mean, cd/m^2; > 0
+    float brightest; // its brightest channel's mean, cd/m^2; > 0
     uint32_t triangle;
     uint32_t source; // of the triangle, among `sources`
     // The part's corners as barycentrics of the triangle's second and third corner.
@@ -58,20 +63,22 @@ struct bd_area_lights {
     uint32_t count, source_count;
     struct bd_area_light *lights; // by rising number of their triangles
     struct bd_area_source *sources;
-    float *cumulated; // by flux: up to and with each, ends at 1
+    struct bd_emitter_tree tree; // of more than BD_AREA_WEIGHED_MAX
     struct bd_sky_light sky;
 };
 
-// Whether such lights shine in a scene at all: `bd_features` counts unlit surfaces in.
-bool bd_scene_has_emitters(const struct bd_scene *scene);
-
 // Retains the scene. `pause` is called every millisecond or so; what it returns but BD_ERR_OK ends
-// the work and is returned. BD_ERR_LIMIT for more than BD_AREA_PARTS_MAX triangles that emit.
+// the work and is returned. BD_ERR_LIMIT for more than BD_AREA_LIGHTS_MAX triangles that emit.
 BD_MUST_CHECK
 enum bd_err bd_area_lights_create(struct bd_scene *scene, enum bd_err (*pause)(void *user),
                                   void *user, struct bd_area_lights **out, struct bd_fault *fault);
 void bd_area_lights_destroy(struct bd_area_lights **lights);
 uint64_t bd_area_lights_bytes(const struct bd_area_lights *lights);
+
+static inline bool bd_area_lights_shine(const struct bd_area_lights *lights)
+{
+    return lights->count > 0 || lights->sky.shines;
+}
 
 // What a triangle emits towards `to_viewer` from the point at barycentrics of its second and third
 // corner, cd/m^2. `light` is any part of the triangle.
@@ -81,11 +88,6 @@ f3 bd_area_emission(const struct bd_area_lights *lights, const struct bd_area_li
 // The part at a point of a triangle; NULL if it emits nothing.
 const struct bd_area_light *bd_area_light_at(const struct bd_area_lights *lights, uint32_t triangle,
                                              float u, float v);
-
-// The chance of a part, by flux.
-float bd_area_light_chance(const struct bd_area_lights *lights, uint32_t index);
-// The part that a number in [0, 1) chooses.
-uint32_t bd_area_light_choose(const struct bd_area_lights *lights, float number);
 
 // From a unit direction, cd/m^2; bilinear, as the map is seen elsewhere.
 f3 bd_sky_light_radiance(const struct bd_sky_light *sky, f3 direction);

@@ -58,6 +58,23 @@ void bd_stream_at(const float *stream, uint32_t size, const uint32_t index[3], f
                  u * stream[size * (size_t)index[1] + c] + v * stream[size * (size_t)index[2] + c];
 }
 
+static const struct bd_picture *picture_of(const struct bd_scene *scene,
+                                           const struct bd_texture_ref *map)
+{
+    const int32_t picture = scene->textures[map->texture].picture;
+    return picture == BD_NONE ? NULL : scene->pictures[picture];
+}
+
+static void coordinates_at(const struct bd_texture_ref *map, const struct bd_primitive *primitive,
+                           const uint32_t index[3], float u, float v, float out[2])
+{
+    float uv[2];
+    bd_stream_at(primitive->uv[map->uv_set], 2, index, u, v, uv);
+    const float *m = map->uv_transform;
+    out[0] = m[0] * uv[0] + m[1] * uv[1] + m[2];
+    out[1] = m[3] * uv[0] + m[4] * uv[1] + m[5];
+}
+
 struct bd_map_texel bd_map_at(const struct bd_scene *scene, const struct bd_texture_ref *map,
                               const struct bd_primitive *primitive, const uint32_t index[3],
                               float u, float v)
@@ -65,19 +82,56 @@ struct bd_map_texel bd_map_at(const struct bd_scene *scene, const struct bd_text
     const struct bd_map_texel white = {f3_of(1, 1, 1), 1};
     if (map->texture == BD_NONE || !primitive->uv[map->uv_set]) return white;
     const struct bd_texture *texture = &scene->textures[map->texture];
-    const struct bd_picture *picture =
-        texture->picture == BD_NONE ? NULL : scene->pictures[texture->picture];
+    const struct bd_picture *picture = picture_of(scene, map);
     if (!picture || picture->width_px == 0 || picture->height_px == 0) return white;
     float uv[2];
-    bd_stream_at(primitive->uv[map->uv_set], 2, index, u, v, uv);
-    const float *m = map->uv_transform;
-    const struct span x = span_of(m[0] * uv[0] + m[1] * uv[1] + m[2], picture->width_px,
-                                  texture->wrap_s, texture->nearest);
-    const struct span y = span_of(m[3] * uv[0] + m[4] * uv[1] + m[5], picture->height_px,
-                                  texture->wrap_t, texture->nearest);
+    coordinates_at(map, primitive, index, u, v, uv);
+    const struct span x = span_of(uv[0], picture->width_px, texture->wrap_s, texture->nearest);
+    const struct span y = span_of(uv[1], picture->height_px, texture->wrap_t, texture->nearest);
     const struct bd_map_texel above =
         between(texel_at(picture, x.at[0], y.at[0]), texel_at(picture, x.at[1], y.at[0]), x.share);
     const struct bd_map_texel below =
         between(texel_at(picture, x.at[0], y.at[1]), texel_at(picture, x.at[1], y.at[1]), x.share);
     return between(above, below, y.share);
+}
+
+// --- blackness ----------------------------------------------------------------------------------
+
+#define BLACK_SIDE_MAX 64u
+
+// Texels along an axis that filtering may read between coordinates; 0: too many, or none that can
+// be told.
+static uint32_t texels_between(const float at[3], uint32_t size, bool nearest, double *first)
+{
+    const float low = fminf(at[0], fminf(at[1], at[2])), high = fmaxf(at[0], fmaxf(at[1], at[2]));
+    if (!(fabsf(low) < 1e6f) || !(fabsf(high) < 1e6f)) return 0;
+    const double off = nearest ? 0 : 0.5;
+    *first = floor((double)low * size - off);
+    const double count = floor((double)high * size + off) - *first + 1;
+    return count > BLACK_SIDE_MAX ? 0 : (uint32_t)count;
+}
+
+bool bd_map_is_black(const struct bd_scene *scene, const struct bd_texture_ref *map,
+                     const struct bd_primitive *primitive, const uint32_t index[3],
+                     const float u[3], const float v[3])
+{
+    if (map->texture == BD_NONE || !primitive->uv[map->uv_set]) return false;
+    const struct bd_texture *texture = &scene->textures[map->texture];
+    const struct bd_picture *picture = picture_of(scene, map);
+    if (!picture || picture->width_px == 0 || picture->height_px == 0) return false;
+    float s[3], t[3], uv[2];
+    double left, top;
+    for (int c = 0; c < 3; c++) {
+        coordinates_at(map, primitive, index, u[c], v[c], uv);
+        s[c] = uv[0], t[c] = uv[1];
+    }
+    const uint32_t across = texels_between(s, picture->width_px, texture->nearest, &left);
+    const uint32_t down = texels_between(t, picture->height_px, texture->nearest, &top);
+    for (uint32_t i = 0; i < across * down; i++) {
+        const uint32_t x = wrap(left + i % across, picture->width_px, texture->wrap_s);
+        const uint32_t y = wrap(top + i / across, picture->height_px, texture->wrap_t);
+        const uint8_t *rgba = picture->rgba + 4 * ((size_t)picture->width_px * y + x);
+        if (rgba[0] | rgba[1] | rgba[2]) return false;
+    }
+    return across * down > 0;
 }

@@ -5,9 +5,9 @@
 
 static const double pi = 3.14159265358979323846;
 
-static float luminance(const float rgb[3])
+static float brightest(const float rgb[3])
 {
-    return 0.2126f * rgb[0] + 0.7152f * rgb[1] + 0.0722f * rgb[2];
+    return fmaxf(rgb[0], fmaxf(rgb[1], rgb[2]));
 }
 
 static const float *texel(const struct bd_sky_map *map, int64_t x, int64_t y)
@@ -27,7 +27,7 @@ static double mean_of_texel(const struct bd_sky_map *map, int64_t x, int64_t y)
     double sum = 0;
     for (int dy = 0; dy < 3; dy++)
         for (int dx = 0; dx < 3; dx++)
-            sum += weight[dy] * weight[dx] * luminance(texel(map, x + dx - 1, y + dy - 1));
+            sum += weight[dy] * weight[dx] * brightest(texel(map, x + dx - 1, y + dy - 1));
     return sum;
 }
 

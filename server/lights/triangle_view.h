@@ -25,7 +25,7 @@ struct bd_triangle_view bd_triangle_view_of(const struct bd_area_light *light, b
 static inline float bd_triangle_view_weight(const struct bd_triangle_view *view,
                                             const struct bd_area_light *light)
 {
-    return light->luminance * view->solid_sr * view->above;
+    return light->brightest * view->solid_sr * view->above;
 }
 
 // A point of the part for two numbers in [0, 1): barycentrics of the triangle, where it is, and

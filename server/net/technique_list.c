@@ -12,7 +12,7 @@ static void *zeroed(size_t count, size_t size)
     return memory;
 }
 
-static void write_lights(uint32_t lights, Bounced__Model *out)
+static size_t write_lights(uint32_t lights, char ***out)
 {
     static const struct {
         enum bd_lights bit;
@@ -21,9 +21,11 @@ static void write_lights(uint32_t lights, Bounced__Model *out)
                  {BD_LIGHTS_EMISSIVE, "emissive"},
                  {BD_LIGHTS_ENVIRONMENT, "environment"}};
     const size_t kind_count = sizeof kinds / sizeof kinds[0];
-    out->lights = zeroed(kind_count, sizeof *out->lights);
+    size_t count = 0;
+    *out = zeroed(kind_count, sizeof **out);
     for (size_t i = 0; i < kind_count; i++)
-        if (lights & kinds[i].bit) out->lights[out->n_lights++] = bd_answer_text(kinds[i].name);
+        if (lights & kinds[i].bit) (*out)[count++] = bd_answer_text(kinds[i].name);
+    return count;
 }
 
 static Bounced__Model *model_message(const struct bd_model *model)
@@ -32,7 +34,9 @@ static Bounced__Model *model_message(const struct bd_model *model)
     bounced__model__init(out);
     BD_SET(out, indirect_bounces, model->indirect_bounces);
     BD_SET(out, indirect_visibility, model->indirect_visibility);
-    write_lights(model->lights, out);
+    out->n_lights = write_lights(model->lights, &out->lights);
+    out->n_indirect_lights =
+        write_lights(model->lights & model->indirect_lights, &out->indirect_lights);
     BD_SET(out, glossy_receivers, model->glossy_receivers);
     BD_SET(out, glossy_senders, model->glossy_senders);
     BD_SET(out, transmission, model->transmission);

@@ -10,8 +10,11 @@ static struct bd_program_source source_of(const struct bd_composite_inputs *inpu
 {
     struct bd_program_source source = {.compute = "pass/composite/composite.comp"};
     bool indirect = which == BD_COMPOSITE_BEAUTY || which == BD_COMPOSITE_INDIRECT;
+    bool direct = which == BD_COMPOSITE_BEAUTY || which == BD_COMPOSITE_DIRECT;
     bool emission = which == BD_COMPOSITE_BEAUTY || which == BD_COMPOSITE_EMISSION;
     bd_define(&source.defines, "BD_LAYER", (int32_t)which);
+    if (direct && inputs->direct) bd_define(&source.defines, "BD_DIRECT", 1);
+    if (direct && inputs->area_light) bd_define(&source.defines, "BD_AREA_LIGHT", 1);
     if (indirect && inputs->indirect) bd_define(&source.defines, "BD_INDIRECT", 1);
     if (indirect && inputs->indirect && inputs->indirect->glossy)
         bd_define(&source.defines, "BD_GLOSSY", 1);
@@ -25,6 +28,7 @@ static void bind_inputs(const struct bd_composite_inputs *inputs, struct bd_bind
     bd_gbuffer_bind(inputs->gbuffer, bindings);
     bindings->textures[BD_UNIT_GBUFFER_EMISSION].tex = inputs->gbuffer->emission;
     bindings->textures[BD_UNIT_DIRECT].tex = inputs->direct;
+    bindings->textures[BD_UNIT_AREA_LIGHT].tex = inputs->area_light;
     if (!inputs->indirect) return;
     bindings->textures[BD_UNIT_INDIRECT].tex = inputs->indirect->irradiance;
     bindings->textures[BD_UNIT_INDIRECT_GLOSSY].tex = inputs->indirect->glossy;

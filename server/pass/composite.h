@@ -16,7 +16,8 @@ struct bd_composite_inputs {
     const struct bd_gpu_scene *scene;
     const struct bd_viewpoint *viewpoint;
     const struct bd_gbuffer *gbuffer;
-    const struct bd_tex *direct;
+    const struct bd_tex *direct;        // NULL: no punctual light shines
+    const struct bd_tex *area_light;    // NULL: nothing with a size shines
     const struct bd_indirect *indirect; // NULL: the technique has none
     bool lambert;
     bool first; // nothing was added before

@@ -18,7 +18,7 @@
 
 static bool is_lit_by(const struct bd_path *path, enum bd_reference_lights kind)
 {
-    return path->integrand->lights & (uint32_t)kind;
+    return bd_path_lights(path, path->events + 1) & (uint32_t)kind;
 }
 
 // --- lamps --------------------------------------------------------------------------------------

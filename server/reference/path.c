@@ -143,7 +143,7 @@ bool bd_path_meet(const struct bd_path *path, const struct bd_ray *ray, struct b
 static void add_sky(struct bd_path *path, const float direction[3])
 {
     const struct bd_reference *reference = path->reference;
-    bool lit = path->integrand->lights & BD_REFERENCE_ENVIRONMENT;
+    bool lit = bd_path_lights(path, path->events) & BD_REFERENCE_ENVIRONMENT;
     if (!reference->sky.shines || (path->events > 0 && !lit)) return;
     float radiance[3];
     bd_sky_radiance(&reference->sky, direction, radiance);
@@ -155,7 +155,7 @@ static void add_sky(struct bd_path *path, const float direction[3])
 static void add_emission(struct bd_path *path, const struct bd_vertex *from,
                          const struct bd_meeting *at, const struct bd_vertex *vertex)
 {
-    bool lit = path->integrand->lights & BD_REFERENCE_EMISSIVE;
+    bool lit = bd_path_lights(path, path->events) & BD_REFERENCE_EMISSIVE;
     if (path->events > 0 && (!lit || vertex->bsdf.surface.unlit)) return;
     const float *emission = vertex->bsdf.surface.emission;
     if (emission[0] == 0 && emission[1] == 0 && emission[2] == 0) return;
@@ -232,7 +232,7 @@ static void add_lights(struct bd_path *path, const struct bd_vertex *vertex, flo
 static bool is_ray_of_use(const struct bd_path *path)
 {
     const struct bd_reference *reference = path->reference;
-    uint32_t lights = path->integrand->lights;
+    uint32_t lights = bd_path_lights(path, path->events + 1);
     if (path->events < path->integrand->bounces_max) return true;
     return (lights & BD_REFERENCE_EMISSIVE && reference->emitters.count > 0) ||
            (lights & BD_REFERENCE_ENVIRONMENT && reference->sky.shines);

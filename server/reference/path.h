@@ -141,6 +141,13 @@ float bd_path_survival(const struct bd_path *path, const struct bd_vertex *verte
 // Where the integrand has Lambertian senders: makes one of a surface that is not the first.
 void bd_path_make_sender(const struct bd_path *path, struct bd_surface *surface);
 
+// Kinds of light that count once it was scattered `events` times.
+static inline uint32_t bd_path_lights(const struct bd_path *path, uint32_t events)
+{
+    const struct bd_integrand *integrand = path->integrand;
+    return integrand->lights & (events > 1 ? integrand->indirect_lights : BD_REFERENCE_ALL_LIGHTS);
+}
+
 // Power heuristic with exponent 2 (Veach 1997).
 static inline float bd_path_power_weight(float density, float other)
 {

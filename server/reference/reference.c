@@ -12,6 +12,7 @@ const struct bd_integrand bd_integrand_full = {
     .bounces_max = BD_BOUNCES_UNLIMITED,
     .indirect_visibility = true,
     .lights = BD_REFERENCE_ALL_LIGHTS,
+    .indirect_lights = BD_REFERENCE_ALL_LIGHTS,
     .filter = BD_FILTER_POINT,
     .alpha = BD_ALPHA_AS_COVERAGE,
     .clamp_per_m2 = INFINITY,

@@ -17,6 +17,7 @@ static void add_integrand(struct bd_sha256 *sha, const struct bd_integrand *inte
     bd_sha256_update(sha, &integrand->clamp_per_m2, sizeof integrand->clamp_per_m2);
     add_number(sha, integrand->bounces_max);
     add_number(sha, integrand->lights);
+    add_number(sha, integrand->indirect_lights);
     add_number(sha, (uint64_t)integrand->filter << 32 | (uint64_t)integrand->alpha);
 }
 

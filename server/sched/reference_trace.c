@@ -46,6 +46,7 @@ struct bd_integrand bd_reference_integrand_of(const struct bd_params *params)
         .bounces_max = params->bounces,
         .indirect_visibility = params->indirect_visibility,
         .lights = params->lights,
+        .indirect_lights = params->indirect_lights,
         .filter = params->filter ? BD_FILTER_BOX : BD_FILTER_POINT,
         .alpha = params->alpha_coverage ? BD_ALPHA_AS_COVERAGE : BD_ALPHA_AS_MASK,
         .clamp_per_m2 = params->clamp_per_m2,

@@ -96,13 +96,15 @@ const struct bd_technique bd_technique_hisr = {
     .name = "hisr",
     .summary =
         "one bounce from a tree of virtual lights, a cut of it for each smooth block of pixels",
-    .model = {.indirect_bounces = 1, .lights = BD_LIGHTS_PUNCTUAL},
+    .model = {.indirect_bounces = 1,
+              .lights = BD_LIGHTS_ALL,
+              .indirect_lights = BD_LIGHTS_PUNCTUAL},
     .inputs = BD_INPUT_VPL_GRID | BD_INPUT_VPL_TREE | BD_INPUT_FRAGMENTS,
     .passes = passes,
-    .params_read = BD_READS_VPL_GRID | BD_READS_VISIBILITY | BD_READS(BD_PARAM_EXECUTOR) |
-                   BD_READS_FRAGMENTS | BD_READS(BD_PARAM_LIGHT_THRESHOLD) |
-                   BD_READS(BD_PARAM_TREE_CUT) | BD_READS(BD_PARAM_TAU) |
-                   BD_READS(BD_PARAM_TREE_ROOTS) | BD_READS(BD_PARAM_SUB_FRAMES),
+    .params_read = BD_READS_VPL_GRID | BD_READS_VISIBILITY | BD_READS_FRAGMENTS |
+                   BD_READS(BD_PARAM_LIGHT_THRESHOLD) | BD_READS(BD_PARAM_TREE_CUT) |
+                   BD_READS(BD_PARAM_TAU) | BD_READS(BD_PARAM_TREE_ROOTS) |
+                   BD_READS(BD_PARAM_SUB_FRAMES),
     .defaults = defaults,
     .default_count = sizeof defaults / sizeof *defaults,
     // More VPLs than that, and `rsm` is off in a sphere of facets too.

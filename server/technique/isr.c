@@ -35,13 +35,14 @@ const struct bd_technique bd_technique_isr = {
     .summary =
         "one bounce from blocks of each light's view, large where it is smooth, gathered once "
         "for each smooth block of pixels",
-    .model = {.indirect_bounces = 1, .lights = BD_LIGHTS_PUNCTUAL},
+    .model = {.indirect_bounces = 1,
+              .lights = BD_LIGHTS_ALL,
+              .indirect_lights = BD_LIGHTS_PUNCTUAL},
     .inputs = BD_INPUT_VPL_CLUSTERS | BD_INPUT_FRAGMENTS,
     .passes = passes,
-    .params_read = BD_READS_VPL_GRID | BD_READS_VISIBILITY | BD_READS(BD_PARAM_EXECUTOR) |
-                   BD_READS_FRAGMENTS | BD_READS(BD_PARAM_LIGHT_THRESHOLD) |
-                   BD_READS(BD_PARAM_VISIT) | BD_READS(BD_PARAM_CLUSTER_LEVELS) |
-                   BD_READS(BD_PARAM_CLUSTER_DEPTH_THRESHOLD) |
+    .params_read = BD_READS_VPL_GRID | BD_READS_VISIBILITY | BD_READS_FRAGMENTS |
+                   BD_READS(BD_PARAM_LIGHT_THRESHOLD) | BD_READS(BD_PARAM_VISIT) |
+                   BD_READS(BD_PARAM_CLUSTER_LEVELS) | BD_READS(BD_PARAM_CLUSTER_DEPTH_THRESHOLD) |
                    BD_READS(BD_PARAM_CLUSTER_NORMAL_THRESHOLD) | BD_READS(BD_PARAM_SUB_FRAMES),
     .defaults = defaults,
     .default_count = sizeof defaults / sizeof *defaults,

@@ -72,12 +72,15 @@ static const struct bd_param_default defaults[] = {
 const struct bd_technique bd_technique_multires_gather = {
     .name = "multires_gather",
     .summary = "one bounce from a grid of virtual lights, gathered once for each smooth block",
-    .model = {.indirect_bounces = 1, .lights = BD_LIGHTS_PUNCTUAL, .glossy_receivers = true},
+    .model = {.indirect_bounces = 1,
+              .lights = BD_LIGHTS_ALL,
+              .indirect_lights = BD_LIGHTS_PUNCTUAL,
+              .glossy_receivers = true},
     .inputs = BD_INPUT_VPL_GRID | BD_INPUT_FRAGMENTS,
     .passes = passes,
-    .params_read = BD_READS_VPL_GRID | BD_READS_VISIBILITY | BD_READS(BD_PARAM_EXECUTOR) |
-                   BD_READS_FRAGMENTS | BD_READS(BD_PARAM_LIGHT_THRESHOLD) |
-                   BD_READS(BD_PARAM_VISIT) | BD_READS(BD_PARAM_SUB_FRAMES),
+    .params_read = BD_READS_VPL_GRID | BD_READS_VISIBILITY | BD_READS_FRAGMENTS |
+                   BD_READS(BD_PARAM_LIGHT_THRESHOLD) | BD_READS(BD_PARAM_VISIT) |
+                   BD_READS(BD_PARAM_SUB_FRAMES),
     .tolerance = {.direct = 1e-3, .indirect = 1e-2},
     .hazard_codes = "TN",
     .defaults = defaults,

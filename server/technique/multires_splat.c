@@ -42,11 +42,13 @@ static const char *const ladder[] = {
 const struct bd_technique bd_technique_multires_splat = {
     .name = "multires_splat",
     .summary = "one bounce from a grid of virtual lights, splatted to smooth blocks of pixels",
-    .model = {.indirect_bounces = 1, .lights = BD_LIGHTS_PUNCTUAL, .glossy_receivers = true},
+    .model = {.indirect_bounces = 1,
+              .lights = BD_LIGHTS_ALL,
+              .indirect_lights = BD_LIGHTS_PUNCTUAL,
+              .glossy_receivers = true},
     .inputs = BD_INPUT_VPL_GRID | BD_INPUT_FRAGMENTS,
     .passes = passes,
-    .params_read = BD_READS_VPL_GRID | BD_READS_FRAGMENTS | BD_READS_SUBSPLATS |
-                   BD_READS(BD_PARAM_EXECUTOR),
+    .params_read = BD_READS_VPL_GRID | BD_READS_FRAGMENTS | BD_READS_SUBSPLATS,
     // With as many as `multires_gather` has, to which it is held, the tests would take minutes.
     .tolerance = {.direct = 1e-3, .indirect = 3e-2, .settings = "vpls=256"},
     .hazard_codes = "TN",

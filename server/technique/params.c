@@ -9,6 +9,7 @@
 #include "base/assert.h"
 #include "base/hash.h"
 #include "base/nearest.h"
+#include "pass/area_direct.h"
 #include "technique/technique.h"
 
 enum param_type {
@@ -134,7 +135,16 @@ static const struct param_row table[BD_PARAM_COUNT] = {
     [BD_PARAM_TRANSMISSION] = {"transmission", PARAM_CHOICE, FIELD(transmission), 0, 0, 1, OFF_ON},
     [BD_PARAM_LIGHT_VERTICES] = {"light_vertices", PARAM_CHOICE, FIELD(light_vertices), 0, 0, 1,
                                  OFF_ON},
-    [BD_PARAM_NOISE_FILTER] = {"noise_filter", PARAM_CHOICE, FIELD(noise_filter), 0, 0, 0, OFF_ON},
+    [BD_PARAM_NOISE_FILTER] = {"noise_filter", PARAM_CHOICE, FIELD(noise_filter), 0, 0, 1, OFF_ON},
+    [BD_PARAM_LIGHT_RAYS] =
+        {"light_rays", PARAM_EVEN, FIELD(light_rays), 0, BD_LIGHT_RAYS_MAX, 16, {0}},
+    [BD_PARAM_INDIRECT_LIGHTS] = {"indirect_lights",
+                                  PARAM_LIGHTS,
+                                  FIELD(indirect_lights),
+                                  0,
+                                  0,
+                                  ALL_LIGHTS,
+                                  {"punctual", "emissive", "environment", "all"}},
     [BD_PARAM_EXECUTOR] =
         {"executor", PARAM_CHOICE, FIELD(executor), 0, 0, 0, {"auto", "device", "native"}},
 };
@@ -201,6 +211,8 @@ static void set_defaults(const struct bd_technique *technique, bool paper_mode,
         if (paper_mode && BD_READS(own->param) & blocks) continue;
         store(&table[own->param], own->value, params);
     }
+    // The papers' direct light is that of punctual lights.
+    if (paper_mode) params->light_rays = 0;
 }
 
 static enum bd_err read_choice(const struct param_row *row, const char *value,
@@ -336,6 +348,7 @@ static void preset(const struct bd_model *model, struct bd_params *out)
     out->bounces = model->indirect_bounces;
     out->indirect_visibility = model->indirect_visibility;
     out->lights = model->lights;
+    out->indirect_lights = model->indirect_lights;
     out->senders_lambert = !model->glossy_senders;
     out->transmission = model->transmission;
     out->alpha_coverage = model->coverage;

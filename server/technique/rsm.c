@@ -27,11 +27,13 @@ static const char *const ladder[] = {"vpls=16",   "vpls=64",    "vpls=256",   "v
 const struct bd_technique bd_technique_rsm = {
     .name = "rsm",
     .summary = "one bounce from a grid of virtual lights, gathered at every pixel",
-    .model = {.indirect_bounces = 1, .lights = BD_LIGHTS_PUNCTUAL, .glossy_receivers = true},
+    .model = {.indirect_bounces = 1,
+              .lights = BD_LIGHTS_ALL,
+              .indirect_lights = BD_LIGHTS_PUNCTUAL,
+              .glossy_receivers = true},
     .inputs = BD_INPUT_VPL_GRID,
     .passes = passes,
-    .params_read = BD_READS_VPL_GRID | BD_READS_VISIBILITY | BD_READS(BD_PARAM_EXECUTOR) |
-                   BD_READS(BD_PARAM_SUB_FRAMES),
+    .params_read = BD_READS_VPL_GRID | BD_READS_VISIBILITY | BD_READS(BD_PARAM_SUB_FRAMES),
     .defaults = defaults,
     .default_count = sizeof defaults / sizeof *defaults,
     .tolerance = {.direct = 1e-3, .indirect = 1e-2},

@@ -44,11 +44,13 @@ static const struct bd_param_default defaults[] = {
 const struct bd_technique bd_technique_rsm_splat = {
     .name = "rsm_splat",
     .summary = "one bounce from a grid of virtual lights, splatted where each is brightest",
-    .model = {.indirect_bounces = 1, .lights = BD_LIGHTS_PUNCTUAL, .glossy_receivers = true},
+    .model = {.indirect_bounces = 1,
+              .lights = BD_LIGHTS_ALL,
+              .indirect_lights = BD_LIGHTS_PUNCTUAL,
+              .glossy_receivers = true},
     .inputs = BD_INPUT_VPL_GRID,
     .passes = passes,
-    .params_read = BD_READS_VPL_GRID | BD_READS(BD_PARAM_SPLAT_SHARE) |
-                   BD_READS(BD_PARAM_EXECUTOR),
+    .params_read = BD_READS_VPL_GRID | BD_READS(BD_PARAM_SPLAT_SHARE),
     .tolerance = {.direct = 1e-3, .indirect = 1e-2, .settings = "vpls=1024"},
     .hazard_codes = "T",
     .defaults = defaults,

@@ -30,13 +30,16 @@ enum bd_frame_input {
 // Their defaults, where rays may hide indirect light (the reference's are others).
 // clang-format off
 #define BD_DEFAULT_VISIBILITY                                                                      \
-    {BD_PARAM_INDIRECT_VISIBILITY, BD_VISIBILITY_NONE}, {BD_PARAM_ALPHA, BD_RAYS_ALPHA_MASK},      \
-    {BD_PARAM_NOISE_FILTER, 1}
+    {BD_PARAM_INDIRECT_VISIBILITY, BD_VISIBILITY_NONE}, {BD_PARAM_ALPHA, BD_RAYS_ALPHA_MASK}
 // clang-format on
+// Of direct light; what is of area lights is left out by light_rays=0.
+#define BD_READS_DIRECT                                                                            \
+    (BD_READS(BD_PARAM_BRDF) | BD_READS(BD_PARAM_SHADOW_SIZE) | BD_READS(BD_PARAM_LIGHT_RAYS) |    \
+     BD_READS(BD_PARAM_NOISE_FILTER) | BD_READS(BD_PARAM_EXECUTOR))
 #define BD_READS_VPL_GRID                                                                          \
-    (BD_READS(BD_PARAM_BRDF) | BD_READS(BD_PARAM_SHADOW_SIZE) | BD_READS(BD_PARAM_VPLS) |          \
-     BD_READS(BD_PARAM_VPL_BUDGET) | BD_READS(BD_PARAM_RSM_SIZE) | BD_READS(BD_PARAM_VPL_KERNEL) | \
-     BD_READS(BD_PARAM_NEAR_FIELD) | BD_READS(BD_PARAM_PAPER_MODE))
+    (BD_READS_DIRECT | BD_READS(BD_PARAM_VPLS) | BD_READS(BD_PARAM_VPL_BUDGET) |                   \
+     BD_READS(BD_PARAM_RSM_SIZE) | BD_READS(BD_PARAM_VPL_KERNEL) | BD_READS(BD_PARAM_NEAR_FIELD) | \
+     BD_READS(BD_PARAM_PAPER_MODE))
 #define BD_READS_FRAGMENTS                                                                         \
     (BD_READS(BD_PARAM_DEPTH_TEST) | BD_READS(BD_PARAM_DEPTH_THRESHOLD) |                          \
      BD_READS(BD_PARAM_NORMAL_TEST) | BD_READS(BD_PARAM_NORMAL_THRESHOLD) |                        \
@@ -51,6 +54,7 @@ enum bd_lights {
     BD_LIGHTS_PUNCTUAL = 1u << 0,
     BD_LIGHTS_EMISSIVE = 1u << 1,
     BD_LIGHTS_ENVIRONMENT = 1u << 2,
+    BD_LIGHTS_ALL = 7,
 };
 
 #define BD_MODEL_BOUNCES_UNLIMITED UINT32_MAX
@@ -64,6 +68,7 @@ struct bd_model {
     bool indirect_visibility; // occlusion between the surface that sends indirect light and the one
                               // that receives it
     uint32_t lights;          // enum bd_lights: those that light surfaces
+    uint32_t indirect_lights; // those of them whose light surfaces send on
     bool glossy_receivers;    // indirect light is reflected by the whole BRDF towards the eye
     bool glossy_senders;      // and by the whole BRDF on its way there
     bool transmission;

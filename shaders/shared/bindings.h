@@ -36,6 +36,7 @@
 #define BD_UNIT_DIRECT           6
 #define BD_UNIT_INDIRECT         7
 #define BD_UNIT_INDIRECT_GLOSSY  8
+#define BD_UNIT_AREA_LIGHT       9
 
 // Textures of what works on blocks of pixels (shared/multires.h), beside the G-buffer and VPLs.
 #define BD_UNIT_BLOCK_FLAGS          8

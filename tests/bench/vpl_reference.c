@@ -153,7 +153,7 @@ static enum bd_err run_light_side(struct view *v, const struct bd_scene *scene,
     BD_ASSERT(rough);
     enum bd_err err = BD_ERR_OK;
     for (uint32_t i = 0; !err && i < scene->placed_light_count; i++) {
-        if (!bd_plan_light_shines(scene, i)) continue;
+        if (!bd_plan_light_shines(&v->plan, scene, i)) continue;
         const struct bd_light_setup light = bd_light_setup_of(scene, i);
         err = make_vpls(v, &light, &rough[count++], fault);
     }

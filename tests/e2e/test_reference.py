@@ -283,10 +283,10 @@ def test_a_sky_lights_and_is_seen(served):
     assert parameters(served, "mapped.exr")["lights"] == "all"
 
 
-def test_a_rasterized_frame_says_that_the_sky_does_not_light(served):
-    result = ok(served("render", GLB, "-o", "a.exr", *SMALL, "--environment", "1,1,1", "--technique",
-                       "direct"))
-    assert "environment_not_lighting" in result.stderr
+def test_a_rasterized_frame_says_whether_the_sky_lights(served):
+    words = ("render", GLB, "-o", "a.exr", *SMALL, "--environment", "1,1,1", "--technique", "direct")
+    assert "environment_not_lighting" not in ok(served(*words)).stderr
+    assert "environment_not_lighting" in ok(served(*words, "--set", "light_rays=0")).stderr
 
 
 def test_default_lights_stand_in_where_the_sky_does_not_light(served):
@@ -305,16 +305,20 @@ def test_default_lights_stand_in_where_the_sky_does_not_light(served):
     sky, traced = ("--environment", "1,1,1"), ("--technique", "reference", "--set", "spp=2")
     plain, flags = render("plain.exr", "--technique", "direct")
     assert flags == ["default_lights"] and plain["R"].max() > 0
-    under, flags = render("under.exr", "--technique", "direct", *sky)
+    under, flags = render("under.exr", "--technique", "direct", *sky, "--set", "light_rays=0")
     assert flags == ["default_lights", "environment_not_lighting: the default lights shine instead"]
     assert all((plain[name] == under[name]).all() for name in plain)
     lit, flags = render("lit.exr", *traced, *sky, "--layers", "direct")
     assert flags == []
     alone, flags = render("alone.exr", *traced, *sky, "--layers", "direct", "--set", "lights=environment")
     assert flags == [] and (lit["direct.R"] == alone["direct.R"]).all() and lit["direct.R"].max() > 0
-    model, flags = render("model.exr", *traced, *sky, "--set", "model_of=direct")
-    assert "default_lights" in flags
-    assert abs(model["R"][plain["A"] > 0] - plain["R"][plain["A"] > 0]).mean() < 0.01
+    seen = plain["A"] > 0
+    rasterized, flags = render("rasterized.exr", "--technique", "direct", *sky)
+    assert flags == [] and (rasterized["R"][seen] != plain["R"][seen]).any()
+    model, flags = render("model.exr", *traced[:3], "spp=64", *sky, "--set", "model_of=direct")
+    assert flags == [] and abs(model["R"][seen] - rasterized["R"][seen]).mean() < 0.01
+    model, flags = render("model.exr", *traced, *sky, "--set", "model_of=direct", "--set", "lights=punctual")
+    assert "default_lights" in flags and abs(model["R"][seen] - plain["R"][seen]).mean() < 0.01
 
 
 def test_a_picture_of_the_reference(served):

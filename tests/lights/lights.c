@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "scene/scene.h"
+#include "scene/render_space.h"
 #include "tests/reference/stage.h"
 #include "tests/unit/cmocka_all.h"
 
@@ -85,7 +85,7 @@ static struct bd_area_light triangle_of(f3 a, f3 b, f3 c)
     return (struct bd_area_light){.corner = {a, b, c},
                                   .normal = f3_scale(across, 1 / twice),
                                   .area = twice / 2,
-                                  .luminance = 1,
+                                  .brightest = 1,
                                   .u = {0, 1, 0},
                                   .v = {0, 0, 1}};
 }
@@ -186,7 +186,7 @@ static void a_screen_lights_where_it_is_bright(void **state)
         (struct bd_texture_ref){.texture = 0, .uv_transform = {1, 0, 0, 0, 1, 0}};
     stage_triangles(stage, material, positions, uv, indices, 6);
     struct bd_area_lights *lights = lights_of(finished(stage));
-    double flux = 0, area = 0;
+    double flux = 0;
     for (uint32_t i = 0; i < lights->count; i++) {
         const struct bd_area_light *light = &lights->lights[i];
         const float u = (light->u[0] + light->u[1] + light->u[2]) / 3;
@@ -196,10 +196,11 @@ static void a_screen_lights_where_it_is_bright(void **state)
         assert_true(bd_area_light_at(lights, light->triangle, u, v) == light);
         assert_true(luminance(bd_area_emission(lights, light, u, v, rear)) == 0);
         flux += light->area * luminance(bd_area_emission(lights, light, u, v, front));
-        area += light->area;
     }
-    near(flux / area, 0.5 * 3 * 0.2126, 0.02);
-    near(lights->cumulated[lights->count - 1], 1, 0);
+    // Of a square of 2 m; parts that are black all over are left out.
+    const double render_per_m = bd_render_space_of(stage->scene).render_per_m;
+    near(flux, 0.5 * 3 * 0.2126 * 4 * render_per_m * render_per_m, 0.02);
+    assert_true(lights->count < 2 * 64);
     bd_area_lights_destroy(&lights);
     stage_destroy(&stage);
 }
@@ -213,39 +214,74 @@ static void what_is_unlit_or_dark_emits_nothing(void **state)
     stage_material_at(stage, unlit)->unlit = true;
     stage_floor(stage, grey, 1, 0, 1);
     stage_floor(stage, unlit, 1, 1, 1);
-    struct bd_scene *scene = finished(stage);
-    assert_false(bd_scene_has_emitters(scene));
-    struct bd_area_lights *lights = lights_of(scene);
+    struct bd_area_lights *lights = lights_of(finished(stage));
     assert_int_equal(lights->count, 0);
-    assert_false(lights->sky.shines);
+    assert_false(bd_area_lights_shine(lights));
     bd_area_lights_destroy(&lights);
     stage_destroy(&stage);
 }
 
-static void emitters_are_chosen_by_flux(void **state)
+// Of a tree: chances of all emitters add up to 1 at any receiver that one of them may reach, what
+// is drawn has the chance that is told, and what may send light has one.
+static void trees_draw_what_they_tell(void **state)
 {
     (void)state;
     struct stage *stage = stage_create();
-    const int32_t dim = stage_material(stage, 0.5f), bright = stage_material(stage, 0.5f);
-    stage_emission(stage, dim, 1);
-    stage_emission(stage, bright, 3);
-    stage_floor(stage, dim, 1, 0, 1);
-    stage_floor(stage, bright, 1, 1, 1);
-    struct bd_area_lights *lights = lights_of(finished(stage));
-    uint32_t chosen[4] = {0};
-    assert_int_equal(lights->count, 4);
-    for (uint32_t i = 0; i < SAMPLES; i++)
-        chosen[bd_area_light_choose(lights, ((float)i + 0.5f) / SAMPLES)]++;
-    for (uint32_t i = 0; i < 4; i++) {
-        near(chosen[i] / (double)SAMPLES, bd_area_light_chance(lights, i), 1e-3);
-        near(bd_area_light_chance(lights, i), lights->lights[i].luminance / 8, 1e-5);
+    for (int i = 0; i < 100; i++) {
+        const int32_t material = stage_material(stage, 0.5f);
+        stage_emission(stage, material, 1 + (float)(i % 7));
+        stage_floor(stage, material, 0.5 + i % 5, 0.3 * i - 11, 1);
     }
+    struct bd_area_lights *lights = lights_of(finished(stage));
+    assert_int_equal(lights->tree.count, 200);
+    static const float heights[] = {-0.4f, 0, 0.13f, 0.4f};
+    for (size_t h = 0; h < sizeof heights / sizeof *heights; h++) {
+        const f3 point = f3_of(0.02f, heights[h], 0.01f), normal = f3_unit(f3_of(0.3f, 1, 0.2f));
+        struct bd_emitter_cut cut;
+        bd_emitter_tree_cut(&lights->tree, point, normal, &cut);
+        double sum = 0;
+        for (uint32_t i = 0; i < lights->count; i++) {
+            const float chance = bd_emitter_tree_chance(&lights->tree, &cut, point, normal, i);
+            const struct bd_triangle_view view =
+                bd_triangle_view_of(&lights->lights[i], true, point, normal);
+            if (bd_triangle_view_weight(&view, &lights->lights[i]) > 0) assert_true(chance > 0);
+            sum += chance;
+        }
+        uint32_t drawn = 0;
+        for (uint32_t i = 0; i < SAMPLES; i++) {
+            uint32_t light;
+            float chance;
+            if (!bd_emitter_tree_draw(&lights->tree, &cut, point, normal,
+                                      ((float)i + 0.5f) / SAMPLES, &light, &chance))
+                continue;
+            drawn++;
+            near(bd_emitter_tree_chance(&lights->tree, &cut, point, normal, light), chance, 1e-5);
+        }
+        near(drawn / (double)SAMPLES, sum, 2e-3);
+        assert_true(sum > 0.9 && sum < 1.00001);
+    }
+    struct bd_emitter_cut nothing;
+    uint32_t light;
+    float chance;
+    bd_emitter_tree_cut(&lights->tree, f3_of(0, 2, 0), f3_of(0, 1, 0), &nothing);
+    assert_false(bd_emitter_tree_draw(&lights->tree, &nothing, f3_of(0, 2, 0), f3_of(0, 1, 0), 0.5f,
+                                      &light, &chance));
+    bd_area_lights_destroy(&lights);
+    stage_destroy(&stage);
+}
+
+static void what_pauses_may_end_it(void **state)
+{
+    (void)state;
+    struct stage *stage = stage_create();
+    const int32_t material = stage_material(stage, 0.5f);
+    stage_emission(stage, material, 1);
+    stage_floor(stage, material, 1, 0, 1);
     struct bd_area_lights *none;
     struct bd_fault fault;
-    assert_int_equal(bd_area_lights_create(stage->scene, give_up, NULL, &none, &fault),
+    assert_int_equal(bd_area_lights_create(finished(stage), give_up, NULL, &none, &fault),
                      BD_ERR_CANCELLED);
     assert_null(none);
-    bd_area_lights_destroy(&lights);
     stage_destroy(&stage);
 }
 
@@ -326,7 +362,8 @@ int main(void)
         cmocka_unit_test(rears_and_planes_give_nothing),
         cmocka_unit_test(a_screen_lights_where_it_is_bright),
         cmocka_unit_test(what_is_unlit_or_dark_emits_nothing),
-        cmocka_unit_test(emitters_are_chosen_by_flux),
+        cmocka_unit_test(trees_draw_what_they_tell),
+        cmocka_unit_test(what_pauses_may_end_it),
         cmocka_unit_test(skies_with_a_sun_are_found),
         cmocka_unit_test(a_black_map_does_not_shine),
     };

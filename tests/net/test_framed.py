@@ -91,7 +91,8 @@ def test_techniques_say_what_they_are(shared):
     assert [t.name for t in reply.techniques][:2] == ["direct", "rsm"]
     assert [t.name for t in reply.techniques if t.is_default] == ["multires_gather"]
     direct, rsm = techniques["direct"], techniques["rsm"]
-    assert direct.model.indirect_bounces == 0 and list(direct.model.lights) == ["punctual"]
+    assert direct.model.indirect_bounces == 0 and list(direct.model.indirect_lights) == []
+    assert list(direct.model.lights) == ["punctual", "emissive", "environment"]
     assert rsm.model.indirect_bounces == 1 and rsm.model.glossy_receivers
     assert direct.HasField("tolerance_indirect") and direct.tolerance_indirect == 0
     assert rsm.ladder and all("=" in pair for rung in rsm.ladder for pair in rung.split())

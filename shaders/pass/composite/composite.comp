@@ -10,7 +10,12 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(std140, binding = BD_UNIFORM_ARGS) uniform args_block { bd_composite_args args; };
 layout(binding = 0, rgba32f) uniform image2D layer;
+#ifdef BD_DIRECT
 layout(binding = BD_UNIT_DIRECT) uniform sampler2D direct_radiance;
+#endif
+#ifdef BD_AREA_LIGHT
+layout(binding = BD_UNIT_AREA_LIGHT) uniform sampler2D area_light;
+#endif
 #ifdef BD_INDIRECT
 layout(binding = BD_UNIT_INDIRECT) uniform sampler2D indirect_irradiance;
 #endif
@@ -30,7 +35,17 @@ vec3 diffuse_albedo(receiver r)
 #endif
 }
 
-vec3 direct_part(ivec2 pixel) { return texelFetch(direct_radiance, pixel, 0).rgb; }
+vec3 direct_part(ivec2 pixel)
+{
+    vec3 sum = vec3(0.0);
+#ifdef BD_DIRECT
+    sum += texelFetch(direct_radiance, pixel, 0).rgb;
+#endif
+#ifdef BD_AREA_LIGHT
+    sum += texelFetch(area_light, pixel, 0).rgb;
+#endif
+    return sum;
+}
 
 vec3 indirect_part(ivec2 pixel, receiver r)
 {

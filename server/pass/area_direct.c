@@ -1,0 +1,403 @@
+#include "pass/area_direct.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/assert.h"
+#include "image/light_filter.h"
+#include "pass/area_samples.h"
+#include "pass/filter_light.h"
+#include "pass/receivers.h"
+
+#define HALVES 2u
+// Of segments, rays and what they bring at once.
+#define ROOM_BYTES ((size_t)16 << 20)
+// Few rays are off at neighbours as well.
+#define FEW_RAYS 8u
+// Of the slicer, one for each evaluation of a VPL: what a ray takes to be chosen.
+#define UNITS_PER_RAY 60.0
+
+struct area {
+    struct bd_pass_context context;
+    struct bd_processor processor;
+    const struct bd_area_direct_inputs *inputs;
+    struct bd_area_sampling sampling;
+    uint32_t width_px, height_px;
+    bd_dvec3 eye; // render space
+    // Of the picture.
+    struct bd_image *irradiance[HALVES], *beyond[HALVES];
+    struct bd_image *albedo, *normal, *depth;
+    // Of a part: of each receiver its halves, of each half its rays.
+    const struct bd_receiver_part *part;
+    struct bd_segment *segments;
+    struct bd_area_light_found *found;
+    uint32_t *occluded;
+    struct bd_area_lobe *lobes;
+    struct bd_area_shares *shares;
+    struct bd_ray *rays;
+    struct bd_ray_hit *hits;
+    uint32_t *lobe_count, *first_ray; // of each group
+    uint32_t ray_count;
+    struct bd_fault *fault;
+};
+
+// --- room ---------------------------------------------------------------------------------------
+
+static size_t receiver_bytes(const struct area *a)
+{
+    return HALVES * (a->sampling.rays * (sizeof *a->segments + sizeof *a->found) +
+                     a->sampling.lobes * (sizeof *a->lobes + sizeof *a->rays + sizeof *a->hits) +
+                     sizeof *a->shares);
+}
+
+static uint32_t receivers_at_once(const struct area *a)
+{
+    const size_t groups = ROOM_BYTES / (receiver_bytes(a) * BD_LANES);
+    return (uint32_t)(groups > 1 ? groups : 1) * BD_LANES;
+}
+
+static enum bd_err no_memory(const struct area *a)
+{
+    return bd_fault_set(a->fault, BD_ERR_NO_MEMORY, "size", "no memory to light %ux%u pixels",
+                        a->width_px, a->height_px);
+}
+
+static enum bd_err make_room(struct area *a, uint32_t group_count)
+{
+    const size_t halves = (size_t)group_count * BD_LANES * HALVES;
+    const size_t rays = halves * a->sampling.rays, lobes = halves * a->sampling.lobes;
+    if (a->segments) return BD_ERR_OK; // the first part is the largest
+    a->segments = malloc(rays * sizeof *a->segments);
+    a->found = malloc(rays * sizeof *a->found);
+    a->occluded = malloc((rays + 31) / 32 * sizeof *a->occluded);
+    a->lobes = malloc(lobes * sizeof *a->lobes);
+    a->shares = malloc(halves * sizeof *a->shares);
+    a->rays = malloc(lobes * sizeof *a->rays);
+    a->hits = malloc(lobes * sizeof *a->hits);
+    a->lobe_count = malloc(group_count * sizeof *a->lobe_count);
+    a->first_ray = malloc(group_count * sizeof *a->first_ray);
+    const bool all = a->segments && a->found && a->occluded && a->lobes && a->shares && a->rays &&
+                     a->hits && a->lobe_count && a->first_ray;
+    return all ? BD_ERR_OK : no_memory(a);
+}
+
+static enum bd_err make_images(struct area *a)
+{
+    struct bd_image **const of_three[] = {&a->irradiance[0], &a->irradiance[1], &a->beyond[0],
+                                          &a->beyond[1],     &a->albedo,        &a->normal};
+    bool all = true;
+    for (size_t i = 0; i < sizeof of_three / sizeof *of_three; i++)
+        all &= (*of_three[i] = bd_image_create(a->width_px, a->height_px, 3)) != NULL;
+    all &= (a->depth = bd_image_create(a->width_px, a->height_px, 1)) != NULL;
+    return all ? BD_ERR_OK : no_memory(a);
+}
+
+static void free_all(struct area *a)
+{
+    void *arrays[] = {a->segments, a->found, a->occluded,   a->lobes,    a->shares,
+                      a->rays,     a->hits,  a->lobe_count, a->first_ray};
+    struct bd_image **images[] = {&a->irradiance[0], &a->irradiance[1], &a->beyond[0],
+                                  &a->beyond[1],     &a->albedo,        &a->normal,
+                                  &a->depth};
+    for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++) free(arrays[i]);
+    for (size_t i = 0; i < sizeof images / sizeof *images; i++) bd_image_destroy(images[i]);
+}
+
+// --- receivers ----------------------------------------------------------------------------------
+
+static f3 lane_of(const struct bd_lanes3 *lanes, uint32_t i)
+{
+    return f3_of(lanes->x[i], lanes->y[i], lanes->z[i]);
+}
+
+static uint32_t part_size(const struct area *a)
+{
+    return (uint32_t)bd_askers_count(a->part->askers, &a->part->slice);
+}
+
+// False behind the part's end, and where nothing is lit.
+static bool receiver_at(const struct area *a, uint32_t group, uint32_t lane,
+                        struct bd_area_receiver *out)
+{
+    const struct bd_receivers *r = &a->part->receivers[group];
+    const struct bd_ray_starts *start = &a->part->starts[group];
+    const struct bd_glossy_receivers *surface = &a->part->surfaces[group];
+    const struct bd_tile *tile = &a->part->slice.tile;
+    const uint32_t index = group * BD_LANES + lane;
+    if (index >= part_size(a) || r->lit[lane] == 0) return false;
+    *out = (struct bd_area_receiver){
+        .position = lane_of(&start->position, lane),
+        .normal = lane_of(&r->normal, lane),
+        .normal_geometric = lane_of(&start->normal_geometric, lane),
+        .viewer = lane_of(&surface->viewer, lane),
+        .base_color = lane_of(&surface->base_color, lane),
+        .metallic = surface->metallic[lane],
+        .roughness = surface->roughness[lane],
+        .f0_dielectric = surface->f0_dielectric[lane],
+        .has_lobe = surface->has_lobe[lane] != 0,
+        .triangle = start->triangle[lane],
+        .x_px = tile->x + index % tile->width,
+        .y_px = tile->y + index / tile->width,
+    };
+    return true;
+}
+
+static void keep_guides(const struct area *a, const struct bd_area_receiver *at)
+{
+    const size_t pixel = (size_t)at->y_px * a->width_px + at->x_px;
+    const bd_dvec3 z = a->inputs->viewpoint->axis_z;
+    const float albedo = a->inputs->lambert ? 1 : 1 - at->metallic;
+    const f3 parts[] = {at->normal, f3_scale(at->base_color, albedo)};
+    struct bd_image *const images[] = {a->normal, a->albedo};
+    for (int i = 0; i < 2; i++) {
+        images[i]->pixels[3 * pixel] = parts[i].x;
+        images[i]->pixels[3 * pixel + 1] = parts[i].y;
+        images[i]->pixels[3 * pixel + 2] = parts[i].z;
+    }
+    a->depth->pixels[pixel] =
+        (float)((a->eye.x - at->position.x) * z.x + (a->eye.y - at->position.y) * z.y +
+                (a->eye.z - at->position.z) * z.z);
+}
+
+// --- a part -------------------------------------------------------------------------------------
+
+static void sample_group(void *user, uint32_t group)
+{
+    const struct area *a = user;
+    const size_t rays = a->sampling.rays, lobes = a->sampling.lobes;
+    a->lobe_count[group] = 0;
+    for (uint32_t lane = 0; lane < BD_LANES; lane++) {
+        struct bd_area_receiver at;
+        const bool is_lit = receiver_at(a, group, lane, &at);
+        if (is_lit) keep_guides(a, &at);
+        for (uint32_t half = 0; half < HALVES; half++) {
+            const size_t i = ((size_t)group * BD_LANES + lane) * HALVES + half;
+            memset(a->segments + i * rays, 0, rays * sizeof *a->segments);
+            memset(a->found + i * rays, 0, rays * sizeof *a->found);
+            memset(a->lobes + i * lobes, 0, lobes * sizeof *a->lobes);
+            a->shares[i] = (struct bd_area_shares){0};
+            if (!is_lit) continue;
+            bd_area_sample(&a->sampling, &at, half, a->segments + i * rays, a->found + i * rays,
+                           a->lobes + i * lobes, &a->shares[i]);
+            for (size_t l = 0; l < lobes; l++)
+                a->lobe_count[group] += a->lobes[i * lobes + l].density > 0;
+        }
+    }
+}
+
+static size_t lobes_of_group(const struct area *a)
+{
+    return (size_t)BD_LANES * HALVES * a->sampling.lobes;
+}
+
+static void list_lobes(void *user, uint32_t group)
+{
+    const struct area *a = user;
+    const struct bd_area_lobe *lobes = a->lobes + group * lobes_of_group(a);
+    struct bd_ray *to = a->rays + a->first_ray[group];
+    for (size_t i = 0; i < lobes_of_group(a); i++)
+        if (lobes[i].density > 0) *to++ = lobes[i].ray;
+}
+
+static enum bd_err follow_lobes(struct area *a)
+{
+    const uint32_t groups = a->part->group_count;
+    a->ray_count = 0;
+    for (uint32_t g = 0; g < groups; g++) {
+        a->first_ray[g] = a->ray_count;
+        a->ray_count += a->lobe_count[g];
+    }
+    for (uint32_t g = 0; g < groups; g++) list_lobes(a, g);
+    enum bd_err err = BD_ERR_OK;
+    bd_slicer_work(a->context.slicer, "nearest");
+    for (uint32_t at = 0, count; !err && at < a->ray_count; at += count) {
+        const double units = bd_slicer_units(a->context.slicer);
+        const uint32_t left = a->ray_count - at;
+        count = units < left ? (units > 256 ? (uint32_t)units : 256) : left;
+        if (count > left) count = left;
+        bd_rays_nearest(a->inputs->visibility.occluders->rays, a->inputs->visibility.pool,
+                        a->inputs->visibility.alpha, a->rays + at, count, a->hits + at);
+        err = bd_slicer_checkpoint(a->context.slicer, count);
+    }
+    return err;
+}
+
+static void add_to(struct bd_area_light_found *sum, const struct bd_area_light_found *more)
+{
+    sum->irradiance = f3_add(sum->irradiance, more->irradiance);
+    sum->beyond = f3_add(sum->beyond, more->beyond);
+}
+
+static void keep(struct bd_image *image, size_t pixel, f3 value)
+{
+    image->pixels[3 * pixel] = value.x;
+    image->pixels[3 * pixel + 1] = value.y;
+    image->pixels[3 * pixel + 2] = value.z;
+}
+
+// The rays' light in their order, then the lobe's.
+static void sum_half(const struct area *a, const struct bd_area_receiver *at, size_t i,
+                     uint32_t half, const struct bd_ray_hit **hit)
+{
+    const size_t rays = a->sampling.rays, lobes = a->sampling.lobes;
+    const size_t pixel = (size_t)at->y_px * a->width_px + at->x_px;
+    struct bd_area_light_found sum = {0};
+    for (size_t r = i * rays; r < (i + 1) * rays; r++)
+        if (!(a->occluded[r / 32] >> r % 32 & 1)) add_to(&sum, &a->found[r]);
+    for (size_t l = i * lobes; l < (i + 1) * lobes; l++) {
+        if (!(a->lobes[l].density > 0)) continue;
+        const struct bd_area_light_found more =
+            bd_area_lobe_light(&a->sampling, at, &a->shares[i], &a->lobes[l], (*hit)++);
+        add_to(&sum, &more);
+    }
+    keep(a->irradiance[half], pixel, sum.irradiance);
+    keep(a->beyond[half], pixel, sum.beyond);
+}
+
+static void sum_group(void *user, uint32_t group)
+{
+    const struct area *a = user;
+    const struct bd_ray_hit *hit = a->hits + a->first_ray[group];
+    for (uint32_t lane = 0; lane < BD_LANES; lane++) {
+        struct bd_area_receiver at;
+        if (!receiver_at(a, group, lane, &at)) continue;
+        for (uint32_t half = 0; half < HALVES; half++)
+            sum_half(a, &at, ((size_t)group * BD_LANES + lane) * HALVES + half, half, &hit);
+    }
+}
+
+static enum bd_err light_part(void *user, const struct bd_receiver_part *part)
+{
+    struct area *a = user;
+    struct bd_ray_counts traced = {0};
+    const double rays = (double)BD_LANES * HALVES * (a->sampling.rays + a->sampling.lobes);
+    a->part = part;
+    enum bd_err err = make_room(a, part->group_count);
+    bd_slicer_work(a->context.slicer, "area sample");
+    if (!err)
+        err = bd_receivers_each(&a->context, part->group_count, UNITS_PER_RAY * rays, sample_group,
+                                a);
+    if (!err) err = follow_lobes(a);
+    if (!err)
+        err = bd_visibility_ask(&a->context, &a->inputs->visibility, a->segments,
+                                (size_t)part->group_count * BD_LANES * HALVES * a->sampling.rays,
+                                a->occluded, &traced);
+    bd_slicer_work(a->context.slicer, "area sum");
+    if (!err) err = bd_receivers_each(&a->context, part->group_count, rays, sum_group, a);
+    return err;
+}
+
+// --- the picture --------------------------------------------------------------------------------
+
+// The mean of both halves, into the first.
+static enum bd_err join(struct area *a, struct bd_image *half[HALVES])
+{
+    const struct bd_light_filter_inputs inputs = {.half = {half[0], half[1]},
+                                                  .normal = a->normal,
+                                                  .depth = a->depth,
+                                                  .level_count =
+                                                      a->sampling.rays < FEW_RAYS ? 2 : 1};
+    if (a->inputs->filtered)
+        return bd_filter_halves(&a->context, a->processor.pool, &inputs, half[0], a->fault);
+    const size_t count = 3 * (size_t)a->width_px * a->height_px;
+    for (size_t i = 0; i < count; i++)
+        half[0]->pixels[i] = 0.5f * (half[0]->pixels[i] + half[1]->pixels[i]);
+    return bd_slicer_pause(a->context.slicer);
+}
+
+// Lobes take off what the diffuse one gives too much: never more than that, but for rounding.
+static void fill_rows(const struct area *a, uint32_t first, uint32_t rows, float *rgba)
+{
+    const size_t from = (size_t)first * a->width_px, count = (size_t)rows * a->width_px;
+    for (size_t i = 0; i < count; i++) {
+        for (int c = 0; c < 3; c++) {
+            const size_t at = 3 * (from + i) + c;
+            const float diffuse = a->irradiance[0]->pixels[at] * a->albedo->pixels[at] / F_PI;
+            rgba[4 * i + c] = f_max(diffuse + a->beyond[0]->pixels[at], 0);
+        }
+        rgba[4 * i + 3] = 1;
+    }
+}
+
+static enum bd_err write(struct area *a, struct bd_tex *tex)
+{
+    enum bd_err err = BD_ERR_OK;
+    bd_slicer_work(a->context.slicer, "filter write");
+    for (uint32_t row = 0, rows; !err && row < a->height_px; row += rows) {
+        rows = bd_slicer_rows(a->context.slicer, a->width_px, a->height_px - row);
+        const size_t bytes = (size_t)rows * a->width_px * 4 * sizeof(float);
+        float *rgba = malloc(bytes);
+        BD_ASSERT(rgba);
+        fill_rows(a, row, rows, rgba);
+        bd_tex_upload_rows(a->context.gpu, tex, 0, row, rows, rgba, bytes);
+        free(rgba);
+        err = bd_slicer_checkpoint(a->context.slicer, (double)a->width_px * rows);
+    }
+    return err;
+}
+
+static enum bd_err light_all(struct area *a)
+{
+    const struct bd_area_direct_inputs *inputs = a->inputs;
+    const struct bd_receivers_inputs receivers = {
+        .askers = {.viewpoint = inputs->viewpoint,
+                   .space = &inputs->scene->space,
+                   .gbuffer = inputs->gbuffer},
+        .glossy = true,
+        .starts = true,
+        .receivers_max = receivers_at_once(a),
+        .light = light_part,
+        .user = a,
+    };
+    enum bd_err err = make_images(a);
+    if (!err) err = bd_receivers_run(&a->context, &receivers, a->fault);
+    if (!err) err = join(a, a->irradiance);
+    if (!err) err = join(a, a->beyond);
+    return err;
+}
+
+static struct area area_of(const struct bd_pass_context *context,
+                           const struct bd_area_direct_inputs *inputs, struct bd_fault *fault)
+{
+    const struct bd_render_space *space = &inputs->scene->space;
+    const struct bd_viewpoint *viewpoint = inputs->viewpoint;
+    struct area a = {
+        .context = *context,
+        .processor = {inputs->visibility.pool, NULL},
+        .inputs = inputs,
+        .sampling = bd_area_sampling_of(inputs->lights, inputs->rays, inputs->seed),
+        .width_px = viewpoint->width_px,
+        .height_px = viewpoint->height_px,
+        .eye = bd_render_from_world(space, viewpoint->position_m),
+        .fault = fault,
+    };
+    a.sampling.reach = 1.01f * (float)space->radius;
+    a.sampling.from_cd_m2 = (float)(1 / space->unit_cd_m2);
+    a.sampling.lambert = inputs->lambert;
+    return a;
+}
+
+enum bd_err bd_area_direct_run(const struct bd_pass_context *context,
+                               const struct bd_area_direct_inputs *inputs, struct bd_tex **out,
+                               struct bd_fault *fault)
+{
+    struct area a = area_of(context, inputs, fault);
+    const struct bd_tex_desc desc = {.name = "light of areas",
+                                     .format = BD_FORMAT_RGBA32F,
+                                     .width_px = a.width_px,
+                                     .height_px = a.height_px};
+    const bool shines = bd_area_lights_shine(inputs->lights);
+    struct bd_tex *radiance = NULL;
+    a.context.processor = &a.processor;
+    enum bd_err err = shines ? light_all(&a) : BD_ERR_OK;
+    if (!err) err = bd_tex_create(context->gpu, &desc, &radiance, fault);
+    if (!err && shines) err = write(&a, radiance);
+    if (!err && !shines) bd_tex_clear(context->gpu, radiance, (const float[4]){0});
+    free_all(&a);
+    if (err)
+        bd_tex_destroy(context->gpu, &radiance);
+    else
+        *out = radiance;
+    return err;
+}

@@ -1,0 +1,424 @@
+#include "pass/area_samples.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "kernel/brdf.h"
+#include "lights/triangle_view.h"
+
+// Of more emitters than are all weighed, so many are drawn from their tree and weighed.
+#define DRAWN 12u
+
+// What sequences are for.
+enum purpose { OF_CHOICE, OF_DRAW, OF_POINT, OF_MAP, OF_COSINE, OF_LOBE, PURPOSES };
+
+struct sampler {
+    const struct bd_area_sampling *sampling;
+    const struct bd_area_receiver *at;
+    const struct bd_area_shares *shares;
+    struct bd_sequence sequence[PURPOSES];
+    uint32_t place;
+    float alpha, view_cosine, view_root;
+    struct bd_segment *segments;
+    struct bd_area_light_found *found;
+    uint32_t count;
+};
+
+static uint32_t power_of_two_from(uint32_t count)
+{
+    uint32_t power = 1;
+    while (power < count) power *= 2;
+    return power;
+}
+
+struct bd_area_sampling bd_area_sampling_of(const struct bd_area_lights *lights, uint32_t rays,
+                                            uint64_t seed)
+{
+    const uint32_t half = rays / 2;
+    return (struct bd_area_sampling){
+        .lights = lights,
+        .rays = half,
+        .lobes = (half + 1) / 2,
+        .stride = power_of_two_from(half),
+        .seed = bd_stirred((uint32_t)seed) ^ bd_stirred((uint32_t)(seed >> 32) + 0x51ed270bu),
+    };
+}
+
+static bool all_are_weighed(const struct bd_area_sampling *sampling)
+{
+    return sampling->lights->count <= BD_AREA_WEIGHED_MAX;
+}
+
+// --- the surface --------------------------------------------------------------------------------
+
+static f3 brdf_towards(const struct sampler *s, f3 l)
+{
+    const struct bd_area_receiver *at = s->at;
+    if (s->sampling->lambert) return f3_scale(at->base_color, 1 / F_PI);
+    return brdf_of_view(at->base_color, at->metallic, at->roughness, at->f0_dielectric, at->normal,
+                        l, at->viewer, s->view_cosine, s->view_root);
+}
+
+static f3 diffuse_albedo(const struct sampler *s)
+{
+    return f3_scale(s->at->base_color, s->sampling->lambert ? 1 : 1 - s->at->metallic);
+}
+
+// What a unit of radiance from there gives, per steradian.
+static struct bd_area_light_found received(const struct sampler *s, f3 l)
+{
+    const float cosine = f3_dot(s->at->normal, l);
+    const f3 beyond = f3_sub(brdf_towards(s, l), f3_scale(diffuse_albedo(s), 1 / F_PI));
+    return (struct bd_area_light_found){f3_of(cosine, cosine, cosine), f3_scale(beyond, cosine)};
+}
+
+static bool is_above(const struct bd_area_receiver *at, f3 l)
+{
+    return f3_dot(at->normal, l) > 0 && f3_dot(at->normal_geometric, l) > 0;
+}
+
+// Of the specular lobe's visible normals (Heitz 2018), per steradian around l.
+static float lobe_density(const struct sampler *s, f3 l)
+{
+    const f3 sum = f3_add(l, s->at->viewer), n = s->at->normal;
+    const float length = f3_length(sum);
+    if (!(length > 0)) return 0;
+    const f3 h = f3_scale(sum, 1 / length), across = f3_cross(n, h);
+    const float n_h = f_max(f3_dot(n, h), 0), a2 = s->alpha * s->alpha;
+    const float d = f3_dot(across, across) + n_h * n_h * a2;
+    return n_h > 0 ? a2 / (F_PI * d * d) / (2 * (s->view_cosine + s->view_root)) : 0;
+}
+
+struct basis {
+    f3 x, y;
+};
+
+// Duff et al. 2017.
+static struct basis basis_of(f3 n)
+{
+    const float sign = copysignf(1, n.z), a = -1 / (sign + n.z), b = n.x * n.y * a;
+    return (struct basis){f3_of(1 + sign * n.x * n.x * a, sign * b, -sign * n.x),
+                          f3_of(b, sign + n.y * n.y * a, -n.y)};
+}
+
+static f3 from_basis(const struct basis *basis, f3 n, f3 d)
+{
+    return f3_add(f3_scale(basis->x, d.x), f3_add(f3_scale(basis->y, d.y), f3_scale(n, d.z)));
+}
+
+// A direction of the lobe: the viewer's mirrored at a visible normal.
+static f3 choose_of_lobe(const struct sampler *s, const float number[2])
+{
+    const f3 n = s->at->normal, v = s->at->viewer;
+    const struct basis basis = basis_of(n);
+    const f3 stretched = f3_unit(f3_of(s->alpha * f3_dot(v, basis.x), s->alpha * f3_dot(v, basis.y),
+                                       f_max(f3_dot(v, n), 1e-4f)));
+    const float across2 = stretched.x * stretched.x + stretched.y * stretched.y;
+    const f3 t1 = across2 > 0 ? f3_scale(f3_of(-stretched.y, stretched.x, 0), 1 / f_sqrt(across2))
+                              : f3_of(1, 0, 0);
+    const f3 t2 = f3_cross(stretched, t1);
+    const float radius = f_sqrt(number[0]), turn = 2 * F_PI * number[1];
+    const float p1 = radius * cosf(turn), share = 0.5f * (1 + stretched.z);
+    const float p2 = (1 - share) * f_sqrt(f_max(1 - p1 * p1, 0)) + share * radius * sinf(turn);
+    const float p3 = f_sqrt(f_max(1 - p1 * p1 - p2 * p2, 0));
+    const f3 m = f3_add(f3_scale(t1, p1), f3_add(f3_scale(t2, p2), f3_scale(stretched, p3)));
+    const f3 h =
+        from_basis(&basis, n, f3_unit(f3_of(s->alpha * m.x, s->alpha * m.y, f_max(m.z, 1e-7f))));
+    return f3_unit(f3_sub(f3_scale(h, 2 * f3_dot(v, h)), v));
+}
+
+static bool has_lobe(const struct sampler *s)
+{
+    return s->at->has_lobe && !s->sampling->lambert && f3_dot(s->at->normal, s->at->viewer) > 0;
+}
+
+// --- what is found ------------------------------------------------------------------------------
+
+static struct bd_area_light_found scaled(struct bd_area_light_found f, f3 radiance, float factor)
+{
+    const f3 light = f3_scale(radiance, factor);
+    return (struct bd_area_light_found){f3_mul(f.irradiance, light), f3_mul(f.beyond, light)};
+}
+
+// `density`: of all the half's rays that could have gone there, but for those of the lobe.
+static void add(struct sampler *s, f3 to, uint32_t to_triangle, f3 direction, f3 radiance,
+                float density, float chosen_density)
+{
+    const struct bd_area_receiver *at = s->at;
+    struct bd_segment *segment = &s->segments[s->count];
+    struct bd_area_light_found *found = &s->found[s->count];
+    const float of_lobe =
+        s->shares->lobes ? (float)s->shares->lobes * lobe_density(s, direction) : 0;
+    const float share = density / (density + of_lobe);
+    const float factor = s->sampling->from_cd_m2 * share / chosen_density;
+    if (!isfinite(factor) || !(factor > 0)) return;
+    *segment = (struct bd_segment){.from = {at->position.x, at->position.y, at->position.z},
+                                   .from_triangle = at->triangle,
+                                   .to = {to.x, to.y, to.z},
+                                   .to_triangle = to_triangle};
+    *found = scaled(received(s, direction), radiance, factor);
+    s->count++;
+}
+
+// --- emitters -----------------------------------------------------------------------------------
+
+struct candidate {
+    const struct bd_area_light *light;
+    struct bd_triangle_view view;
+    float weight, stands_for, chance; // chance: of being drawn, where not all are weighed
+};
+
+struct candidates {
+    uint32_t count;
+    float weight; // together
+    struct candidate list[BD_AREA_WEIGHED_MAX];
+};
+
+static void weigh(const struct sampler *s, uint32_t index, float stands_for, float chance,
+                  struct candidates *candidates)
+{
+    const struct bd_area_lights *lights = s->sampling->lights;
+    const struct bd_area_light *light = &lights->lights[index];
+    struct candidate *c = &candidates->list[candidates->count];
+    if (light->triangle == s->at->triangle) return;
+    c->light = light;
+    c->view = bd_triangle_view_of(light, lights->sources[light->source].two_sided, s->at->position,
+                                  s->at->normal);
+    c->weight = stands_for * bd_triangle_view_weight(&c->view, light);
+    c->stands_for = stands_for;
+    c->chance = chance;
+    if (!(c->weight > 0) || !isfinite(c->weight)) return;
+    candidates->weight += c->weight;
+    candidates->count++;
+}
+
+static void find_candidates(struct sampler *s, struct candidates *candidates)
+{
+    const struct bd_area_lights *lights = s->sampling->lights;
+    candidates->count = 0;
+    candidates->weight = 0;
+    if (all_are_weighed(s->sampling)) {
+        for (uint32_t i = 0; i < lights->count; i++) weigh(s, i, 1, 0, candidates);
+        return;
+    }
+    float number[2];
+    struct bd_emitter_cut cut;
+    bd_emitter_tree_cut(&lights->tree, s->at->position, s->at->normal, &cut);
+    bd_sequence_pair(&s->sequence[OF_DRAW], s->place / s->sampling->stride, number);
+    for (uint32_t i = 0; i < DRAWN; i++) {
+        const float at = ((float)i + number[0]) / DRAWN;
+        uint32_t index;
+        float chance;
+        if (bd_emitter_tree_draw(&lights->tree, &cut, s->at->position, s->at->normal,
+                                 f_min(at, 0x1.fffffep-1f), &index, &chance))
+            weigh(s, index, 1 / (DRAWN * chance), chance, candidates);
+    }
+}
+
+static void send_to_emitter(struct sampler *s, const struct candidates *candidates,
+                            const struct candidate *c, uint32_t ray)
+{
+    const struct bd_area_receiver *at = s->at;
+    struct bd_triangle_point point;
+    float number[2];
+    bd_sequence_pair(&s->sequence[OF_POINT], s->place + ray, number);
+    if (!bd_triangle_view_choose(&c->view, c->light, at->position, number, &point)) return;
+    const f3 direction = f3_unit(f3_sub(point.position, at->position));
+    if (!is_above(at, direction)) return;
+    const f3 radiance =
+        bd_area_emission(s->sampling->lights, c->light, point.u, point.v, f3_scale(direction, -1));
+    if (!(radiance.x > 0 || radiance.y > 0 || radiance.z > 0)) return;
+    const float rays = (float)s->shares->emitters;
+    const float chosen = rays * c->weight / candidates->weight * point.density / c->stands_for;
+    // How many come here in the mean: of many emitters their chance to be drawn stands for it, and
+    // does not depend on what else was drawn.
+    const float density = all_are_weighed(s->sampling) ? chosen : rays * c->chance * point.density;
+    add(s, point.position, c->light->triangle, direction, radiance, density, chosen);
+}
+
+static void sample_emitters(struct sampler *s, const struct candidates *candidates)
+{
+    const uint32_t rays = s->shares->emitters;
+    float number[2], sum = 0;
+    uint32_t next = 0;
+    bd_sequence_pair(&s->sequence[OF_CHOICE], s->place / s->sampling->stride, number);
+    for (uint32_t i = 0; i < candidates->count; i++) {
+        sum += candidates->list[i].weight;
+        const bool last = i + 1 == candidates->count;
+        while (next < rays &&
+               (last || ((float)next + number[0]) * candidates->weight < sum * (float)rays))
+            send_to_emitter(s, candidates, &candidates->list[i], next++);
+    }
+}
+
+// --- the sky ------------------------------------------------------------------------------------
+
+static float sky_density(const struct sampler *s, f3 direction)
+{
+    const struct bd_sky_light *sky = &s->sampling->lights->sky;
+    const float cosine = f_max(f3_dot(s->at->normal, direction), 0);
+    float density = (float)s->shares->cosine * cosine / F_PI;
+    if (s->shares->map) density += (float)s->shares->map * bd_sky_light_density(sky, direction);
+    return density;
+}
+
+// Where the way out leaves the sphere that holds everything.
+static f3 end_of_way(const struct bd_area_sampling *sampling, f3 from, f3 direction)
+{
+    const float along = f3_dot(from, direction);
+    const float within = sampling->reach * sampling->reach - f3_dot(from, from) + along * along;
+    const float way = f_sqrt(f_max(within, 0)) - along;
+    return f3_add(from, f3_scale(direction, f_max(way, 0.01f * sampling->reach)));
+}
+
+static void send_to_sky(struct sampler *s, f3 direction)
+{
+    if (!is_above(s->at, direction)) return;
+    const f3 radiance = bd_sky_light_radiance(&s->sampling->lights->sky, direction);
+    const float density = sky_density(s, direction);
+    if (!(radiance.x > 0 || radiance.y > 0 || radiance.z > 0) || !(density > 0)) return;
+    add(s, end_of_way(s->sampling, s->at->position, direction), BD_NO_TRIANGLE, direction, radiance,
+        density, density);
+}
+
+static void sample_sky(struct sampler *s)
+{
+    const struct basis basis = basis_of(s->at->normal);
+    float number[2], density;
+    for (uint32_t i = 0; i < s->shares->map; i++) {
+        bd_sequence_pair(&s->sequence[OF_MAP], s->place + i, number);
+        send_to_sky(s, bd_sky_light_choose(&s->sampling->lights->sky, number, &density));
+    }
+    for (uint32_t i = 0; i < s->shares->cosine; i++) {
+        bd_sequence_pair(&s->sequence[OF_COSINE], s->place + i, number);
+        const float radius = f_sqrt(number[0]), turn = 2 * F_PI * number[1];
+        const f3 d = f3_of(radius * cosf(turn), radius * sinf(turn), f_sqrt(1 - number[0]));
+        send_to_sky(s, from_basis(&basis, s->at->normal, d));
+    }
+}
+
+// --- the lobe -----------------------------------------------------------------------------------
+
+static void sample_lobe(struct sampler *s, struct bd_area_lobe *lobes)
+{
+    const struct bd_area_receiver *at = s->at;
+    for (uint32_t i = 0; i < s->shares->lobes; i++) {
+        float number[2];
+        bd_sequence_pair(&s->sequence[OF_LOBE], s->place + i, number);
+        const f3 l = choose_of_lobe(s, number);
+        const float density = (float)s->shares->lobes * lobe_density(s, l);
+        if (!is_above(at, l) || !(density > 0) || !isfinite(density)) continue;
+        const struct bd_area_light_found found = received(s, l);
+        lobes[i] = (struct bd_area_lobe){
+            .ray = {.origin = {at->position.x, at->position.y, at->position.z},
+                    .from_triangle = at->triangle,
+                    .direction = {l.x, l.y, l.z},
+                    .far = INFINITY},
+            .density = density,
+            .irradiance = found.irradiance,
+            .beyond = found.beyond,
+        };
+    }
+}
+
+// Of rays that light is sought by, whom emitters send none leave theirs to the sky.
+static struct bd_area_shares shares_of(const struct bd_area_sampling *sampling, bool emitters,
+                                       bool lobe)
+{
+    const struct bd_sky_light *sky = &sampling->lights->sky;
+    struct bd_area_shares shares = {.lobes = lobe ? sampling->lobes : 0};
+    uint32_t left = sampling->rays;
+    if (emitters) shares.emitters = sky->shines && left > 1 ? (left + 1) / 2 : left;
+    left -= shares.emitters;
+    if (!sky->shines) return shares;
+    shares.map = sky->columns ? (left + 1) / 2 : 0;
+    shares.cosine = left - shares.map;
+    return shares;
+}
+
+static struct sampler sampler_of(const struct bd_area_sampling *sampling,
+                                 const struct bd_area_receiver *at,
+                                 const struct bd_area_shares *shares)
+{
+    const float cosine = view_cosine(at->normal, at->viewer), alpha = ggx_alpha(at->roughness);
+    return (struct sampler){
+        .sampling = sampling,
+        .at = at,
+        .shares = shares,
+        .alpha = alpha,
+        .view_cosine = cosine,
+        .view_root = smith_root(cosine, alpha),
+    };
+}
+
+void bd_area_sample(const struct bd_area_sampling *sampling, const struct bd_area_receiver *at,
+                    uint32_t half, struct bd_segment *segments, struct bd_area_light_found *found,
+                    struct bd_area_lobe *lobes, struct bd_area_shares *shares)
+{
+    struct sampler s = sampler_of(sampling, at, shares);
+    struct candidates candidates;
+    s.segments = segments;
+    s.found = found;
+    s.place = bd_sequence_place(at->x_px, at->y_px, sampling->stride);
+    for (uint32_t p = 0; p < PURPOSES; p++)
+        s.sequence[p] = bd_sequence_of(sampling->seed, 2 * p + half);
+    find_candidates(&s, &candidates);
+    // What others' shares are may not depend on what was drawn from a tree.
+    *shares = shares_of(
+        sampling, all_are_weighed(sampling) ? candidates.count > 0 : sampling->lights->count > 0,
+        has_lobe(&s));
+    shares->weight = candidates.weight;
+    if (candidates.count > 0) sample_emitters(&s, &candidates);
+    if (sampling->lights->sky.shines) sample_sky(&s);
+    sample_lobe(&s, lobes);
+}
+
+// --- what lobes met -----------------------------------------------------------------------------
+
+// Of rays to emitters, per steradian around a direction that met one.
+static float emitter_density(const struct sampler *s, const struct bd_area_light *light,
+                             f3 direction, float distance)
+{
+    const struct bd_area_lights *lights = s->sampling->lights;
+    const struct bd_area_receiver *at = s->at;
+    if (light->triangle == at->triangle || s->shares->emitters == 0) return 0;
+    const struct bd_triangle_view view = bd_triangle_view_of(
+        light, lights->sources[light->source].two_sided, at->position, at->normal);
+    const float weight = bd_triangle_view_weight(&view, light);
+    if (!(weight > 0) || !isfinite(weight)) return 0;
+    float chance = weight / s->shares->weight;
+    if (!all_are_weighed(s->sampling)) {
+        struct bd_emitter_cut cut;
+        bd_emitter_tree_cut(&lights->tree, at->position, at->normal, &cut);
+        chance = bd_emitter_tree_chance(&lights->tree, &cut, at->position, at->normal,
+                                        (uint32_t)(light - lights->lights));
+    }
+    return (float)s->shares->emitters * chance *
+           bd_triangle_view_density(&view, light, direction, distance);
+}
+
+struct bd_area_light_found bd_area_lobe_light(const struct bd_area_sampling *sampling,
+                                              const struct bd_area_receiver *at,
+                                              const struct bd_area_shares *shares,
+                                              const struct bd_area_lobe *lobe,
+                                              const struct bd_ray_hit *hit)
+{
+    const struct bd_area_lights *lights = sampling->lights;
+    const struct sampler s = sampler_of(sampling, at, shares);
+    const f3 l = f3_of(lobe->ray.direction[0], lobe->ray.direction[1], lobe->ray.direction[2]);
+    const struct bd_area_light_found nothing = {0}, unit = {lobe->irradiance, lobe->beyond};
+    f3 radiance;
+    float density;
+    if (hit->triangle == BD_NO_TRIANGLE) {
+        if (!lights->sky.shines) return nothing;
+        radiance = bd_sky_light_radiance(&lights->sky, l);
+        density = sky_density(&s, l);
+    } else {
+        const struct bd_area_light *light = bd_area_light_at(lights, hit->triangle, hit->u, hit->v);
+        if (!light) return nothing;
+        radiance = bd_area_emission(lights, light, hit->u, hit->v, f3_scale(l, -1));
+        density = emitter_density(&s, light, l, hit->distance);
+    }
+    if (!(radiance.x > 0 || radiance.y > 0 || radiance.z > 0)) return nothing;
+    return scaled(unit, radiance, sampling->from_cd_m2 / (density + lobe->density));
+}

@@ -1,0 +1,66 @@
+// Where the rays of a pixel go that look for lights with a size, and what each brings if nothing is
+// in its way. Private to pass/.
+//
+// Thread: any.
+
+#ifndef BD_PASS_AREA_SAMPLES_H
+#define BD_PASS_AREA_SAMPLES_H
+
+#include "lights/area_lights.h"
+#include "lights/sequence.h"
+#include "rays/rays.h"
+
+// Of a picture.
+struct bd_area_sampling {
+    const struct bd_area_lights *lights;
+    uint32_t rays;    // of half a pixel
+    uint32_t lobes;   // of those, how many more a half follows where there is a lobe
+    uint32_t stride;  // a power of two from `rays` on
+    float reach;      // of a sphere about the origin that holds all there is
+    float from_cd_m2; // to the frame's unit
+    bool lambert;
+    uint32_t seed;
+};
+struct bd_area_sampling bd_area_sampling_of(const struct bd_area_lights *lights, uint32_t rays,
+                                            uint64_t seed);
+
+struct bd_area_receiver {
+    f3 position, normal, normal_geometric, viewer, base_color;
+    float metallic, roughness, f0_dielectric;
+    bool has_lobe;
+    uint32_t triangle;
+    uint32_t x_px, y_px;
+};
+
+// In the frame's unit: irradiance, and radiance beyond diffuse albedo / pi times it.
+struct bd_area_light_found {
+    f3 irradiance, beyond;
+};
+
+// How a half's rays are shared out, and what is asked of a direction that a lobe found.
+struct bd_area_shares {
+    uint32_t emitters, map, cosine, lobes;
+    float weight; // of all emitters together, where all are weighed
+};
+
+// A ray of the specular lobe: what it brings for each unit of radiance over its density.
+struct bd_area_lobe {
+    struct bd_ray ray;
+    float density; // of all the half's lobe rays together, per steradian
+    f3 irradiance, beyond;
+};
+
+// Of a half of a receiver: `rays` segments with what they bring, and `lobes` of its lobe. Segments
+// without a length bring nothing; of lobe rays without a direction likewise.
+void bd_area_sample(const struct bd_area_sampling *sampling, const struct bd_area_receiver *at,
+                    uint32_t half, struct bd_segment *segments, struct bd_area_light_found *found,
+                    struct bd_area_lobe *lobes, struct bd_area_shares *shares);
+
+// What a ray of the lobe brings that met this, or the sky.
+struct bd_area_light_found bd_area_lobe_light(const struct bd_area_sampling *sampling,
+                                              const struct bd_area_receiver *at,
+                                              const struct bd_area_shares *shares,
+                                              const struct bd_area_lobe *lobe,
+                                              const struct bd_ray_hit *hit);
+
+#endif
