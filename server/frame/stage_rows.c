@@ -520,6 +520,13 @@ static uint64_t key_from(uint64_t key, const struct bd_subject *subject, enum bd
     return key;
 }
 
+// Occluders that only look for lights hide no indirect light.
+static bool is_made_from(const struct bd_plan *plan, enum bd_stage stage, enum bd_stage from)
+{
+    if (stage == BD_STAGE_INDIRECT && from == BD_STAGE_RAYS && !plan->rays) return false;
+    return bd_stage_rows[stage].from >> from & 1 && bd_plan_has(plan, from);
+}
+
 uint64_t bd_stage_key(const struct bd_subject *subject, enum bd_stage stage,
                       const struct bd_frame_light *light)
 {
@@ -534,7 +541,6 @@ uint64_t bd_stage_key(const struct bd_subject *subject, enum bd_stage stage,
     key = bd_params_hash(&plan->params,
                          row->reads_all_params ? plan->technique->params_read : row->params, key);
     for (enum bd_stage from = 0; from < BD_STAGE_COUNT; from++)
-        if (row->from >> from & 1 && bd_plan_has(plan, from))
-            key = key_from(key, subject, from, light);
+        if (is_made_from(plan, stage, from)) key = key_from(key, subject, from, light);
     return key;
 }

@@ -29,7 +29,7 @@
 #define BD_AREA_LIGHTS_MAX (UINT32_C(1) << 22) // 580 MiB of them
 // So many are weighed one by one at every receiver; of more, there is a tree.
 #define BD_AREA_WEIGHED_MAX 64u
-#define BD_SKY_CELLS_MAX    (UINT32_C(1) << 21)
+#define BD_SKY_CELLS_MAX    (UINT32_C(1) << 23)
 
 struct bd_area_light {
     f3 corner[3];
@@ -54,6 +54,7 @@ struct bd_sky_light {
     f3 radiance; // a factor on the map, or the sky's
     struct bd_sky_map *map;
     uint32_t columns, rows; // of cells; 0: a constant sky
+    bool in_blocks;         // cells are blocks of texels; else they lie between texels' middles
     float *cumulated_rows;  // up to and with each, ends at 1
     float *cumulated;       // within each row
 };

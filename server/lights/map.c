@@ -1,6 +1,7 @@
 #include "lights/map.h"
 
 #include <math.h>
+#include <pthread.h>
 #include <stddef.h>
 
 // Two texels along one axis and the share of the second.
@@ -29,19 +30,23 @@ static struct span span_of(float coordinate, uint32_t size, enum bd_wrap how, bo
                          nearest ? 0 : (float)(texel - below)};
 }
 
-// IEC 61966-2-1.
-static float linear_of_srgb(uint8_t byte)
+// IEC 61966-2-1, of every byte.
+static float linear[256];
+static pthread_once_t linear_once = PTHREAD_ONCE_INIT;
+
+static void fill_linear(void)
 {
-    const float c = (float)byte / 255;
-    return c <= 0.04045f ? c / 12.92f : powf((c + 0.055f) / 1.055f, 2.4f);
+    for (int byte = 0; byte < 256; byte++) {
+        const float c = (float)byte / 255;
+        linear[byte] = c <= 0.04045f ? c / 12.92f : powf((c + 0.055f) / 1.055f, 2.4f);
+    }
 }
 
 static struct bd_map_texel texel_at(const struct bd_picture *picture, uint32_t x, uint32_t y)
 {
     const uint8_t *rgba = picture->rgba + 4 * ((size_t)picture->width_px * y + x);
-    return (struct bd_map_texel){
-        f3_of(linear_of_srgb(rgba[0]), linear_of_srgb(rgba[1]), linear_of_srgb(rgba[2])),
-        (float)rgba[3] / 255};
+    return (struct bd_map_texel){f3_of(linear[rgba[0]], linear[rgba[1]], linear[rgba[2]]),
+                                 (float)rgba[3] / 255};
 }
 
 static struct bd_map_texel between(struct bd_map_texel a, struct bd_map_texel b, float share)
@@ -85,6 +90,7 @@ struct bd_map_texel bd_map_at(const struct bd_scene *scene, const struct bd_text
     const struct bd_picture *picture = picture_of(scene, map);
     if (!picture || picture->width_px == 0 || picture->height_px == 0) return white;
     float uv[2];
+    pthread_once(&linear_once, fill_linear);
     coordinates_at(map, primitive, index, u, v, uv);
     const struct span x = span_of(uv[0], picture->width_px, texture->wrap_s, texture->nearest);
     const struct span y = span_of(uv[1], picture->height_px, texture->wrap_t, texture->nearest);

@@ -36,7 +36,27 @@ static uint32_t first_of(uint32_t cell, uint32_t cells, uint32_t texels)
     return (uint32_t)((uint64_t)cell * texels / cells);
 }
 
-static double sum_of_cell(const struct bd_sky_light *sky, uint32_t column, uint32_t row)
+// Brightness at the corners of a cell that lies between the middles of four texels, where filtering
+// is linear along both axes.
+struct corners {
+    float at[2][2]; // row, column
+};
+
+static struct corners corners_of(const struct bd_sky_light *sky, uint32_t column, uint32_t row)
+{
+    struct corners b;
+    for (int y = 0; y < 2; y++)
+        for (int x = 0; x < 2; x++)
+            b.at[y][x] = brightest(texel(sky->map, (int64_t)column - 1 + x, (int64_t)row - 1 + y));
+    return b;
+}
+
+static float mean_of(const struct corners *b)
+{
+    return 0.25f * (b->at[0][0] + b->at[0][1] + b->at[1][0] + b->at[1][1]);
+}
+
+static double sum_of_block(const struct bd_sky_light *sky, uint32_t column, uint32_t row)
 {
     const struct bd_sky_map *map = sky->map;
     const uint32_t right = first_of(column + 1, sky->columns, map->width_px);
@@ -48,6 +68,27 @@ static double sum_of_cell(const struct bd_sky_light *sky, uint32_t column, uint3
             sum += solid * mean_of_texel(map, x, y);
     }
     return sum;
+}
+
+static double row_edge(const struct bd_sky_light *sky, uint32_t row)
+{
+    const double height = sky->map->height_px;
+    if (sky->in_blocks) return pi * first_of(row, sky->rows, sky->map->height_px) / height;
+    return pi * fmin(fmax(row - 0.5, 0), height) / height;
+}
+
+static double column_edge(const struct bd_sky_light *sky, uint32_t column)
+{
+    const double width = sky->map->width_px;
+    if (sky->in_blocks) return 2 * pi * first_of(column, sky->columns, sky->map->width_px) / width;
+    return 2 * pi * (column - 0.5) / width;
+}
+
+static double sum_of_cell(const struct bd_sky_light *sky, uint32_t column, uint32_t row)
+{
+    if (sky->in_blocks) return sum_of_block(sky, column, row);
+    const struct corners b = corners_of(sky, column, row);
+    return mean_of(&b) * (cos(row_edge(sky, row)) - cos(row_edge(sky, row + 1)));
 }
 
 // Sums up to each as parts of all; returns the sum.
@@ -78,7 +119,9 @@ static void size_cells(struct bd_sky_light *sky)
 {
     sky->columns = sky->map->width_px;
     sky->rows = sky->map->height_px;
-    while ((uint64_t)sky->columns * sky->rows > BD_SKY_CELLS_MAX) {
+    sky->in_blocks = (uint64_t)sky->columns * sky->rows > BD_SKY_CELLS_MAX;
+    if (!sky->in_blocks) sky->rows++; // those at the poles are half as high
+    while (sky->in_blocks && (uint64_t)sky->columns * sky->rows > BD_SKY_CELLS_MAX) {
         sky->columns = (sky->columns + 1) / 2;
         sky->rows = (sky->rows + 1) / 2;
     }
@@ -127,7 +170,8 @@ static void place_of(f3 d, double *x, double *y)
     double turn = atan2(d.x, -d.z);
     if (turn < 0) turn += 2 * pi;
     *x = fmin(turn / (2 * pi), 1);
-    *y = acos(fmin(fmax(d.y, -1), 1)) / pi;
+    // The arc cosine would lose half of the digits near the zenith.
+    *y = atan2(sqrt((double)d.x * d.x + (double)d.z * d.z), d.y) / pi;
 }
 
 f3 bd_sky_light_radiance(const struct bd_sky_light *sky, f3 direction)
@@ -175,22 +219,32 @@ static double within(const float *cumulated, uint32_t at, float number)
     return share > 0 ? fmin(fmax((number - before) / share, 0), 1) : 0.5;
 }
 
-static double row_edge(const struct bd_sky_light *sky, uint32_t row)
+// Within a cell a direction's place is uniform along the azimuth, and along the angle from the
+// zenith; `share` of it lies there, of a cell between texels in proportion to its brightness.
+static float density_at(const struct bd_sky_light *sky, uint32_t column, uint32_t row, double s,
+                        double t)
 {
-    return pi * first_of(row, sky->rows, sky->map->height_px) / sky->map->height_px;
-}
-
-static double column_edge(const struct bd_sky_light *sky, uint32_t column)
-{
-    return 2 * pi * first_of(column, sky->columns, sky->map->width_px) / sky->map->width_px;
-}
-
-static float density_of_cell(const struct bd_sky_light *sky, uint32_t column, uint32_t row)
-{
-    const double height = cos(row_edge(sky, row)) - cos(row_edge(sky, row + 1));
-    const double solid = height * (column_edge(sky, column + 1) - column_edge(sky, column));
+    const double top = row_edge(sky, row), bottom = row_edge(sky, row + 1);
+    const double across = column_edge(sky, column + 1) - column_edge(sky, column);
+    const double sine = fmax(sin(top + (bottom - top) * t), 1e-9);
+    double share = 1;
+    if (!sky->in_blocks) {
+        const struct corners b = corners_of(sky, column, row);
+        const double above = b.at[0][0] + (b.at[0][1] - b.at[0][0]) * s;
+        const double below = b.at[1][0] + (b.at[1][1] - b.at[1][0]) * s;
+        const float mean = mean_of(&b);
+        share = mean > 0 ? (above + (below - above) * t) / mean : 0;
+    }
     return (float)(chance(sky->cumulated_rows, row) *
-                   (double)chance(sky->cumulated + (size_t)row * sky->columns, column) / solid);
+                   (double)chance(sky->cumulated + (size_t)row * sky->columns, column) * share /
+                   (across * (bottom - top) * sine));
+}
+
+// Where a number falls whose density goes from a at 0 to b at 1.
+static double along_line(double number, double a, double b)
+{
+    const double root = sqrt((1 - number) * a * a + number * b * b);
+    return a + root > 0 ? fmin(number * (a + b) / (a + root), 1) : number;
 }
 
 f3 bd_sky_light_choose(const struct bd_sky_light *sky, const float number[2], float *density)
@@ -198,13 +252,19 @@ f3 bd_sky_light_choose(const struct bd_sky_light *sky, const float number[2], fl
     const uint32_t row = bd_cumulated_at(sky->cumulated_rows, sky->rows, number[1]);
     const float *columns = sky->cumulated + (size_t)row * sky->columns;
     const uint32_t column = bd_cumulated_at(columns, sky->columns, number[0]);
-    const double top = cos(row_edge(sky, row)), bottom = cos(row_edge(sky, row + 1));
-    const double y = top + (bottom - top) * within(sky->cumulated_rows, row, number[1]);
-    const double left = column_edge(sky, column), right = column_edge(sky, column + 1);
-    const double turn = left + (right - left) * within(columns, column, number[0]);
-    const double across = sqrt(fmax(1 - y * y, 0));
-    *density = density_of_cell(sky, column, row);
-    return f3_of((float)(across * sin(turn)), (float)y, (float)(-across * cos(turn)));
+    double s = within(columns, column, number[0]), t = within(sky->cumulated_rows, row, number[1]);
+    if (!sky->in_blocks) {
+        const struct corners b = corners_of(sky, column, row);
+        t = along_line(t, b.at[0][0] + b.at[0][1], b.at[1][0] + b.at[1][1]);
+        s = along_line(s, b.at[0][0] + (b.at[1][0] - b.at[0][0]) * t,
+                       b.at[0][1] + (b.at[1][1] - b.at[0][1]) * t);
+    }
+    const double top = row_edge(sky, row), left = column_edge(sky, column);
+    const double angle = top + (row_edge(sky, row + 1) - top) * t;
+    const double turn = left + (column_edge(sky, column + 1) - left) * s;
+    *density = density_at(sky, column, row, s, t);
+    return f3_of((float)(sin(angle) * sin(turn)), (float)cos(angle),
+                 (float)(-sin(angle) * cos(turn)));
 }
 
 static uint32_t cell_of(uint32_t place, uint32_t cells, uint32_t texels)
@@ -219,8 +279,18 @@ float bd_sky_light_density(const struct bd_sky_light *sky, f3 direction)
     const struct bd_sky_map *map = sky->map;
     double x, y;
     place_of(direction, &x, &y);
-    const uint32_t across = (uint32_t)fmin(x * map->width_px, map->width_px - 1.0);
-    const uint32_t down = (uint32_t)fmin(y * map->height_px, map->height_px - 1.0);
-    return density_of_cell(sky, cell_of(across, sky->columns, map->width_px),
-                           cell_of(down, sky->rows, map->height_px));
+    const double across = x * map->width_px, down = y * map->height_px;
+    if (sky->in_blocks) {
+        const uint32_t column = (uint32_t)fmin(across, map->width_px - 1.0);
+        const uint32_t row = (uint32_t)fmin(down, map->height_px - 1.0);
+        const uint32_t cell = cell_of(row, sky->rows, map->height_px);
+        const double top = row_edge(sky, cell);
+        return density_at(sky, cell_of(column, sky->columns, map->width_px), cell, 0.5,
+                          (y * pi - top) / (row_edge(sky, cell + 1) - top));
+    }
+    const double column = floor(across + 0.5);
+    const uint32_t row = (uint32_t)fmin(floor(down + 0.5), map->height_px);
+    const double top = row_edge(sky, row), t = (y * pi - top) / (row_edge(sky, row + 1) - top);
+    return density_at(sky, (uint32_t)column % sky->columns, row, across + 0.5 - column,
+                      fmin(fmax(t, 0), 1));
 }
