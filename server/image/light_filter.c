@@ -7,6 +7,7 @@
 
 #include "base/assert.h"
 #include "base/large.h"
+#include "kernel/all_channels.h"
 
 // What reflects less is not divided by less: its light is noise over next to nothing.
 #define ALBEDO_LEAST    0.02f
@@ -24,7 +25,7 @@ enum plane {
     NEARNESS,   // 1 / depth
     NEARNESS_X, // its gradient, of a pixel
     NEARNESS_Y,
-    VARIANCE, // of a half's luminance
+    VARIANCE, // of a half's strength
     // Of each half, twice over: what a level reads and what it writes.
     LIGHT,
     LUMINANCE_A = LIGHT + 12,
@@ -118,9 +119,10 @@ bool bd_light_filter_is_needed(const struct bd_light_filter *filter)
 
 // --- the surface and its light ----------------------------------------------------------------
 
-static float luminance(float r, float g, float b)
+// Channels exchanged are channels exchanged, to the last bit (kernel/all_channels.h).
+static float strength(float r, float g, float b)
 {
-    return 0.2126f * r + 0.7152f * g + 0.0722f * b;
+    return all_channels(f3_of(r, g, b)) / 3;
 }
 
 static float reflectance(const struct bd_light_filter *f, int x, int y, int channel)
@@ -167,7 +169,7 @@ static void prepare_pixel(struct bd_light_filter *f, int x, int y)
     for (int half = 0; half < 2; half++) {
         for (int c = 0; c < 3; c++) row_of(f, light_plane(0, half, c), y)[x] = light[half][c];
         row_of(f, LUMINANCE_A + half, y)[x] =
-            luminance(light[half][0], light[half][1], light[half][2]);
+            strength(light[half][0], light[half][1], light[half][2]);
     }
 }
 
@@ -259,7 +261,7 @@ static void weigh_surface(const struct bd_light_filter *f, const struct tap *tap
 
 // --- a level ------------------------------------------------------------------------------------
 
-// Of a half's luminance, smoothed along the surface.
+// Of a half's strength, smoothed along the surface.
 static void measure_noise(struct bd_light_filter *f, uint32_t level, int y, float *restrict scratch)
 {
     const int step = 1 << level;
@@ -282,7 +284,7 @@ static void measure_noise(struct bd_light_filter *f, uint32_t level, int y, floa
     for (int x = 0; x < f->width; x++) variance[x] = weights[x] > 0 ? sum[x] / weights[x] : 0;
 }
 
-// Adds to one half what the tap looks at, weighed by the luminances of the other one.
+// Adds to one half what the tap looks at, weighed by the strength of the other one.
 static void add_tap(const struct bd_light_filter *f, const struct tap *tap, uint32_t level,
                     int half, const float *restrict surface, float *restrict sums)
 {
@@ -342,14 +344,14 @@ static void smooth(struct bd_light_filter *f, uint32_t level, int y, float *rest
     for (int half = 0; half < 2; half++) end_sums(f, level, half, y, sums[half]);
 }
 
-static void see_luminance(struct bd_light_filter *f, uint32_t level, int y)
+static void see_strength(struct bd_light_filter *f, uint32_t level, int y)
 {
     for (int half = 0; half < 2; half++) {
         const float *r = row_of(f, light_plane(level, half, 0), y);
         const float *g = row_of(f, light_plane(level, half, 1), y);
         const float *b = row_of(f, light_plane(level, half, 2), y);
         float *out = row_of(f, LUMINANCE_A + half, y);
-        for (int x = 0; x < f->width; x++) out[x] = luminance(r[x], g[x], b[x]);
+        for (int x = 0; x < f->width; x++) out[x] = strength(r[x], g[x], b[x]);
     }
 }
 
@@ -367,7 +369,7 @@ uint32_t bd_light_filter_pass_count(const struct bd_light_filter *filter)
 static void run_level(struct bd_light_filter *f, uint32_t level, uint32_t pass, int y)
 {
     if (pass == 2) {
-        see_luminance(f, level + 1, y);
+        see_strength(f, level + 1, y);
         return;
     }
     float *scratch = malloc(SCRATCH_OF_WIDTH * (size_t)f->width * sizeof *scratch);
