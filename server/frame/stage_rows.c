@@ -194,8 +194,7 @@ static void destroy_emitters(void *renderer, void *output)
 #define READS_BRDF      (ASPECT(COLOUR) | ASPECT(METALNESS) | ASPECT(ROUGHNESS))
 #define PARAMS_OF_VPL   (PARAM(VPL_KERNEL) | PARAM(NEAR_FIELD))
 #define PARAMS_OF_TESTS (PARAM(DEPTH_TEST) | PARAM(NORMAL_TEST) | PARAM(NEIGHBOURHOOD))
-#define STAGES_OF_VPLS                                                                             \
-    (STAGE(VPL_GRID) | STAGE(VPL_CLUSTERS) | STAGE(VPL_TREE) | STAGE(VPL_ORDER))
+#define STAGES_OF_VPLS  (STAGE(VPL_GRID) | STAGE(VPL_CLUSTERS) | STAGE(VPL_TREE) | STAGE(VPL_ORDER))
 
 // Rows keep their places when one grows.
 // clang-format off
