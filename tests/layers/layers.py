@@ -4,7 +4,7 @@ usage: layers.py SOURCE_ROOT
 
 A room may include itself, base/, the contract (protocol/) where the table says so, structs shared
 with GLSL (shared/, kernel/), and the rooms that stand beside its name. Clients share a few of them. GL and EGL belong to gpu/ alone, SQLite
-to the journal, and C++ to the shim around the glTF parser.
+to the journal, and C++ to the shims around the parsers of glTF and of lossy EXR.
 """
 
 import os
@@ -47,8 +47,8 @@ DECODERS = {
     'scene/gltf.h': {'server/scene/gltf.c', 'server/scene/import_child.c'},
 }
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
-# The one C++ file.
-CPP_SHIM = re.compile(r'^server/scene/[a-z_/]*gltf[a-z_]*\.(cc|cpp)$')
+# The C++ files.
+CPP_SHIM = re.compile(r'^server/(scene/[a-z_/]*gltf[a-z_]*|image/exr_lossy)\.(cc|cpp)$')
 
 
 def sources(root, folder):
@@ -116,7 +116,7 @@ def check_tree(root):
             faults.extend(check_file(root, path))
             cpp = path.endswith(('.cc', '.cpp', '.cxx', '.hpp'))
             if cpp and not CPP_SHIM.match(path):
-                faults.append(f'{path}: C++ belongs to the glTF shim alone')
+                faults.append(f'{path}: C++ belongs to the shims around glTF and lossy EXR')
     return faults
 
 
