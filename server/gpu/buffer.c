@@ -4,10 +4,15 @@
 #include "base/assert.h"
 #include "gpu/gpu_internal.h"
 
-// Buffers are whole vec4s, so that a BD_ARRAY over one has no half element at its end.
-static size_t padded_bytes(size_t size_bytes)
+// Buffers are whole vec4s, so that a BD_ARRAY over one has no half element at its end. Mesa's
+// software devices generate a program's code anew, to the same instructions, for an array whose
+// bytes are a power of two, or have zeroes in bits 8 to 15: none has.
+static size_t padded_bytes(const struct bd_gpu *gpu, size_t size_bytes)
 {
-    return (size_bytes + 15) & ~(size_t)15;
+    size_t padded = (size_bytes + 15) & ~(size_t)15;
+    if (!gpu->arrays_are_textures) return padded;
+    if ((padded >> 8 & 0xff) == 0) padded += 256;
+    return padded & (padded - 1) ? padded : padded + 16;
 }
 
 enum content { CONTENT_UNSET, CONTENT_ZERO, CONTENT_GIVEN };
@@ -52,7 +57,7 @@ static enum bd_err create(struct bd_gpu *gpu, const char *name, size_t size_byte
 {
     BD_ASSERT_CMP(size_bytes, >, 0);
     *out = NULL;
-    size_t padded = padded_bytes(size_bytes);
+    size_t padded = padded_bytes(gpu, size_bytes);
     enum bd_err err = bd_gpu_reserve(gpu, name, padded, fault);
     if (err) return err;
     struct bd_buf *buf = calloc(1, sizeof *buf);
@@ -86,7 +91,7 @@ void bd_buf_destroy(struct bd_gpu *gpu, struct bd_buf **buf)
     if (!*buf) return;
     glDeleteTextures(1, &(*buf)->texel_view);
     glDeleteBuffers(1, &(*buf)->id);
-    bd_gpu_release(gpu, padded_bytes((*buf)->size_bytes));
+    bd_gpu_release(gpu, padded_bytes(gpu, (*buf)->size_bytes));
     free(*buf);
     *buf = NULL;
 }
