@@ -31,21 +31,22 @@ static struct span span_of(float coordinate, uint32_t size, enum bd_wrap how, bo
 }
 
 // IEC 61966-2-1, of every byte.
-static float linear[256];
+static float linear[256], as_it_is[256];
 static pthread_once_t linear_once = PTHREAD_ONCE_INIT;
 
 static void fill_linear(void)
 {
     for (int byte = 0; byte < 256; byte++) {
-        const float c = (float)byte / 255;
+        const float c = as_it_is[byte] = (float)byte / 255;
         linear[byte] = c <= 0.04045f ? c / 12.92f : powf((c + 0.055f) / 1.055f, 2.4f);
     }
 }
 
-static struct bd_map_texel texel_at(const struct bd_picture *picture, uint32_t x, uint32_t y)
+static struct bd_map_texel texel_at(const struct bd_picture *picture, const float meaning[256],
+                                    uint32_t x, uint32_t y)
 {
     const uint8_t *rgba = picture->rgba + 4 * ((size_t)picture->width_px * y + x);
-    return (struct bd_map_texel){f3_of(linear[rgba[0]], linear[rgba[1]], linear[rgba[2]]),
+    return (struct bd_map_texel){f3_of(meaning[rgba[0]], meaning[rgba[1]], meaning[rgba[2]]),
                                  (float)rgba[3] / 255};
 }
 
@@ -80,9 +81,10 @@ static void coordinates_at(const struct bd_texture_ref *map, const struct bd_pri
     out[1] = m[3] * uv[0] + m[4] * uv[1] + m[5];
 }
 
-struct bd_map_texel bd_map_at(const struct bd_scene *scene, const struct bd_texture_ref *map,
-                              const struct bd_primitive *primitive, const uint32_t index[3],
-                              float u, float v)
+// `meaning` of bytes is known from the first call on.
+static struct bd_map_texel map_at(const struct bd_scene *scene, const struct bd_texture_ref *map,
+                                  const struct bd_primitive *primitive, const uint32_t index[3],
+                                  float u, float v, const float meaning[256])
 {
     const struct bd_map_texel white = {f3_of(1, 1, 1), 1};
     if (map->texture == BD_NONE || !primitive->uv[map->uv_set]) return white;
@@ -95,10 +97,26 @@ struct bd_map_texel bd_map_at(const struct bd_scene *scene, const struct bd_text
     const struct span x = span_of(uv[0], picture->width_px, texture->wrap_s, texture->nearest);
     const struct span y = span_of(uv[1], picture->height_px, texture->wrap_t, texture->nearest);
     const struct bd_map_texel above =
-        between(texel_at(picture, x.at[0], y.at[0]), texel_at(picture, x.at[1], y.at[0]), x.share);
+        between(texel_at(picture, meaning, x.at[0], y.at[0]),
+                texel_at(picture, meaning, x.at[1], y.at[0]), x.share);
     const struct bd_map_texel below =
-        between(texel_at(picture, x.at[0], y.at[1]), texel_at(picture, x.at[1], y.at[1]), x.share);
+        between(texel_at(picture, meaning, x.at[0], y.at[1]),
+                texel_at(picture, meaning, x.at[1], y.at[1]), x.share);
     return between(above, below, y.share);
+}
+
+struct bd_map_texel bd_map_at(const struct bd_scene *scene, const struct bd_texture_ref *map,
+                              const struct bd_primitive *primitive, const uint32_t index[3],
+                              float u, float v)
+{
+    return map_at(scene, map, primitive, index, u, v, linear);
+}
+
+struct bd_map_texel bd_map_data_at(const struct bd_scene *scene, const struct bd_texture_ref *map,
+                                   const struct bd_primitive *primitive, const uint32_t index[3],
+                                   float u, float v)
+{
+    return map_at(scene, map, primitive, index, u, v, as_it_is);
 }
 
 // --- blackness ----------------------------------------------------------------------------------

@@ -16,6 +16,11 @@ struct bd_map_texel bd_map_at(const struct bd_scene *scene, const struct bd_text
                               const struct bd_primitive *primitive, const uint32_t index[3],
                               float u, float v);
 
+// The same of a map of data, whose texels are linear as they are.
+struct bd_map_texel bd_map_data_at(const struct bd_scene *scene, const struct bd_texture_ref *map,
+                                   const struct bd_primitive *primitive, const uint32_t index[3],
+                                   float u, float v);
+
 // Whether the colours that the map shows within a triangle of these barycentrics are all black, as
 // far as a few thousand texels tell.
 bool bd_map_is_black(const struct bd_scene *scene, const struct bd_texture_ref *map,
