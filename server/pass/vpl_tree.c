@@ -53,10 +53,22 @@ static double solid_angle_sr(double half_width, double half_height)
     return 4 * asin(half_width * half_height / sqrt((1 + w2) * (1 + h2)));
 }
 
-static void describe_light(struct bd_vpl_tree *tree, const struct bd_light_setup *setup,
-                           const struct bd_render_space *space)
+static void describe_surfaces(struct bd_vpl_tree *tree, double area, double flux)
 {
+    tree->face_extent = area;
+    tree->flux = flux;
+    tree->intensity = area > 0 ? flux / area : 0;
+}
+
+static void describe_light(struct bd_vpl_tree *tree, const struct bd_vpl_tree_inputs *inputs)
+{
+    const struct bd_light_setup *setup = inputs->light;
+    if (!setup) {
+        describe_surfaces(tree, inputs->area, inputs->flux);
+        return;
+    }
     const struct bd_light *light = setup->light;
+    const struct bd_render_space *space = inputs->space;
     const double per_m2 = space->render_per_m * space->render_per_m;
     const double strongest = fmax(light->color[0], fmax(light->color[1], light->color[2]));
     const bool directional = light->kind == BD_LIGHT_DIRECTIONAL;
@@ -66,6 +78,17 @@ static void describe_light(struct bd_vpl_tree *tree, const struct bd_light_setup
                                                : bd_render_intensity(space, light->intensity));
     tree->flux = tree->intensity *
                  (directional ? tree->face_extent : bd_light_effective_solid_angle_sr(light));
+}
+
+static bool is_far(const struct bd_vpl_tree_inputs *inputs)
+{
+    return !inputs->light || inputs->light->light->kind == BD_LIGHT_DIRECTIONAL;
+}
+
+static struct bd_light_uniform light_uniform(const struct bd_vpl_tree_inputs *inputs)
+{
+    if (inputs->light) return bd_light_setup_uniform(inputs->light, inputs->space, 0);
+    return (struct bd_light_uniform){.kind = {BD_LIGHT_KIND_DIRECTIONAL, 0, 0, 0}};
 }
 
 // --- on the device ------------------------------------------------------------------------------
@@ -79,7 +102,7 @@ static void dispatch(const struct bd_pass_context *context, const struct bd_vpl_
                   level + 1 == bd_vpl_tree_level_count(tree)},
         .faces = {tree->face_count, tree->leaf_side, first, count},
     };
-    const struct bd_light_uniform light = bd_light_setup_uniform(inputs->light, inputs->space, 0);
+    const struct bd_light_uniform light = light_uniform(inputs);
     struct bd_bindings bindings = {0};
     bindings.arrays[BD_UNIT_VPLS] = inputs->leaves->vpls;
     bindings.arrays[BD_UNIT_VPL_QUADS] = inputs->leaves->quads;
@@ -170,7 +193,7 @@ static enum bd_err build_levels(const struct bd_pass_context *context,
                                 const struct bd_vpl_tree *tree, const struct bd_native_vpls *vpls,
                                 struct bd_vec4 *nodes)
 {
-    const struct bd_light_uniform light = bd_light_setup_uniform(inputs->light, inputs->space, 0);
+    const struct bd_light_uniform light = light_uniform(inputs);
     struct level level = {
         .loops = context->processor->loops,
         .tree = tree,
@@ -179,7 +202,7 @@ static enum bd_err build_levels(const struct bd_pass_context *context,
                    .quads = vpls->quads,
                    .side = tree->leaf_side,
                    .light = light.position,
-                   .directional = inputs->light->light->kind == BD_LIGHT_DIRECTIONAL},
+                   .directional = is_far(inputs)},
         .level = bd_vpl_tree_level_count(tree),
     };
     enum bd_err err = BD_ERR_OK;
@@ -235,7 +258,7 @@ enum bd_err bd_vpl_tree_run(const struct bd_pass_context *context,
     tree->face_count = inputs->face_count;
     tree->root_side = inputs->root_side;
     tree->leaf_side = inputs->leaf_side;
-    describe_light(tree, inputs->light, inputs->space);
+    describe_light(tree, inputs);
     enum bd_err err = build(context, inputs, tree, fault);
     if (err) {
         bd_vpl_tree_destroy(context->gpu, &tree);

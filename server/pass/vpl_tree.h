@@ -16,7 +16,8 @@ struct bd_vpl_tree {
     uint32_t root_side, leaf_side; // nodes along a face's side; powers of two
     // Of the light, in render space and the frame's light unit, for who cuts the tree: solid angle
     // of a face (directional: its area), its peak intensity (lux), and the flux of the whole light,
-    // both of the strongest channel.
+    // both of the strongest channel. Of the first set (pass/light_paths.h) the surfaces' area and
+    // their mean irradiance, as if they were lit from far away.
     double face_extent, intensity, flux;
 };
 
@@ -25,8 +26,9 @@ struct bd_vpl_tree_inputs {
         *leaves; // a grid of leaf_side x leaf_side a face, kernel disk or patch
     uint32_t leaf_side, face_count;
     uint32_t root_side; // at most leaf_side
-    const struct bd_light_setup *light;
+    const struct bd_light_setup *light; // that the grid is a map of; NULL: leaves of the first set
     const struct bd_render_space *space;
+    double area, flux; // where there is no light: of all leaves, and what they were sent
 };
 
 // Nodes of a face above level `level`, which has the roots as level 0.
