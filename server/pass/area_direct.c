@@ -140,6 +140,7 @@ static bool receiver_at(const struct area *a, uint32_t group, uint32_t lane,
         .x_px = tile->x + index % tile->width,
         .y_px = tile->y + index / tile->width,
     };
+    out->place = bd_sequence_place(out->x_px, out->y_px, 1);
     return true;
 }
 

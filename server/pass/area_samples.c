@@ -359,7 +359,7 @@ void bd_area_sample(const struct bd_area_sampling *sampling, const struct bd_are
     struct candidates candidates;
     s.segments = segments;
     s.found = found;
-    s.place = bd_sequence_place(at->x_px, at->y_px, sampling->stride);
+    s.place = at->place * sampling->stride;
     for (uint32_t p = 0; p < PURPOSES; p++)
         s.sequence[p] = bd_sequence_of(sampling->seed, 2 * p + half);
     find_candidates(&s, &candidates);

@@ -29,6 +29,7 @@ struct bd_area_receiver {
     float metallic, roughness, f0_dielectric;
     bool has_lobe;
     uint32_t triangle;
+    uint32_t place; // among receivers, neighbours side by side (lights/sequence.h)
     uint32_t x_px, y_px;
 };
 

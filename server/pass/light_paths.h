@@ -1,0 +1,61 @@
+// Where the light of emissive surfaces and the sky first falls: the *first* set of light paths, as
+// VPLs that send it on. One description for all techniques, beside the maps of punctual lights.
+//
+// Points are spread over all surfaces by area (lights/surface_points.h), each is lit by a few rays
+// as pixels are (pass/area_samples.h), and those that are lit are divided into patches of about
+// equal flux, along the axis in which they differ most, by place or by facing: a patch is a VPL,
+// with the flux of all its points, their mean place on the surface of the one in its middle, and
+// their area. Neighbours in the list are neighbours in the scene.
+//
+// The flux of all VPLs is that of the surfaces: energy is conserved. Patches that lie side by side
+// are why points are not drawn by chance: squares about 1,024 points that were overlap and leave
+// gaps, and a furnace's corners were off by 15 %, of patches by 2 %.
+//
+// Why from the surfaces and not from the lights: a sky's light that comes in by a window is found
+// by every point that the window sees, and of paths from the sky few would come in; and the area
+// that a point stands for is known, where a photon's would have to be estimated. What lights a very
+// small part of all surfaces alone (a sun through a keyhole) is seen by few points.
+//
+// A function of the snapshot and these numbers: neither of a camera nor of a seed.
+//
+// Cost: 32 points a VPL, at least 16,384 and at most 131,072 in all, four rays a point: 35 to 60 ms
+// of two cores for a thousand VPLs; 270 bytes a point while it runs.
+//
+// Thread: render thread, and the pool's.
+
+#ifndef BD_PASS_LIGHT_PATHS_H
+#define BD_PASS_LIGHT_PATHS_H
+
+#include "lights/area_lights.h"
+#include "pass/visibility.h"
+#include "pass/vpl_grid.h"
+#include "pass/vpl_tree.h"
+#include "upload/gpu_scene.h"
+
+#define BD_LIGHT_PATHS_MAX 65536u
+
+struct bd_light_paths_inputs {
+    const struct bd_gpu_scene *scene;
+    const struct bd_scene *snapshot;
+    const struct bd_area_lights *lights;
+    struct bd_visibility_inputs visibility; // of the processor
+    uint32_t count;                         // of VPLs, 1 to BD_LIGHT_PATHS_MAX
+    enum bd_vpl_kernel kernel;
+    double near_field; // as in pass/vpl_grid.h
+    bool lambert;
+    uint32_t root_side; // of a tree over them, `count` a square of a power of two; 0: none
+};
+
+struct bd_light_paths {
+    struct bd_vpl_list *first; // where fewer points are lit than VPLs, some send nothing
+    struct bd_vpl_tree *tree;  // or NULL
+};
+
+BD_MUST_CHECK
+enum bd_err bd_light_paths_run(const struct bd_pass_context *context,
+                               const struct bd_light_paths_inputs *inputs,
+                               struct bd_light_paths **out, struct bd_fault *fault);
+void bd_light_paths_destroy(struct bd_gpu *gpu, struct bd_light_paths **paths);
+uint64_t bd_light_paths_bytes(const struct bd_light_paths *paths);
+
+#endif
