@@ -202,8 +202,9 @@ static void flag_what_is_not_honoured(const struct bd_plan *plan, const struct b
                        total > 0 ? 100 * f->emissive_flux_lm / total : 0.0);
     }
     if (f->has_environment && !(model.lights & BD_LIGHTS_ENVIRONMENT))
-        bd_report_flag(report, "environment_not_lighting%s",
-                       bd_scene_lights_yield(scene) ? ": the default lights shine instead" : "");
+        bd_report_flag(
+            report, "environment_not_lighting%s",
+            bd_scene_lights_yield(scene, false, true) ? ": the default lights shine instead" : "");
 }
 
 static bool has_indirect(const struct bd_plan *plan)
@@ -288,7 +289,8 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
 
     const struct bd_features *f = &scene->features;
     const uint32_t lights = model_of(out).lights;
-    out->rig_yields = bd_scene_lights_yield(scene) && lights & BD_LIGHTS_ENVIRONMENT;
+    out->rig_yields = bd_scene_lights_yield(scene, (lights & BD_LIGHTS_EMISSIVE) != 0,
+                                            (lights & BD_LIGHTS_ENVIRONMENT) != 0);
     out->area_lights =
         !out->technique->is_reference && ((f->has_emissive && lights & BD_LIGHTS_EMISSIVE) ||
                                           (f->has_environment && lights & BD_LIGHTS_ENVIRONMENT));

@@ -211,12 +211,13 @@ static void trace_sample(const struct shot *shot, struct bd_sampler sampler, uin
     add_sample(pixel, half, &path, shot->reference->unit_cd_m2);
 }
 
-// The scene's own lights: a default rig stands in for an environment that lights nothing.
+// The scene's own lights: a default rig stands in for what would shine and lights nothing.
 static struct bd_integrand without_rig(const struct bd_reference *reference,
                                        const struct bd_integrand *integrand)
 {
     struct bd_integrand own = *integrand;
-    if (own.lights & BD_REFERENCE_ENVIRONMENT && bd_scene_lights_yield(reference->scene))
+    if (bd_scene_lights_yield(reference->scene, (own.lights & BD_REFERENCE_EMISSIVE) != 0,
+                              (own.lights & BD_REFERENCE_ENVIRONMENT) != 0))
         own.lights &= ~(uint32_t)BD_REFERENCE_PUNCTUAL;
     return own;
 }

@@ -51,7 +51,7 @@ struct bd_integrand {
                               // and all before them, but not towards lights (rungs R3, R3b)
     uint32_t lights;          // enum bd_reference_lights: those that light surfaces; emission is
                               // seen directly whatever stands here. A default rig is none of them
-                              // where an environment shines that is
+                              // where something else shines that is
     uint32_t indirect_lights; // of those, whose light surfaces send on
     enum bd_pixel_filter filter;
     enum bd_alpha_reading alpha;

@@ -5,11 +5,11 @@
 // distance where the bounds just fit a square picture. From below or behind if that side shows
 // four times as much: a single-sided plane that looks down is invisible from above.
 //
-// Lights, which yield to an environment where the technique is lit by it (bd_scene_lights_yield): a
-// directional key light of 2.4 lx over the first camera's left shoulder, and a point light at that
-// camera. The key models the shapes; the point light is what still reaches the inside of a closed
-// room. It gives 0.74 lx at the distance of what the camera looks at, so that a white surface
-// facing both shows 1 cd/m^2, which is white at exposure 0.
+// Lights, which yield to whatever else shines where the technique is lit by that
+// (bd_scene_lights_yield): a directional key light of 2.4 lx over the first camera's left shoulder,
+// and a point light at that camera. The key models the shapes; the point light is what still
+// reaches the inside of a closed room. It gives 0.74 lx at the distance of what the camera looks
+// at, so that a white surface facing both shows 1 cd/m^2, which is white at exposure 0.
 
 #include <stdlib.h>
 #include <string.h>
@@ -182,4 +182,51 @@ bool bd_derive_default_lights(struct bd_scene *scene)
     place_light(scene, &fill, *camera);
     bd_scene_flag(scene, "default_lights");
     return true;
+}
+
+// --- yielding -----------------------------------------------------------------------------------
+
+// Many files have a factor of 1 and a map that is black: such a surface is no light.
+static bool is_black(const struct bd_scene *scene, const struct bd_texture_ref *map)
+{
+    const int32_t at = map->texture == BD_NONE ? BD_NONE : scene->textures[map->texture].picture;
+    const struct bd_picture *picture = at == BD_NONE ? NULL : scene->pictures[at];
+    if (!picture) return false;
+    const size_t texels = (size_t)picture->width_px * picture->height_px;
+    for (size_t i = 0; i < texels; i++)
+        if (picture->rgba[4 * i] | picture->rgba[4 * i + 1] | picture->rgba[4 * i + 2])
+            return false;
+    return texels > 0;
+}
+
+static bool shines(const struct bd_scene *scene, const struct bd_material *material)
+{
+    const float *e = material->emissive;
+    return !material->unlit && (e[0] > 0 || e[1] > 0 || e[2] > 0) &&
+           !is_black(scene, &material->emissive_map);
+}
+
+static bool some_surface_shines(const struct bd_scene *scene)
+{
+    bool *asked = calloc(scene->material_count + 1, sizeof *asked);
+    bool found = false;
+    for (uint32_t i = 0; asked && !found && i < scene->instance_count; i++) {
+        const struct bd_mesh *mesh = scene->meshes[scene->instances[i].mesh];
+        for (uint32_t p = 0; !found && p < mesh->primitive_count; p++) {
+            const int32_t material = mesh->primitives[p].material;
+            if (asked[material] || mesh->primitives[p].index_count == 0) continue;
+            asked[material] = true;
+            found = shines(scene, &scene->materials[material]);
+        }
+    }
+    free(asked);
+    return found;
+}
+
+bool bd_scene_lights_yield(const struct bd_scene *scene, bool to_emitters, bool to_environment)
+{
+    const bool is_rig = scene->placed_light_count > 0 && scene->placed_lights[0].node == BD_NONE;
+    if (!is_rig) return false;
+    return (to_environment && scene->features.has_environment) ||
+           (to_emitters && scene->features.has_emissive && some_surface_shines(scene));
 }

@@ -132,12 +132,6 @@ bool bd_scene_is_finished(const struct bd_scene *scene)
     return scene->instances != NULL; // allocated even where there are none
 }
 
-bool bd_scene_lights_yield(const struct bd_scene *scene)
-{
-    bool is_rig = scene->placed_light_count > 0 && scene->placed_lights[0].node == BD_NONE;
-    return is_rig && scene->features.has_environment;
-}
-
 void bd_scene_flag(struct bd_scene *scene, const char *format, ...)
 {
     struct bd_scene_flags *flags = &scene->flags;

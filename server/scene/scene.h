@@ -287,9 +287,9 @@ struct bd_scene *bd_scene_create(void);
 BD_MUST_CHECK
 enum bd_err bd_scene_finish(struct bd_scene *scene, struct bd_fault *fault);
 bool bd_scene_is_finished(const struct bd_scene *scene);
-// Whether its punctual lights are the default rig, and an environment shines: who is lit by the
-// environment does without them.
-bool bd_scene_lights_yield(const struct bd_scene *scene);
+// Whether its punctual lights are the default rig, and something else shines: a surface, for who is
+// lit by emitters, or an environment, for who is lit by that. They do without the rig.
+bool bd_scene_lights_yield(const struct bd_scene *scene, bool to_emitters, bool to_environment);
 
 struct bd_scene *bd_scene_retain(struct bd_scene *scene);
 // Drops a reference and nulls; takes NULL.

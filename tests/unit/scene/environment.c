@@ -219,7 +219,7 @@ static void the_default_lights_yield_to_a_shining_sky(void **state)
         assert_int_equal(bd_scene_finish(scene, &fault), BD_ERR_OK);
         assert_int_equal(scene->features.has_environment, cases[i].shines);
         assert_int_equal(scene->placed_light_count, 2);
-        assert_int_equal(bd_scene_lights_yield(scene), cases[i].shines);
+        assert_int_equal(bd_scene_lights_yield(scene, false, true), cases[i].shines);
         bd_scene_release(&scene);
     }
 }

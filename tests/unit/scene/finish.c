@@ -6,9 +6,11 @@
 
 static const float cube_corner[] = {-1, -1, -1, 1, -1, -1, 1, 1, 1};
 
-#define MESH                                                                                       \
+#define CORNERS                                                                                    \
     "'buffers':[{'uri':'b.bin','byteLength':36}],'bufferViews':[{'buffer':0,'byteLength':36}],"    \
-    "'accessors':[{'bufferView':0,'componentType':5126,'count':3,'type':'VEC3'}],"                 \
+    "'accessors':[{'bufferView':0,'componentType':5126,'count':3,'type':'VEC3'}],"
+#define MESH                                                                                       \
+    CORNERS                                                                                        \
     "'meshes':[{'primitives':[{'attributes':{'POSITION':0}}]}]}"
 #define SCENE(nodes, roots)                                                                        \
     "{'asset':{'version':'2.0'},'scenes':[{'nodes':[" roots "]}],'nodes':[" nodes "],"             \
@@ -155,6 +157,37 @@ static void default_camera_frames_the_scene(void **state)
     bd_scene_release(&scene);
 }
 
+#define GLOWING(emissive)                                                                          \
+    "{'asset':{'version':'2.0'},'scenes':[{'nodes':[0]}],'nodes':[{'mesh':0}],"                    \
+    "'materials':[{'emissiveFactor':" emissive                                                     \
+    ",'emissiveTexture':{'index':0}}],'textures':[{}]," CORNERS                                    \
+    "'meshes':[{'primitives':[{'attributes':{'POSITION':0},'material':0}]}]}"
+
+// What emits lights instead of the default lights, for who is lit by it; a map that is black, as
+// many files have, emits nothing.
+static void the_default_lights_yield_to_what_emits(void **state)
+{
+    (void)state;
+    struct bd_scene *scene = finished(GLOWING("[0,0,0]"));
+    assert_false(bd_scene_lights_yield(scene, true, true));
+    bd_scene_release(&scene);
+    scene = finished(GLOWING("[0,2,0]"));
+    assert_int_equal(scene->placed_light_count, 2);
+    assert_true(bd_scene_lights_yield(scene, true, false));
+    assert_false(bd_scene_lights_yield(scene, false, true));
+    uint8_t black[2 * 4] = {0, 0, 0, 255, 0, 0, 0, 255};
+    struct bd_picture picture = {.width_px = 2, .height_px = 1, .rgba = black};
+    struct bd_picture *pictures[] = {&picture}, **const own = scene->pictures;
+    scene->pictures = pictures;
+    scene->textures[0].picture = 0;
+    assert_false(bd_scene_lights_yield(scene, true, false));
+    black[5] = 1;
+    assert_true(bd_scene_lights_yield(scene, true, false));
+    scene->textures[0].picture = BD_NONE;
+    scene->pictures = own;
+    bd_scene_release(&scene);
+}
+
 static void aspects_are_unique_in_the_process(void **state)
 {
     (void)state;
@@ -244,6 +277,7 @@ int main(void)
         cmocka_unit_test(collapsed_and_huge_instances_go),
         cmocka_unit_test(default_camera_stands_where_something_shows),
         cmocka_unit_test(default_camera_frames_the_scene),
+        cmocka_unit_test(the_default_lights_yield_to_what_emits),
         cmocka_unit_test(aspects_are_unique_in_the_process),
         cmocka_unit_test(flags_stop_when_full),
         cmocka_unit_test(instances_are_ordered_by_content),
