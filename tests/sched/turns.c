@@ -175,7 +175,7 @@ static void a_view_comes_between_the_slices_of_a_batch(void **state)
     (void)state;
     struct bd_sched *sched = create_sched(0);
     struct bd_scene *scene = create_scene(0), *other = create_scene(.3);
-    const struct bd_job_request batch = request_of(scene, BATCH_SIDE, "vpls=4096", BATCH);
+    const struct bd_job_request batch = request_of(scene, BATCH_SIDE, "vpls=16384", BATCH);
     const struct bd_job_request view = request_of(other, VIEW_SIDE, "vpls=96", VIEW);
     double alone[9];
     run(sched, &view);
