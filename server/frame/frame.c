@@ -46,6 +46,7 @@ static void count_clusters(struct bd_frame *frame)
     frame->report->counts.vpls = 0;
     for (uint32_t i = 0; i < frame->subject.light_count; i++)
         frame->report->counts.vpls += frame->subject.lights[i].vpls->count;
+    frame->report->counts.vpls += bd_plan_light_path_count(frame->plan);
 }
 
 static enum bd_err run_light_side(struct bd_frame *frame)
@@ -63,6 +64,8 @@ static enum bd_err run_light_side(struct bd_frame *frame)
         if (!err) err = bd_stage_run(frame, BD_STAGE_VPL_TREE, light);
         if (err) return err;
     }
+    enum bd_err err = bd_stage_run(frame, BD_STAGE_LIGHT_PATHS, NULL);
+    if (err) return err;
     if (bd_plan_has(frame->plan, BD_STAGE_VPL_CLUSTERS)) count_clusters(frame);
     return bd_stage_run(frame, BD_STAGE_VPL_ORDER, NULL);
 }

@@ -10,6 +10,7 @@
 #include "pass/discontinuity.h"
 #include "pass/gather_chosen.h"
 #include "pass/gather_tree.h"
+#include "pass/light_paths.h"
 #include "pass/upsample.h"
 #include "technique/sub_frame_light.h"
 
@@ -41,7 +42,7 @@ static uint64_t count_vpls(const struct bd_plan *plan, const struct bd_scene *sc
         uint64_t side = bd_plan_grid_side(plan, &setup);
         count += side * side * setup.face_count;
     }
-    return count;
+    return count + bd_plan_light_path_count(plan);
 }
 
 static bool some_map_is_reduced(const struct bd_plan *plan, const struct bd_scene *scene)
@@ -175,6 +176,7 @@ static struct bd_model model_of(const struct bd_plan *plan)
     }
     if (!plan->technique->is_reference && plan->params.light_rays == 0)
         model.lights &= BD_LIGHTS_PUNCTUAL;
+    model.indirect_lights &= model.lights;
     model.indirect_visibility |= plan->rays;
     return model;
 }
@@ -295,7 +297,9 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
         !out->technique->is_reference && ((f->has_emissive && lights & BD_LIGHTS_EMISSIVE) ||
                                           (f->has_environment && lights & BD_LIGHTS_ENVIRONMENT));
     out->light_count = count_lights(out, scene);
-    out->indirect = out->light_count > 0 && out->technique->indirect;
+    out->light_paths = out->area_lights && out->technique->indirect &&
+                       model_of(out).indirect_lights & ~(uint32_t)BD_LIGHTS_PUNCTUAL;
+    out->indirect = (out->light_count > 0 || out->light_paths) && out->technique->indirect;
     out->glossy = out->indirect && out->technique->model.glossy_receivers && !out->params.lambert &&
                   f->has_glossy;
     out->flux_lm = total_flux_lm(out, scene);
@@ -314,7 +318,7 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
         if (bd_stage_rows[stage].is_needed(out)) out->stages |= 1u << stage;
     report->unoccluded = out->unoccluded;
     describe_request(out, scene, request, report);
-    if (bd_plan_has(out, BD_STAGE_RSM)) report->counts.vpls = count_vpls(out, scene);
+    if (out->indirect) report->counts.vpls = count_vpls(out, scene);
     list_passes(out, report);
     list_omitted(out, scene, report);
     flag_what_is_not_honoured(out, scene, report);
@@ -328,14 +332,47 @@ static uint32_t nearest_power_of_two(double number)
     return 1u << (uint32_t)fmax(round(log2(fmax(number, 1))), 0);
 }
 
+static uint32_t tree_root_side(double roots, uint32_t leaf_side)
+{
+    uint32_t side = nearest_power_of_two(sqrt(roots));
+    while (leaf_side / side > BD_TREE_ROOT_LEAVES_MAX) side *= 2;
+    return side < leaf_side ? side : leaf_side;
+}
+
+// Of all VPLs. Light paths have a share of their own unless it is told.
+static double vpl_budget_of(const struct bd_plan *plan)
+{
+    const struct bd_params *params = &plan->params;
+    const double shares = VPL_BUDGET_SHARES + (plan->light_paths ? 1 : 0);
+    return params->vpl_budget ? params->vpl_budget : shares * params->vpls;
+}
+
+// As many as a light has, and at most a quarter of the budget where punctual lights are there, too.
+uint32_t bd_plan_light_path_count(const struct bd_plan *plan)
+{
+    if (!plan->light_paths) return 0;
+    const double share = vpl_budget_of(plan) / (plan->light_count > 0 ? 4 : 1);
+    const double most = fmin(share, BD_LIGHT_PATHS_MAX);
+    const double count = fmax(fmin(plan->params.vpls, most), 1);
+    if (!(plan->technique->inputs & BD_INPUT_VPL_TREE)) return (uint32_t)count;
+    const uint32_t side = nearest_power_of_two(sqrt(count));
+    return side * side;
+}
+
+uint32_t bd_plan_light_path_root_side(const struct bd_plan *plan)
+{
+    const uint32_t leaf_side = (uint32_t)lround(sqrt(bd_plan_light_path_count(plan)));
+    if (leaf_side == 0 || !(plan->technique->inputs & BD_INPUT_VPL_TREE)) return 0;
+    return tree_root_side(plan->params.tree_roots, leaf_side);
+}
+
 // Each light has as many as asked for, up to a budget of all; beyond it they are split by flux.
 // Papers know lights one by one.
 static double vpls_of(const struct bd_plan *plan, const struct bd_light_setup *light)
 {
     const struct bd_params *params = &plan->params;
     if (params->vpl_budget == 0 && params->paper_mode) return params->vpls;
-    const double budget =
-        params->vpl_budget ? params->vpl_budget : VPL_BUDGET_SHARES * params->vpls;
+    const double budget = vpl_budget_of(plan) - bd_plan_light_path_count(plan);
     if (plan->light_count * (double)params->vpls <= budget || !(plan->flux_lm > 0))
         return params->vpls;
     return budget * light->flux_lm / plan->flux_lm;
@@ -352,9 +389,7 @@ uint32_t bd_plan_grid_side(const struct bd_plan *plan, const struct bd_light_set
 uint32_t bd_plan_tree_root_side(const struct bd_plan *plan, const struct bd_light_setup *light,
                                 uint32_t grid_side)
 {
-    uint32_t side = nearest_power_of_two(sqrt((double)plan->params.tree_roots / light->face_count));
-    while (grid_side / side > BD_TREE_ROOT_LEAVES_MAX) side *= 2;
-    return side < grid_side ? side : grid_side;
+    return tree_root_side((double)plan->params.tree_roots / light->face_count, grid_side);
 }
 
 uint32_t bd_plan_rsm_size(const struct bd_plan *plan, const struct bd_light_setup *light,

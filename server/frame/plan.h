@@ -21,6 +21,7 @@ struct bd_plan {
     uint32_t stages;  // bits of enum bd_stage (frame/stage_rows.h)
     bool rig_yields;  // the default lights do, to an environment that lights instead
     bool area_lights; // some surface emits or some sky shines, and lights
+    bool light_paths; // and surfaces send that on: the first set is made
     bool indirect;    // the technique's indirect light runs
     bool rays;        // hide indirect light
     bool chosen;      // of some VPLs alone, since there are more of them than rays
@@ -62,6 +63,11 @@ uint32_t bd_plan_grid_side(const struct bd_plan *plan, const struct bd_light_set
 // Roots of a light's tree along a face's side, for so many leaves along it.
 uint32_t bd_plan_tree_root_side(const struct bd_plan *plan, const struct bd_light_setup *light,
                                 uint32_t grid_side);
+
+// VPLs where the light of emitters and the sky first falls; 0 where none does. For trees a square
+// of a power of two. And roots along a side of their tree; 0 where the technique has none.
+uint32_t bd_plan_light_path_count(const struct bd_plan *plan);
+uint32_t bd_plan_light_path_root_side(const struct bd_plan *plan);
 
 // Most texels along a side of the block that one VPL sums up. One work group reads them all, three
 // times, and cannot be stopped: this keeps it at 0.1 s on the software device.

@@ -54,24 +54,34 @@ static bool takes(const struct bd_plan *plan, uint32_t inputs)
     return (plan->technique->inputs & inputs) != 0;
 }
 
+static bool reflects_lamps(const struct bd_plan *plan)
+{
+    return plan->indirect && plan->light_count > 0;
+}
+
+static bool has_light_paths(const struct bd_plan *plan)
+{
+    return plan->light_paths;
+}
+
 static bool has_map(const struct bd_plan *plan)
 {
-    return plan->indirect && takes(plan, BD_INPUT_VPL_GRID | BD_INPUT_VPL_CLUSTERS);
+    return reflects_lamps(plan) && takes(plan, BD_INPUT_VPL_GRID | BD_INPUT_VPL_CLUSTERS);
 }
 
 static bool has_grid(const struct bd_plan *plan)
 {
-    return plan->indirect && takes(plan, BD_INPUT_VPL_GRID);
+    return reflects_lamps(plan) && takes(plan, BD_INPUT_VPL_GRID);
 }
 
 static bool has_clusters(const struct bd_plan *plan)
 {
-    return plan->indirect && takes(plan, BD_INPUT_VPL_CLUSTERS);
+    return reflects_lamps(plan) && takes(plan, BD_INPUT_VPL_CLUSTERS);
 }
 
 static bool has_tree(const struct bd_plan *plan)
 {
-    return plan->indirect && takes(plan, BD_INPUT_VPL_TREE);
+    return reflects_lamps(plan) && takes(plan, BD_INPUT_VPL_TREE);
 }
 
 // A tree is in order by itself.
@@ -114,19 +124,30 @@ static const char *no_indirect(const struct bd_plan *plan)
                                      : "the technique has no indirect light";
 }
 
+static const char *no_map(const struct bd_plan *plan)
+{
+    return plan->indirect ? "no punctual light shines" : no_indirect(plan);
+}
+
+static const char *no_light_paths(const struct bd_plan *plan)
+{
+    if (!plan->area_lights || !plan->technique->indirect) return NULL;
+    return "the technique has no indirect light of emitters and skies";
+}
+
 static const char *no_grid(const struct bd_plan *plan)
 {
-    return takes(plan, BD_INPUT_VPL_CLUSTERS) ? NULL : no_indirect(plan);
+    return takes(plan, BD_INPUT_VPL_CLUSTERS) ? NULL : no_map(plan);
 }
 
 static const char *no_clusters(const struct bd_plan *plan)
 {
-    return takes(plan, BD_INPUT_VPL_CLUSTERS) ? no_indirect(plan) : NULL;
+    return takes(plan, BD_INPUT_VPL_CLUSTERS) ? no_map(plan) : NULL;
 }
 
 static const char *no_tree(const struct bd_plan *plan)
 {
-    return takes(plan, BD_INPUT_VPL_TREE) ? no_indirect(plan) : NULL;
+    return takes(plan, BD_INPUT_VPL_TREE) ? no_map(plan) : NULL;
 }
 
 static const char *no_order(const struct bd_plan *plan)
@@ -158,6 +179,7 @@ OUTPUT(rsm, rsm)
 OUTPUT(vpls, vpl_list)
 OUTPUT(order, vpl_list)
 OUTPUT(tree, vpl_tree)
+OUTPUT(light_paths, light_paths)
 OUTPUT(gbuffer, gbuffer)
 OUTPUT(direct, tex)
 OUTPUT(area_light, tex)
@@ -194,7 +216,9 @@ static void destroy_emitters(void *renderer, void *output)
 #define READS_BRDF      (ASPECT(COLOUR) | ASPECT(METALNESS) | ASPECT(ROUGHNESS))
 #define PARAMS_OF_VPL   (PARAM(VPL_KERNEL) | PARAM(NEAR_FIELD))
 #define PARAMS_OF_TESTS (PARAM(DEPTH_TEST) | PARAM(NORMAL_TEST) | PARAM(NEIGHBOURHOOD))
-#define STAGES_OF_VPLS  (STAGE(VPL_GRID) | STAGE(VPL_CLUSTERS) | STAGE(VPL_TREE) | STAGE(VPL_ORDER))
+#define STAGES_OF_VPLS                                                                             \
+    (STAGE(VPL_GRID) | STAGE(VPL_CLUSTERS) | STAGE(VPL_TREE) | STAGE(LIGHT_PATHS) |                \
+     STAGE(VPL_ORDER))
 
 // Rows keep their places when one grows.
 // clang-format off
@@ -275,7 +299,7 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
             .pass = "rsm",
             .is_of_light = true,
             .is_needed = has_map,
-            .why_not = no_indirect,
+            .why_not = no_map,
             .reads = READS_PLACES | READS_FACING | ASPECT(COLOUR) | ASPECT(METALNESS) |
                      BD_READ_LIGHT_SHAPE | BD_READ_LIGHT_SIDES,
             .params = PARAM(BRDF) | PARAM(PAPER_MODE),
@@ -314,12 +338,23 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
             .params = PARAM(TREE_ROOTS) | PARAM(EXECUTOR),
             KEEPS(tree, frame_light, bd_run_vpl_tree),
         },
+    [BD_STAGE_LIGHT_PATHS] =
+        {
+            .pass = "light_paths",
+            .is_needed = has_light_paths,
+            .why_not = no_light_paths,
+            .from = STAGE(RAYS) | STAGE(EMITTERS),
+            .reads = READS_PLACES | ASPECT(SIDES) | ASPECT(COLOUR) | ASPECT(METALNESS) |
+                     BD_READ_UNIT | BD_READ_PATH_COUNT,
+            .params = PARAMS_OF_VPL | PARAM(BRDF) | PARAM(ALPHA) | PARAM(EXECUTOR),
+            KEEPS(light_paths, frame, bd_run_light_paths),
+        },
     [BD_STAGE_VPL_ORDER] =
         {
             .pass = "vpl_order",
             .is_needed = has_order,
             .why_not = no_order,
-            .from = STAGE(VPL_GRID) | STAGE(VPL_CLUSTERS),
+            .from = STAGE(VPL_GRID) | STAGE(VPL_CLUSTERS) | STAGE(LIGHT_PATHS),
             KEEPS(order, frame, bd_run_vpl_order),
         },
     [BD_STAGE_DISCONTINUITY] =
@@ -501,6 +536,9 @@ static uint64_t key_reads(uint64_t key, const struct bd_subject *subject, uint32
     if (reads & BD_READ_VIEW) key = key_view(key, &subject->viewpoint);
     if (reads & BD_READ_SEED && subject->plan->chosen) key = bd_key_number(key, subject->seed);
     if (reads & BD_READ_LIGHT_SEED) key = bd_key_number(key, subject->seed);
+    if (reads & BD_READ_PATH_COUNT)
+        key = bd_key_number(key, (uint64_t)bd_plan_light_path_root_side(subject->plan) << 32 |
+                                     bd_plan_light_path_count(subject->plan));
     if (reads & BD_READ_UNIT)
         key = bd_key_bytes(key, &subject->unit_cd_m2, sizeof subject->unit_cd_m2);
     const double emission_unit = subject->plan->emission ? subject->unit_cd_m2 : 0;

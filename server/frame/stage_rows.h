@@ -31,7 +31,8 @@ enum bd_stage {
     BD_STAGE_VPL_GRID,
     BD_STAGE_VPL_CLUSTERS,
     BD_STAGE_VPL_TREE,
-    BD_STAGE_VPL_ORDER, // of all lights
+    BD_STAGE_LIGHT_PATHS, // from emitters and the sky
+    BD_STAGE_VPL_ORDER,   // of all lights
     BD_STAGE_DISCONTINUITY,
     BD_STAGE_FRAGMENTS,
     BD_STAGE_SURFACES,
@@ -54,6 +55,7 @@ enum bd_stage_read {
     BD_READ_SEED = 32u << BD_ASPECT_COUNT,          // where VPLs are chosen by chance
     BD_READ_LIGHT_SEED = 64u << BD_ASPECT_COUNT,    // of rays to lights
     BD_READ_UNIT = 128u << BD_ASPECT_COUNT,         // the frame's, whatever emits
+    BD_READ_PATH_COUNT = 256u << BD_ASPECT_COUNT,   // of light paths, and whether in a tree
 };
 
 struct bd_frame;

@@ -13,6 +13,7 @@
 #include "pass/direct.h"
 #include "pass/fragments.h"
 #include "pass/gather.h"
+#include "pass/light_paths.h"
 #include "pass/rsm.h"
 #include "pass/shadow_map.h"
 #include "pass/surfaces.h"
@@ -55,7 +56,8 @@ struct bd_frame {
     struct bd_gpu_scene *scene;
     struct bd_occluders *occluders;
     struct bd_area_lights *emitters; // and the sky
-    struct bd_vpl_list *order; // the VPLs of all lights
+    struct bd_light_paths *light_paths; // from them
+    struct bd_vpl_list *order;          // the VPLs of all lights
     uint64_t rests_on; // the key of what the stage that runs makes its output of; 0: of nothing
     struct bd_subject subject; // its viewpoint: of the current sub-frame
 
@@ -92,6 +94,7 @@ enum bd_err bd_run_rsm(struct bd_frame *frame, struct bd_frame_light *light);
 enum bd_err bd_run_vpl_grid(struct bd_frame *frame, struct bd_frame_light *light);
 enum bd_err bd_run_vpl_clusters(struct bd_frame *frame, struct bd_frame_light *light);
 enum bd_err bd_run_vpl_tree(struct bd_frame *frame, struct bd_frame_light *light);
+enum bd_err bd_run_light_paths(struct bd_frame *frame, struct bd_frame_light *light);
 enum bd_err bd_run_vpl_order(struct bd_frame *frame, struct bd_frame_light *light);
 enum bd_err bd_run_discontinuity(struct bd_frame *frame, struct bd_frame_light *light);
 enum bd_err bd_run_fragments(struct bd_frame *frame, struct bd_frame_light *light);
@@ -104,6 +107,12 @@ enum bd_err bd_run_share(struct bd_frame *frame, struct bd_frame_light *light);
 // are this frame's alone until kept, or destroyed where they are not `whole`.
 enum bd_err bd_stage_take_sums(struct bd_frame *frame, struct bd_frame_sums **out);
 void bd_stage_keep_sums(struct bd_frame *frame, struct bd_frame_sums **sums, bool whole);
+
+// Rays that look for lights with a size.
+struct bd_visibility_inputs bd_stage_light_visibility(const struct bd_frame *frame);
+// How many lists of VPLs there are: one a light, and that of the light paths, which is the last.
+uint32_t bd_stage_list_count(const struct bd_frame *frame);
+void bd_stage_lists(const struct bd_frame *frame, const struct bd_vpl_list **lists);
 
 // Before another sub-frame is seen: this one's outputs stay in the memo.
 void bd_stage_leave_camera_side(struct bd_frame *frame);

@@ -64,18 +64,24 @@ static uint32_t light_rays_of(const struct bd_frame *frame)
     return is_first ? rays : later ? later : 2;
 }
 
+struct bd_visibility_inputs bd_stage_light_visibility(const struct bd_frame *frame)
+{
+    const struct bd_plan *plan = frame->plan;
+    const bool by_coverage = bd_plan_reads(plan, BD_PARAM_ALPHA) && plan->params.alpha_coverage;
+    return (struct bd_visibility_inputs){frame->occluders, bd_renderer_pool(frame->renderer),
+                                         by_coverage ? BD_RAYS_ALPHA_COVERAGE : BD_RAYS_ALPHA_MASK};
+}
+
 enum bd_err bd_run_area_light(struct bd_frame *frame, struct bd_frame_light *light)
 {
     (void)light;
     const struct bd_plan *plan = frame->plan;
-    const bool by_coverage = bd_plan_reads(plan, BD_PARAM_ALPHA) && plan->params.alpha_coverage;
     const struct bd_area_direct_inputs inputs = {
         .scene = frame->scene,
         .viewpoint = &frame->subject.viewpoint,
         .gbuffer = frame->gbuffer,
         .lights = frame->emitters,
-        .visibility = {frame->occluders, bd_renderer_pool(frame->renderer),
-                       by_coverage ? BD_RAYS_ALPHA_COVERAGE : BD_RAYS_ALPHA_MASK},
+        .visibility = bd_stage_light_visibility(frame),
         .rays = light_rays_of(frame),
         .seed = seed_of_sub_frame(&frame->subject),
         .lambert = plan->params.lambert,
@@ -135,13 +141,13 @@ static enum bd_err with_inputs(struct bd_frame *frame,
                                enum bd_err (*run)(struct bd_frame *frame,
                                                   const struct bd_technique_inputs *inputs))
 {
-    const struct bd_vpl_list **lists = calloc(frame->subject.light_count + 1, sizeof *lists);
-    const struct bd_vpl_tree **trees = calloc(frame->subject.light_count + 1, sizeof *trees);
+    const uint32_t lights = frame->subject.light_count;
+    const struct bd_vpl_list **lists = calloc(lights + 1, sizeof *lists);
+    const struct bd_vpl_tree **trees = calloc(lights + 1, sizeof *trees);
     BD_ASSERT(lists && trees);
-    for (uint32_t i = 0; i < frame->subject.light_count; i++) {
-        lists[i] = frame->subject.lights[i].vpls;
-        trees[i] = frame->subject.lights[i].tree;
-    }
+    bd_stage_lists(frame, lists);
+    for (uint32_t i = 0; i < lights; i++) trees[i] = frame->subject.lights[i].tree;
+    if (frame->light_paths) trees[lights] = frame->light_paths->tree;
     const struct bd_technique_inputs inputs = {
         .scene = frame->scene,
         .viewpoint = &frame->subject.viewpoint,
@@ -150,7 +156,7 @@ static enum bd_err with_inputs(struct bd_frame *frame,
         .vpl_lists = lists,
         .vpl_trees = trees,
         .vpls_in_order = frame->order,
-        .light_count = frame->subject.light_count,
+        .list_count = bd_stage_list_count(frame),
         .discontinuity = frame->discontinuity,
         .fragments = frame->fragments,
         .surfaces = frame->surfaces,

@@ -123,15 +123,44 @@ enum bd_err bd_run_vpl_tree(struct bd_frame *frame, struct bd_frame_light *light
     return bd_vpl_tree_run(&frame->context, &inputs, &light->tree, frame->fault);
 }
 
+enum bd_err bd_run_light_paths(struct bd_frame *frame, struct bd_frame_light *light)
+{
+    (void)light;
+    const struct bd_plan *plan = frame->plan;
+    const struct bd_light_paths_inputs inputs = {
+        .scene = frame->scene,
+        .snapshot = frame->snapshot,
+        .lights = frame->emitters,
+        .visibility = bd_stage_light_visibility(frame),
+        .count = bd_plan_light_path_count(plan),
+        .kernel = (enum bd_vpl_kernel)plan->params.vpl_kernel,
+        .near_field = plan->params.near_field,
+        .lambert = plan->params.lambert,
+        .root_side = bd_plan_light_path_root_side(plan),
+    };
+    return bd_light_paths_run(&frame->context, &inputs, &frame->light_paths, frame->fault);
+}
+
+uint32_t bd_stage_list_count(const struct bd_frame *frame)
+{
+    return frame->subject.light_count + (frame->light_paths != NULL);
+}
+
+void bd_stage_lists(const struct bd_frame *frame, const struct bd_vpl_list **lists)
+{
+    const struct bd_subject *subject = &frame->subject;
+    for (uint32_t i = 0; i < subject->light_count; i++) lists[i] = subject->lights[i].vpls;
+    if (frame->light_paths) lists[subject->light_count] = frame->light_paths->first;
+}
+
 enum bd_err bd_run_vpl_order(struct bd_frame *frame, struct bd_frame_light *light)
 {
     (void)light;
-    const struct bd_subject *subject = &frame->subject;
-    const struct bd_vpl_list **lists = calloc(subject->light_count + 1, sizeof *lists);
+    const uint32_t count = bd_stage_list_count(frame);
+    const struct bd_vpl_list **lists = calloc(count + 1, sizeof *lists);
     BD_ASSERT(lists);
-    for (uint32_t i = 0; i < subject->light_count; i++) lists[i] = subject->lights[i].vpls;
-    enum bd_err err = bd_vpl_order_run(&frame->context, lists, subject->light_count, &frame->order,
-                                       frame->fault);
+    bd_stage_lists(frame, lists);
+    enum bd_err err = bd_vpl_order_run(&frame->context, lists, count, &frame->order, frame->fault);
     free(lists);
     return err;
 }

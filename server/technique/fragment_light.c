@@ -32,7 +32,7 @@ struct bd_gather_fragments_inputs bd_fragment_inputs(const struct bd_technique_i
         .discontinuity = inputs->discontinuity,
         .fragments = unlit->fragments,
         .lists = inputs->vpl_lists,
-        .list_count = inputs->light_count,
+        .list_count = inputs->list_count,
         .near_patches = params->vpl_kernel == BD_KERNEL_PATCH,
         .vector = bd_fragments_have_vectors(params, unlit),
         .visit = (enum bd_fragment_visit)params->visit,

@@ -49,7 +49,7 @@ static enum bd_err gather(const struct bd_pass_context *context,
         .gbuffer = inputs->gbuffer,
         .trees = inputs->vpl_trees,
         .leaves = inputs->vpl_lists,
-        .tree_count = inputs->light_count,
+        .tree_count = inputs->list_count,
         .criterion =
             params->paper_mode ? BD_TREE_PRINTED : (enum bd_tree_criterion)params->tree_cut,
         .tau = params->tau,
@@ -96,9 +96,7 @@ const struct bd_technique bd_technique_hisr = {
     .name = "hisr",
     .summary =
         "one bounce from a tree of virtual lights, a cut of it for each smooth block of pixels",
-    .model = {.indirect_bounces = 1,
-              .lights = BD_LIGHTS_ALL,
-              .indirect_lights = BD_LIGHTS_PUNCTUAL},
+    .model = {.indirect_bounces = 1, .lights = BD_LIGHTS_ALL, .indirect_lights = BD_LIGHTS_ALL},
     .inputs = BD_INPUT_VPL_GRID | BD_INPUT_VPL_TREE | BD_INPUT_FRAGMENTS,
     .passes = passes,
     .params_read = BD_READS_VPL_GRID | BD_READS_VISIBILITY | BD_READS_FRAGMENTS |

@@ -74,7 +74,7 @@ const struct bd_technique bd_technique_multires_gather = {
     .summary = "one bounce from a grid of virtual lights, gathered once for each smooth block",
     .model = {.indirect_bounces = 1,
               .lights = BD_LIGHTS_ALL,
-              .indirect_lights = BD_LIGHTS_PUNCTUAL,
+              .indirect_lights = BD_LIGHTS_ALL,
               .glossy_receivers = true},
     .inputs = BD_INPUT_VPL_GRID | BD_INPUT_FRAGMENTS,
     .passes = passes,

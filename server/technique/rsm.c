@@ -29,7 +29,7 @@ const struct bd_technique bd_technique_rsm = {
     .summary = "one bounce from a grid of virtual lights, gathered at every pixel",
     .model = {.indirect_bounces = 1,
               .lights = BD_LIGHTS_ALL,
-              .indirect_lights = BD_LIGHTS_PUNCTUAL,
+              .indirect_lights = BD_LIGHTS_ALL,
               .glossy_receivers = true},
     .inputs = BD_INPUT_VPL_GRID,
     .passes = passes,

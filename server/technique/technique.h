@@ -94,10 +94,11 @@ struct bd_technique_inputs {
     const struct bd_viewpoint *viewpoint;
     const struct bd_gbuffer *gbuffer;
     const struct bd_params *params;
-    const struct bd_vpl_list *const *vpl_lists; // BD_INPUT_VPL_GRID or _CLUSTERS; one a light
-    const struct bd_vpl_tree *const *vpl_trees; // BD_INPUT_VPL_TREE; one a light
-    const struct bd_vpl_list *vpls_in_order; // of all lights, where some are chosen; else NULL
-    uint32_t light_count;
+    const struct bd_vpl_list *const *vpl_lists; // BD_INPUT_VPL_GRID or _CLUSTERS: one a light,
+                                                // and light paths' (pass/light_paths.h)
+    const struct bd_vpl_tree *const *vpl_trees; // BD_INPUT_VPL_TREE; one a list
+    uint32_t list_count;
+    const struct bd_vpl_list *vpls_in_order;      // of all lists, where some are chosen; else NULL
     const struct bd_discontinuity *discontinuity; // BD_INPUT_FRAGMENTS
     const struct bd_fragments *fragments;         // BD_INPUT_FRAGMENTS
     const struct bd_surfaces *surfaces;           // BD_INPUT_FRAGMENTS
@@ -198,7 +199,7 @@ bd_technique_gather_inputs(const struct bd_technique_inputs *inputs)
         .viewpoint = inputs->viewpoint,
         .gbuffer = inputs->gbuffer,
         .lists = inputs->vpl_lists,
-        .list_count = inputs->light_count,
+        .list_count = inputs->list_count,
         .near_patches = inputs->params->vpl_kernel == BD_KERNEL_PATCH,
         .glossy = inputs->glossy_receivers,
     };

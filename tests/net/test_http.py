@@ -62,7 +62,7 @@ def test_techniques(shared):
     assert status == 200
     rsm = {technique["name"]: technique for technique in reply["techniques"]}["rsm"]
     assert rsm["model"]["lights"] == ["punctual", "emissive", "environment"]
-    assert rsm["model"]["indirect_lights"] == ["punctual"] and rsm["tolerance_indirect"] > 0
+    assert rsm["model"]["indirect_lights"] == rsm["model"]["lights"] and rsm["tolerance_indirect"] > 0
     assert rsm["is_reference"] is False and rsm["hazard_codes"] == ""
     size = next(p for p in rsm["parameters"] if p["key"] == "rsm_size")
     assert size == {"key": "rsm_size", "minimum": 8, "maximum": 4096, "standard": "256",

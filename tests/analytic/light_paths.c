@@ -1,0 +1,218 @@
+// Where light of emissive surfaces first falls, and what it sends on, in rooms known on paper.
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "lights/surface_points.h"
+#include "pass/light_paths.h"
+#include "shared/types.h"
+#include "shared/vpl.h"
+#include "view.h"
+
+#define ALBEDO    0.5f
+#define CD_M2     3.0f
+#define HALF_M    1.0
+#define LAMP_HALF 0.2
+
+static const double centre[3] = {0, 0, 0};
+
+// A room, and a lamp below its ceiling that shines down: all its light falls on the room.
+static void build_room_with_lamp(struct world *w)
+{
+    const double h = LAMP_HALF, y = 0.9;
+    const double lamp[4][3] = {{-h, y, -h}, {h, y, -h}, {h, y, h}, {-h, y, h}};
+    world_clear(w);
+    world_add_box_room(w, world_add_material(w, ALBEDO), centre, HALF_M);
+    const int32_t material = world_add_material(w, 0);
+    for (int c = 0; c < 3; c++) w->scene->materials[material].emissive[c] = CD_M2;
+    world_add_quad(w, material, lamp, 1);
+}
+
+static enum bd_err go_on(void *user)
+{
+    (void)user;
+    return BD_ERR_OK;
+}
+
+struct first_set {
+    uint32_t count, sending;
+    double flux, area; // red, frame's unit; render units
+    struct bd_vec4 *lights;
+};
+
+static struct first_set first_set_of(struct view *view, uint32_t count, bool tree)
+{
+    struct world *w = view->world;
+    struct bd_fault fault = {0};
+    struct bd_area_lights *lights;
+    struct bd_rays *rays;
+    struct bd_light_paths *paths;
+    const struct bd_rays_build how = {.repeated_max = BD_RAYS_REPEATED_MAX};
+    assert_int_equal(bd_area_lights_create(w->scene, go_on, NULL, &lights, &fault), BD_ERR_OK);
+    assert_int_equal(bd_rays_create(w->scene, &how, &rays, &fault), BD_ERR_OK);
+    struct bd_occluders *occluders = bd_occluders_of_rays(&rays);
+    const struct bd_light_paths_inputs inputs = {
+        .scene = view->scene,
+        .snapshot = w->scene,
+        .lights = lights,
+        .visibility = {occluders, bd_renderer_pool(&w->renderer), BD_RAYS_ALPHA_MASK},
+        .count = count,
+        .kernel = BD_KERNEL_PATCH,
+        .near_field = 4,
+        .lambert = true,
+        .root_side = tree ? 2 : 0,
+    };
+    if (bd_light_paths_run(&view->context, &inputs, &paths, &fault)) fail_msg("%s", fault.message);
+    struct first_set set = {.count = paths->first->count};
+    const size_t bytes = (size_t)set.count * BD_VPL_VEC4S * sizeof *set.lights;
+    set.lights = malloc(bytes);
+    assert_int_equal(bd_buf_read(w->gpu, paths->first->vpls, 0, set.lights, bytes), BD_ERR_OK);
+    for (uint32_t i = 0; i < set.count; i++) {
+        const struct bd_vec4 *vpl = set.lights + (size_t)i * BD_VPL_VEC4S;
+        if (!(vpl[2].x > 0)) continue;
+        set.sending++;
+        set.flux += vpl[2].x;
+        set.area += vpl[0].w;
+    }
+    assert_true((paths->tree != NULL) == tree);
+    bd_light_paths_destroy(w->gpu, &paths);
+    bd_occluders_destroy(w->gpu, &occluders);
+    bd_area_lights_destroy(&lights);
+    return set;
+}
+
+// D2: what the lamp emits falls on the room, which sends `ALBEDO` of it on, in however few patches.
+static void all_light_is_sent_on(void **state)
+{
+    struct world *w = *state;
+    build_room_with_lamp(w);
+    struct view view = view_open(w);
+    const double per_m = view.scene->space.render_per_m;
+    const double lamp_area = 4 * LAMP_HALF * LAMP_HALF * per_m * per_m;
+    const double sent = ALBEDO * M_PI * CD_M2 / view.scene->space.unit_cd_m2 * lamp_area;
+    for (uint32_t count = 16; count <= 4096; count *= 4) {
+        struct first_set set = first_set_of(&view, count, true);
+        assert_int_equal(set.count, count);
+        assert_int_equal(set.sending, count);
+        ASSERT_REL(set.flux, sent, 1e-3);
+        free(set.lights);
+    }
+    view_close(&view);
+}
+
+// Together they stand for what is lit, once.
+static void areas_are_those_of_what_is_lit(void **state)
+{
+    struct world *w = *state;
+    build_room_with_lamp(w);
+    struct view view = view_open(w);
+    const double per_m = view.scene->space.render_per_m;
+    // The ceiling is behind the lamp, and the walls' strips above it are not lit.
+    const double lit = (4 + 4 * 2 * 1.9) * per_m * per_m;
+    struct first_set set = first_set_of(&view, 4096, false);
+    ASSERT_REL(set.area, lit, 0.01);
+    free(set.lights);
+    view_close(&view);
+}
+
+// Neighbours in the list lie side by side, or cuts of a tree of them would hold the whole room.
+static void neighbours_are_near(void **state)
+{
+    struct world *w = *state;
+    build_room_with_lamp(w);
+    struct view view = view_open(w);
+    struct first_set set = first_set_of(&view, 4096, false);
+    double sum = 0;
+    for (uint32_t i = 1; i < set.count; i++) {
+        const struct bd_vec4 *a = set.lights + (size_t)(i - 1) * BD_VPL_VEC4S;
+        const struct bd_vec4 *b = set.lights + (size_t)i * BD_VPL_VEC4S;
+        sum += sqrt(pow(a->x - b->x, 2) + pow(a->y - b->y, 2) + pow(a->z - b->z, 2));
+    }
+    assert_true(sum / set.count < 0.2 * view.scene->space.render_per_m);
+    free(set.lights);
+    view_close(&view);
+}
+
+// Where all walls of a convex room shine alike, each of them sees as much from all the others:
+// irradiance pi L of the first fall, rho pi L of the second, whatever the room's shape.
+static void a_furnace_is_even(void **state)
+{
+    static const char *const techniques[] = {"rsm", "multires_gather", "isr", "hisr"};
+    static const char *const settings[] = {"brdf=lambert", "vpls=4096", "coarsest=8", NULL};
+    static const double eye[3] = {0, 0.1, 0.9}, at[3] = {0.2, -0.3, -1};
+    struct world *w = *state;
+    world_clear(w);
+    const int32_t material = world_add_material(w, ALBEDO);
+    for (int c = 0; c < 3; c++) w->scene->materials[material].emissive[c] = CD_M2;
+    world_add_box_room(w, material, centre, HALF_M);
+    world_add_light(w, BD_LIGHT_POINT, centre, centre, 0); // or there would be the default ones
+    world_add_camera(w, eye, at, 1.2);
+    for (int t = 0; t < 4; t++) {
+        struct bd_image *layers[BD_LAYER_COUNT] = {0};
+        world_render(w, techniques[t], 0, 32, 32, 1u << BD_LAYER_INDIRECT,
+                     t == 0 ? (const char *const[]){"brdf=lambert", "vpls=4096", NULL} : settings, layers);
+        const struct bd_image *image = layers[BD_LAYER_INDIRECT];
+        double sum = 0;
+        for (uint32_t i = 0; i < 32 * 32; i++) sum += image->pixels[3 * i];
+        ASSERT_REL(sum / (32 * 32), ALBEDO * ALBEDO * CD_M2, 0.9);
+        world_free_layers(layers);
+    }
+}
+
+// --- points -------------------------------------------------------------------------------------
+
+// By area: a floor of 4 m^2, a double-sided one of 1 m^2 that counts twice, one that is unlit.
+static void points_lie_by_area_on_both_sides(void **state)
+{
+    struct world *w = *state;
+    struct bd_fault fault = {0};
+    struct bd_surface_points points;
+    world_clear(w);
+    const double large[4][3] = {{-1, 0, 1}, {1, 0, 1}, {1, 0, -1}, {-1, 0, -1}};
+    const double small[4][3] = {{-.5, 1, .5}, {.5, 1, .5}, {.5, 1, -.5}, {-.5, 1, -.5}};
+    const double third[4][3] = {{-1, 2, 1}, {1, 2, 1}, {1, 2, -1}, {-1, 2, -1}};
+    const int32_t of[3] = {world_add_material(w, 0.5f), world_add_material(w, 0.25f),
+                           world_add_material(w, 1)};
+    world_add_quad(w, of[0], large, 3);
+    world_add_quad(w, of[1], small, 1);
+    world_add_quad(w, of[2], third, 1);
+    w->scene->materials[of[0]].double_sided = false;
+    w->scene->materials[of[1]].double_sided = true;
+    w->scene->materials[of[2]].unlit = true;
+    world_finish(w);
+    assert_int_equal(bd_surface_points_init(&points, w->scene, 6000, true, go_on, NULL, &fault),
+                     BD_ERR_OK);
+    uint32_t on_large = 0, above = 0, below = 0;
+    for (uint32_t i = 0; i < points.count; i++) {
+        const struct bd_surface_point *p = &points.points[i];
+        const bool is_large = fabsf(p->diffuse.x - 0.5f) < 1e-6f;
+        on_large += is_large && p->normal.y > 0.999f;
+        above += !is_large && p->normal.y > 0.999f;
+        below += !is_large && p->normal.y < -0.999f;
+    }
+    assert_int_equal(points.count, 6000);
+    assert_in_range(on_large, 3999, 4001);
+    assert_in_range(above, 999, 1001);
+    assert_in_range(below, 999, 1001);
+    bd_surface_points_finish(&points);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(all_light_is_sent_on),
+        cmocka_unit_test(areas_are_those_of_what_is_lit),
+        cmocka_unit_test(neighbours_are_near),
+        cmocka_unit_test(a_furnace_is_even),
+        cmocka_unit_test(points_lie_by_area_on_both_sides),
+    };
+    return cmocka_run_group_tests(tests, world_open, world_close);
+}
