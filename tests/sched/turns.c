@@ -277,8 +277,8 @@ static void what_is_cancelled_waits_for_nobody(void **state)
     (void)state;
     struct bd_sched *sched = create_sched(0);
     struct bd_scene *scene = create_scene(0), *other = create_scene(.3);
-    const struct bd_job_request batch = request_of(scene, BATCH_SIDE, "vpls=1536", BATCH);
-    const struct bd_job_request better = request_of(other, BATCH_SIDE, "vpls=1536", BETTER);
+    const struct bd_job_request batch = request_of(scene, BATCH_SIDE, "vpls=12288", BATCH);
+    const struct bd_job_request better = request_of(other, BATCH_SIDE, "vpls=12288", BETTER);
     const struct bd_job_request view = request_of(other, VIEW_SIDE, "vpls=96", VIEW);
     run(sched, &view);
     const double batch_ms = run(sched, &batch);
