@@ -89,22 +89,41 @@ static struct first_set first_set_of(struct view *view, uint32_t count, bool tre
     return set;
 }
 
+// Of what the lamp emits.
+static double flux_sent_on(const struct view *view)
+{
+    const struct bd_render_space *space = &view->scene->space;
+    const double lamp_area = 4 * LAMP_HALF * LAMP_HALF * space->render_per_m * space->render_per_m;
+    return ALBEDO * M_PI * CD_M2 / space->unit_cd_m2 * lamp_area;
+}
+
 // D2: what the lamp emits falls on the room, which sends `ALBEDO` of it on, in however few patches.
 static void all_light_is_sent_on(void **state)
 {
     struct world *w = *state;
     build_room_with_lamp(w);
     struct view view = view_open(w);
-    const double per_m = view.scene->space.render_per_m;
-    const double lamp_area = 4 * LAMP_HALF * LAMP_HALF * per_m * per_m;
-    const double sent = ALBEDO * M_PI * CD_M2 / view.scene->space.unit_cd_m2 * lamp_area;
     for (uint32_t count = 16; count <= 4096; count *= 4) {
         struct first_set set = first_set_of(&view, count, true);
         assert_int_equal(set.count, count);
         assert_int_equal(set.sending, count);
-        ASSERT_REL(set.flux, sent, 1e-3);
+        ASSERT_REL(set.flux, flux_sent_on(&view), 1e-3);
         free(set.lights);
     }
+    view_close(&view);
+}
+
+// A shelf takes what the floor below it would have: both together still no more than was emitted.
+static void what_is_hidden_is_not_lit(void **state)
+{
+    struct world *w = *state;
+    const double shelf[4][3] = {{-.7, 0, .7}, {.7, 0, .7}, {.7, 0, -.7}, {-.7, 0, -.7}};
+    build_room_with_lamp(w);
+    world_add_quad(w, world_add_material(w, ALBEDO), shelf, 1);
+    struct view view = view_open(w);
+    struct first_set set = first_set_of(&view, 1024, false);
+    ASSERT_REL(set.flux, flux_sent_on(&view), 2e-3);
+    free(set.lights);
     view_close(&view);
 }
 
@@ -209,6 +228,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(all_light_is_sent_on),
+        cmocka_unit_test(what_is_hidden_is_not_lit),
         cmocka_unit_test(areas_are_those_of_what_is_lit),
         cmocka_unit_test(neighbours_are_near),
         cmocka_unit_test(a_furnace_is_even),
