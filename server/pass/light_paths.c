@@ -101,6 +101,8 @@ static enum bd_err light_points(struct paths *p)
 // --- patches ------------------------------------------------------------------------------------
 
 #define AXES 6 // of the position, and of the normal
+// Dividing fewer takes a fraction of a millisecond.
+#define POINTS_TO_PAUSE 2048u
 
 // Points that are lit, one patch's side by side once they are divided.
 struct lit_point {
@@ -115,6 +117,7 @@ struct dividing {
     struct lit_point *lit;
     struct bd_vec4 (*lights)[BD_VPL_VEC4S], (*quads)[BD_VPL_QUAD_VEC4S];
     double area, flux; // of all patches; what they were sent, of the strongest channel
+    enum bd_err err;   // of a pause
 };
 
 static double weight_of(const struct lit_point *lit, uint32_t count)
@@ -329,7 +332,8 @@ static void divide(struct dividing *d, struct lit_point *lit, uint32_t count, ui
                    uint32_t number)
 {
     float middle;
-    if (count == 0) return;
+    if (count >= POINTS_TO_PAUSE && !d->err) d->err = bd_slicer_pause(d->paths->context.slicer);
+    if (count == 0 || d->err) return;
     if (patches == 1 || count == 1) {
         put_patch(d, lit, count, number);
         return;
@@ -415,7 +419,9 @@ static enum bd_err write_vpls(const struct bd_pass_context *context, const struc
                          .lights = calloc(count, sizeof *d.lights),
                          .quads = calloc(count, sizeof *d.quads)};
     enum bd_err err = d.lit && d.lights && d.quads ? BD_ERR_OK : no_memory(p);
+    bd_slicer_work(context->slicer, "divide");
     if (!err) divide(&d, d.lit, list_lit(p, d.lit), count, 0);
+    if (!err) err = d.err;
     if (!err) err = bd_vpl_list_create(context->gpu, count, &paths->first, p->fault);
     if (!err) {
         bd_buf_upload(context->gpu, paths->first->vpls, 0, d.lights, count * sizeof *d.lights);
