@@ -178,7 +178,8 @@ static uint32_t part_by_weight(struct lit_point *lit, uint32_t count, int axis, 
     double wanted = share * weight_of(lit, count);
     uint32_t first = 0, left = count;
     while (left > 1) {
-        const uint32_t at = part_at(lit + first, left, axis, left / 2);
+        // By no place that a scene could be made for.
+        const uint32_t at = part_at(lit + first, left, axis, bd_stirred(left ^ first << 16) % left);
         const double before = weight_of(lit + first, at);
         if (wanted < before) {
             left = at;
