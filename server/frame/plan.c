@@ -218,7 +218,9 @@ static uint32_t layers_of(const struct bd_plan *plan, const struct bd_frame_requ
 {
     uint32_t layers = request->layers | 1u << BD_LAYER_BEAUTY;
     if (!plan->unoccluded || !request->auto_exposure) return layers;
-    uint32_t dark = plan->technique->is_reference || plan->emission ? 0 : 1u << BD_LAYER_EMISSION;
+    uint32_t dark = plan->technique->is_reference || plan->emission || plan->area_lights
+                        ? 0
+                        : 1u << BD_LAYER_EMISSION;
     return layers | (BD_LAYERS_METERED & ~dark);
 }
 

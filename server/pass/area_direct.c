@@ -307,17 +307,52 @@ static enum bd_err join(struct area *a, struct bd_image *half[HALVES])
     return bd_slicer_pause(a->context.slicer);
 }
 
+static bool is_lit(const struct area *a, size_t pixel)
+{
+    const float *n = a->normal->pixels + 3 * pixel;
+    return n[0] != 0 || n[1] != 0 || n[2] != 0;
+}
+
+static f3 direction_of(const struct bd_viewpoint *v, size_t pixel)
+{
+    const double x = (double)(pixel % v->width_px) + v->sample_x_px;
+    const double y = (double)(pixel / v->width_px) + v->sample_y_px;
+    const double right = v->orthographic ? 0 : v->half_width * (2 * x / v->width_px - 1);
+    const double up = v->orthographic ? 0 : v->half_height * (1 - 2 * y / v->height_px);
+    const bd_dvec3 to_side = bd_dvec3_scale(v->axis_x, right),
+                   to_top = bd_dvec3_scale(v->axis_y, up);
+    const bd_dvec3 d = bd_dvec3_sub(bd_dvec3_add(to_side, to_top), v->axis_z);
+    return f3_unit(f3_of((float)d.x, (float)d.y, (float)d.z));
+}
+
 // Lobes take off what the diffuse one gives too much: never more than that, but for rounding.
+static f3 light_of(const struct area *a, size_t pixel)
+{
+    float rgb[3];
+    for (size_t c = 0; c < 3; c++) {
+        const size_t at = 3 * pixel + c;
+        const float diffuse = a->irradiance[0]->pixels[at] * a->albedo->pixels[at] / F_PI;
+        rgb[c] = f_max(diffuse + a->beyond[0]->pixels[at], 0);
+    }
+    return f3_of(rgb[0], rgb[1], rgb[2]);
+}
+
+static f3 sky_of(const struct area *a, size_t pixel)
+{
+    const struct bd_sky_light *sky = &a->inputs->lights->sky;
+    if (!sky->shines) return f3_of(0, 0, 0);
+    return f3_scale(bd_sky_light_radiance(sky, direction_of(a->inputs->viewpoint, pixel)),
+                    a->sampling.from_cd_m2);
+}
+
 static void fill_rows(const struct area *a, uint32_t first, uint32_t rows, float *rgba)
 {
     const size_t from = (size_t)first * a->width_px, count = (size_t)rows * a->width_px;
     for (size_t i = 0; i < count; i++) {
-        for (int c = 0; c < 3; c++) {
-            const size_t at = 3 * (from + i) + c;
-            const float diffuse = a->irradiance[0]->pixels[at] * a->albedo->pixels[at] / F_PI;
-            rgba[4 * i + c] = f_max(diffuse + a->beyond[0]->pixels[at], 0);
-        }
-        rgba[4 * i + 3] = 1;
+        const bool lit = is_lit(a, from + i);
+        const f3 rgb = lit ? light_of(a, from + i) : sky_of(a, from + i);
+        memcpy(rgba + 4 * i, &rgb, sizeof rgb);
+        rgba[4 * i + 3] = lit;
     }
 }
 

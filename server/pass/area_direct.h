@@ -36,7 +36,8 @@ struct bd_area_direct_inputs {
     bool filtered;
 };
 
-// `*out`: RGBA32F, outgoing radiance in the frame's light unit; the caller owns it.
+// `*out`: RGBA32F, in the frame's light unit, outgoing radiance and 1; where nothing is lit what
+// the sky shines, and 0. The caller owns it.
 BD_MUST_CHECK
 enum bd_err bd_area_direct_run(const struct bd_pass_context *context,
                                const struct bd_area_direct_inputs *inputs, struct bd_tex **out,

@@ -14,7 +14,7 @@ static struct bd_program_source source_of(const struct bd_composite_inputs *inpu
     bool emission = which == BD_COMPOSITE_BEAUTY || which == BD_COMPOSITE_EMISSION;
     bd_define(&source.defines, "BD_LAYER", (int32_t)which);
     if (direct && inputs->direct) bd_define(&source.defines, "BD_DIRECT", 1);
-    if (direct && inputs->area_light) bd_define(&source.defines, "BD_AREA_LIGHT", 1);
+    if ((direct || emission) && inputs->area_light) bd_define(&source.defines, "BD_AREA_LIGHT", 1);
     if (indirect && inputs->indirect) bd_define(&source.defines, "BD_INDIRECT", 1);
     if (indirect && inputs->indirect && inputs->indirect->glossy)
         bd_define(&source.defines, "BD_GLOSSY", 1);

@@ -186,6 +186,39 @@ static void a_furnace_is_even(void **state)
     }
 }
 
+// Behind all surfaces, as emission without alpha; what a surface covers, lit or not, hides it.
+static void the_sky_is_seen_behind_everything(void **state)
+{
+    static const double eye[3] = {0, 0.5, 3}, at[3] = {0, 0.5, 0};
+    static const double wall[4][3] = {{0, -9, 0}, {9, -9, 0}, {9, 9, 0}, {0, 9, 0}};
+    static const double flag[4][3] = {{-9, -9, 0}, {-.5, -9, 0}, {-.5, 9, 0}, {-9, 9, 0}};
+    struct world *w = *state;
+    struct bd_image *layers[BD_LAYER_COUNT] = {0};
+    world_clear(w);
+    world_add_quad(w, world_add_material(w, ALBEDO), wall, 1);
+    const int32_t unlit = world_add_material(w, 0.25f);
+    world_add_quad(w, unlit, flag, 1);
+    w->scene->materials[unlit].unlit = true;
+    for (int c = 0; c < 3; c++) w->scene->environment.radiance[c] = (float)(c + 1);
+    world_add_camera(w, eye, at, 0.8);
+    world_render(w, "direct", 0, 16, 16,
+                 1u << BD_LAYER_BEAUTY | 1u << BD_LAYER_DIRECT | 1u << BD_LAYER_EMISSION, NULL,
+                 layers);
+    const size_t sky = 8 * 16 + 7, lit = 8 * 16 + 12, shown = 8 * 16 + 2;
+    for (size_t c = 0; c < 3; c++) {
+        ASSERT_REL(layers[BD_LAYER_EMISSION]->pixels[3 * sky + c], c + 1, 1e-6);
+        ASSERT_REL(layers[BD_LAYER_BEAUTY]->pixels[4 * sky + c], c + 1, 1e-6);
+        assert_true(layers[BD_LAYER_DIRECT]->pixels[3 * sky + c] == 0);
+        assert_true(layers[BD_LAYER_EMISSION]->pixels[3 * lit + c] == 0);
+        assert_true(layers[BD_LAYER_DIRECT]->pixels[3 * lit + c] > 0.1f);
+        assert_true(layers[BD_LAYER_DIRECT]->pixels[3 * shown + c] == 0);
+        ASSERT_REL(layers[BD_LAYER_EMISSION]->pixels[3 * shown + c], 0.25, 1e-6);
+    }
+    assert_true(layers[BD_LAYER_BEAUTY]->pixels[4 * sky + 3] == 0);
+    assert_true(layers[BD_LAYER_BEAUTY]->pixels[4 * lit + 3] == 1);
+    world_free_layers(layers);
+}
+
 // --- points -------------------------------------------------------------------------------------
 
 // By area: a floor of 4 m^2, a double-sided one of 1 m^2 that counts twice, one that is unlit.
@@ -232,6 +265,7 @@ int main(void)
         cmocka_unit_test(areas_are_those_of_what_is_lit),
         cmocka_unit_test(neighbours_are_near),
         cmocka_unit_test(a_furnace_is_even),
+        cmocka_unit_test(the_sky_is_seen_behind_everything),
         cmocka_unit_test(points_lie_by_area_on_both_sides),
     };
     return cmocka_run_group_tests(tests, world_open, world_close);

@@ -42,7 +42,8 @@ vec3 direct_part(ivec2 pixel)
     sum += texelFetch(direct_radiance, pixel, 0).rgb;
 #endif
 #ifdef BD_AREA_LIGHT
-    sum += texelFetch(area_light, pixel, 0).rgb;
+    vec4 area = texelFetch(area_light, pixel, 0);
+    if (area.a > 0.0) sum += area.rgb;
 #endif
     return sum;
 }
@@ -70,11 +71,21 @@ vec3 emission_part(ivec2 pixel)
 #endif
 }
 
-// rgb = the layer's value for this sub-frame, a = 1 where something is.
+// Behind everything: what the sky shines, where it lights.
+vec3 sky_part(ivec2 pixel)
+{
+#if defined(BD_AREA_LIGHT) && (BD_LAYER == BD_COMPOSITE_BEAUTY || BD_LAYER == BD_COMPOSITE_EMISSION)
+    return texelFetch(area_light, pixel, 0).rgb * args.scale.y;
+#else
+    return vec3(0.0);
+#endif
+}
+
+// rgb = the layer's value for this sub-frame, a = 1 where a surface is.
 vec4 sub_frame_value(ivec2 pixel)
 {
     float covered = texelFetch(gbuffer_material, pixel, 0).w;
-    if (covered == 0.0) return vec4(0.0);
+    if (covered == 0.0) return vec4(sky_part(pixel), 0.0);
     receiver r = gbuffer_receiver(pixel);
     vec3 value = vec3(0.0);
 #if BD_LAYER == BD_COMPOSITE_BEAUTY
