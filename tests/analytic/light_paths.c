@@ -160,6 +160,33 @@ static void neighbours_are_near(void **state)
     view_close(&view);
 }
 
+static void build_furnace(struct world *w)
+{
+    world_clear(w);
+    const int32_t material = world_add_material(w, ALBEDO);
+    for (int c = 0; c < 3; c++) w->scene->materials[material].emissive[c] = CD_M2;
+    world_add_box_room(w, material, centre, HALF_M);
+    world_add_light(w, BD_LIGHT_POINT, centre, centre, 0); // or there would be the default ones
+}
+
+// What faces apart is divided first: however few patches, each wall sends what it got.
+static void no_patch_has_two_walls(void **state)
+{
+    struct world *w = *state;
+    build_furnace(w);
+    struct view view = view_open(w);
+    struct first_set set = first_set_of(&view, 16, false);
+    double flux[6] = {0};
+    for (uint32_t i = 0; i < set.count; i++) {
+        const struct bd_vec4 *vpl = set.lights + (size_t)i * BD_VPL_VEC4S, n = vpl[1];
+        const int axis = fabsf(n.x) > 0.5f ? 0 : fabsf(n.y) > 0.5f ? 1 : 2;
+        flux[2 * axis + (n.x + n.y + n.z < 0)] += vpl[2].x;
+    }
+    for (int face = 0; face < 6; face++) ASSERT_REL(flux[face], set.flux / 6, 0.02);
+    free(set.lights);
+    view_close(&view);
+}
+
 // Where all walls of a convex room shine alike, each of them sees as much from all the others:
 // irradiance pi L of the first fall, rho pi L of the second, whatever the room's shape.
 static void a_furnace_is_even(void **state)
@@ -168,11 +195,7 @@ static void a_furnace_is_even(void **state)
     static const char *const settings[] = {"brdf=lambert", "vpls=4096", "coarsest=8", NULL};
     static const double eye[3] = {0, 0.1, 0.9}, at[3] = {0.2, -0.3, -1};
     struct world *w = *state;
-    world_clear(w);
-    const int32_t material = world_add_material(w, ALBEDO);
-    for (int c = 0; c < 3; c++) w->scene->materials[material].emissive[c] = CD_M2;
-    world_add_box_room(w, material, centre, HALF_M);
-    world_add_light(w, BD_LIGHT_POINT, centre, centre, 0); // or there would be the default ones
+    build_furnace(w);
     world_add_camera(w, eye, at, 1.2);
     for (int t = 0; t < 4; t++) {
         struct bd_image *layers[BD_LAYER_COUNT] = {0};
@@ -264,6 +287,7 @@ int main(void)
         cmocka_unit_test(what_is_hidden_is_not_lit),
         cmocka_unit_test(areas_are_those_of_what_is_lit),
         cmocka_unit_test(neighbours_are_near),
+        cmocka_unit_test(no_patch_has_two_walls),
         cmocka_unit_test(a_furnace_is_even),
         cmocka_unit_test(the_sky_is_seen_behind_everything),
         cmocka_unit_test(points_lie_by_area_on_both_sides),
