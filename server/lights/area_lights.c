@@ -4,9 +4,8 @@
 #include <stdlib.h>
 
 #include "base/assert.h"
-#include "lights/map.h"
 #include "lights/sky_light.h"
-#include "scene/render_space.h"
+#include "lights/surface.h"
 #include "scene/triangle_order.h"
 
 // Along a side of a triangle with a map: parts, halved until there are no more than this in all.
@@ -45,15 +44,9 @@ static f3 emission_at(const struct bd_scene *scene, const struct bd_area_source 
     const struct bd_material *material = &scene->materials[primitive->material];
     const uint32_t *index = primitive->index + 3 * (size_t)(triangle - source->first_triangle);
     const f3 factor = f3_of(material->emissive[0], material->emissive[1], material->emissive[2]);
-    if (source->has_alpha) {
-        const float cutoff = material->alpha_mode == BD_ALPHA_MASK ? material->alpha_cutoff : 0.5f;
-        float color[4] = {1, 1, 1, 1};
-        if (primitive->color) bd_stream_at(primitive->color, 4, index, u, v, color);
-        const float alpha =
-            material->base_color[3] * color[3] *
-            bd_map_at(scene, &material->base_color_map, primitive, index, u, v).alpha;
-        if (alpha < cutoff) return f3_of(0, 0, 0);
-    }
+    if (source->has_alpha &&
+        bd_is_cut_out(material, bd_base_color_at(scene, primitive, index, u, v).alpha))
+        return f3_of(0, 0, 0);
     if (!source->has_map) return factor;
     return f3_mul(factor, bd_map_at(scene, &material->emissive_map, primitive, index, u, v).rgb);
 }
@@ -67,15 +60,6 @@ f3 bd_area_emission(const struct bd_area_lights *lights, const struct bd_area_li
 }
 
 // --- triangles ----------------------------------------------------------------------------------
-
-static f3 corner_of(const struct making *m, const struct bd_instance *instance,
-                    const float position[3])
-{
-    const bd_dvec3 p = {position[0], position[1], position[2]};
-    const bd_dvec3 r =
-        bd_render_from_world(&m->space, bd_dmat4_point(&instance->world_from_mesh, p));
-    return f3_of((float)r.x, (float)r.y, (float)r.z);
-}
 
 // Of the middles of equal parts.
 static float mean_brightness(const struct making *m, const struct bd_area_source *source,
@@ -156,8 +140,9 @@ static void add_triangle(struct making *m, const struct bd_area_source *source,
                                   .u = {0, 1, 0},
                                   .v = {0, 0, 1}};
     for (int c = 0; c < 3; c++)
-        whole.corner[c] = corner_of(
-            m, instance, primitive->position + 3 * (size_t)primitive->index[3 * (size_t)t + c]);
+        whole.corner[c] =
+            bd_corner_of(&m->space, instance,
+                         primitive->position + 3 * (size_t)primitive->index[3 * (size_t)t + c]);
     const f3 across = f3_cross(f3_sub(whole.corner[1], whole.corner[0]),
                                f3_sub(whole.corner[2], whole.corner[0]));
     const float twice = f3_length(across);

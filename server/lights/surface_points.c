@@ -6,9 +6,8 @@
 
 #include "base/assert.h"
 #include "base/hash.h"
-#include "lights/map.h"
 #include "lights/sequence.h"
-#include "scene/render_space.h"
+#include "lights/surface.h"
 #include "scene/triangle_order.h"
 
 #define PAUSE_EVERY 4096u // triangles
@@ -48,22 +47,14 @@ struct place {
 
 typedef void visit_fn(struct spreading *s, const struct place *place);
 
-static f3 corner_of(const struct spreading *s, const struct bd_instance *instance,
-                    const float position[3])
-{
-    const bd_dvec3 p = {position[0], position[1], position[2]};
-    const bd_dvec3 r =
-        bd_render_from_world(&s->space, bd_dmat4_point(&instance->world_from_mesh, p));
-    return f3_of((float)r.x, (float)r.y, (float)r.z);
-}
-
 // False if it has no area.
 static bool find_place(const struct spreading *s, const struct bd_triangle_run *run,
                        const struct bd_instance *instance, struct place *place)
 {
     const float *position = place->primitive->position;
     for (int c = 0; c < 3; c++)
-        place->corner[c] = corner_of(s, instance, position + 3 * (size_t)place->index[c]);
+        place->corner[c] =
+            bd_corner_of(&s->space, instance, position + 3 * (size_t)place->index[c]);
     const f3 across = f3_cross(f3_sub(place->corner[1], place->corner[0]),
                                f3_sub(place->corner[2], place->corner[0]));
     const float twice = f3_length(across);
@@ -151,31 +142,6 @@ static void measure(struct spreading *s, const struct place *place)
 
 // --- points -------------------------------------------------------------------------------------
 
-struct color {
-    f3 rgb;
-    float alpha;
-};
-
-static struct color base_color_at(const struct spreading *s, const struct place *place, float u,
-                                  float v)
-{
-    const struct bd_material *m = place->material;
-    const struct bd_map_texel texel =
-        bd_map_at(s->scene, &m->base_color_map, place->primitive, place->index, u, v);
-    float color[4] = {1, 1, 1, 1};
-    if (place->primitive->color)
-        bd_stream_at(place->primitive->color, 4, place->index, u, v, color);
-    const f3 factor = f3_of(m->base_color[0] * color[0], m->base_color[1] * color[1],
-                            m->base_color[2] * color[2]);
-    return (struct color){f3_mul(factor, texel.rgb), m->base_color[3] * color[3] * texel.alpha};
-}
-
-static bool is_cut_out(const struct bd_material *m, float alpha)
-{
-    if (m->alpha_mode == BD_ALPHA_OPAQUE) return false;
-    return alpha < (m->alpha_mode == BD_ALPHA_MASK ? m->alpha_cutoff : 0.5f);
-}
-
 static float diffuse_share(const struct spreading *s, const struct place *place, float u, float v)
 {
     const struct bd_material *m = place->material;
@@ -191,8 +157,9 @@ static void add_point(struct spreading *s, const struct place *place, bool is_be
     float number[2];
     bd_sequence_pair(&s->sequence, s->next, number);
     const float root = sqrtf(number[0]), u = root * (1 - number[1]), v = root * number[1];
-    const struct color color = base_color_at(s, place, u, v);
-    if (is_cut_out(place->material, color.alpha)) return;
+    const struct bd_map_texel color =
+        bd_base_color_at(s->scene, place->primitive, place->index, u, v);
+    if (bd_is_cut_out(place->material, color.alpha)) return;
     const f3 along = f3_scale(f3_sub(place->corner[1], place->corner[0]), u);
     const f3 across = f3_scale(f3_sub(place->corner[2], place->corner[0]), v);
     s->points->points[s->points->count++] = (struct bd_surface_point){

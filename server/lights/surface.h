@@ -1,0 +1,40 @@
+// A point of a surface, as whoever lights or is lit finds it. Private to lights/.
+
+#ifndef BD_LIGHTS_SURFACE_H
+#define BD_LIGHTS_SURFACE_H
+
+#include "lights/map.h"
+#include "scene/render_space.h"
+
+// A vertex of an instance, in render space.
+static inline f3 bd_corner_of(const struct bd_render_space *space,
+                              const struct bd_instance *instance, const float position[3])
+{
+    const bd_dvec3 p = {position[0], position[1], position[2]};
+    const bd_dvec3 r = bd_render_from_world(space, bd_dmat4_point(&instance->world_from_mesh, p));
+    return f3_of((float)r.x, (float)r.y, (float)r.z);
+}
+
+// Linear: factor, vertex colour and map. `index`: the triangle's corners.
+static inline struct bd_map_texel bd_base_color_at(const struct bd_scene *scene,
+                                                   const struct bd_primitive *primitive,
+                                                   const uint32_t index[3], float u, float v)
+{
+    const struct bd_material *m = &scene->materials[primitive->material];
+    const struct bd_map_texel texel = bd_map_at(scene, &m->base_color_map, primitive, index, u, v);
+    float color[4] = {1, 1, 1, 1};
+    if (primitive->color) bd_stream_at(primitive->color, 4, index, u, v, color);
+    const f3 factor = f3_of(m->base_color[0] * color[0], m->base_color[1] * color[1],
+                            m->base_color[2] * color[2]);
+    return (struct bd_map_texel){f3_mul(factor, texel.rgb),
+                                 m->base_color[3] * color[3] * texel.alpha};
+}
+
+// What blends is there where it is at least half opaque.
+static inline bool bd_is_cut_out(const struct bd_material *material, float alpha)
+{
+    if (material->alpha_mode == BD_ALPHA_OPAQUE) return false;
+    return alpha < (material->alpha_mode == BD_ALPHA_MASK ? material->alpha_cutoff : 0.5f);
+}
+
+#endif
