@@ -19,7 +19,7 @@ struct bd_plan {
     struct bd_params params;
     int32_t camera;   // placed camera
     uint32_t stages;  // bits of enum bd_stage (frame/stage_rows.h)
-    bool rig_yields;  // the default lights do, to an environment that lights instead
+    bool rig_yields;  // the default lights do, to what else shines
     bool area_lights; // some surface emits or some sky shines, and lights
     bool light_paths; // and surfaces send that on: the first set is made
     bool indirect;    // the technique's indirect light runs
