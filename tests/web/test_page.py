@@ -168,7 +168,7 @@ def test_movement_is_coarse_where_a_frame_is_slow_not_its_refinement(new_page, s
         return made
     monkeypatch.setattr(stand_in_module, "report_of", report)
     page = new_page(stand_in.url)
-    page.until(FINAL)
+    still(page)  # until then the stage may change by a line
     full = list(last_frame(stand_in).size)
     x, y = page.centre("#stage")
     page.drag((x, y), (x + 60, y))
