@@ -17,22 +17,22 @@
 struct bd_plan {
     const struct bd_technique *technique;
     struct bd_params params;
-    int32_t camera;   // placed camera
-    uint32_t stages;  // bits of enum bd_stage (frame/stage_rows.h)
-    bool rig_yields;  // the default lights do, to what else shines
-    bool area_lights; // some surface emits or some sky shines, and lights
-    bool light_paths; // and surfaces send that on: the first set is made
-    bool indirect;    // the technique's indirect light runs
-    bool rays;        // hide indirect light
-    bool chosen;      // of some VPLs alone, since there are more of them than rays
-    bool filtered;    // what few rays leave noisy
-    bool shared;      // of several sub-frames all but the first take its indirect light over
-    bool normal_maps; // some surface has one
-    bool native;      // passes that have loops for the processor run them (bd_plan_place)
-    bool glossy;      // receivers with a specular lobe worth its price
-    bool emission;    // some surface emits or is unlit
-    bool unoccluded;  // there is indirect light, and nothing in the scene hides any of it
-    uint32_t layers;  // that are made: the request's, beauty, and what auto exposure reads
+    int32_t camera;       // placed camera
+    uint32_t stages;      // bits of enum bd_stage (frame/stage_rows.h)
+    bool rig_yields;      // the default lights do, to what else shines
+    bool area_lights;     // some surface emits or some sky shines, and lights
+    bool light_paths;     // and surfaces send that on: the first set is made
+    bool indirect;        // the technique's indirect light runs
+    bool rays;            // hide indirect light
+    bool chosen;          // of some VPLs alone, since there are more of them than rays
+    bool filtered;        // what few rays leave noisy
+    bool shared;          // of several sub-frames all but the first take its indirect light over
+    bool normal_maps;     // some surface has one
+    bool native;          // passes that have loops for the processor run them (bd_plan_place)
+    bool glossy;          // receivers with a specular lobe worth its price
+    bool emission;        // some surface emits or is unlit
+    bool unoccluded;      // there is indirect light, and nothing in the scene hides any of it
+    uint32_t layers;      // that are made: the request's, beauty, and what auto exposure reads
     uint32_t light_count; // that are punctual and shine: shadow maps and direct run
     double flux_lm;       // of all of them
 };
