@@ -3,6 +3,7 @@
 usage: results.py suites BUILD BUDGETS COLUMN          the suites to run, one a line
        results.py count TESTLOG_JSON BUDGETS COLUMN FACTOR
        results.py slowest TESTLOG_JSON...              the slowest ten tests of all
+       results.py failed TESTLOG_JSON...               how each test that failed ended, in its own last lines
 
 BUDGETS (deploy/budgets) has a row for each suite; COLUMN is 1 for the first build, 2 for the second; a row with `-`
 there is not run. `suites` fails if the build has a suite that no row names. `count` prints a table of suites on
@@ -18,6 +19,7 @@ import sys
 
 PASSED = ('OK', 'EXPECTEDFAIL')
 NOT_RUN = '-'
+LAST_LINES = 60  # of a test that failed: where each thread of a test that hung was takes about forty
 LONG = 'long'  # no part of the table, and without a budget: deploy/check --long
 
 
@@ -28,14 +30,17 @@ def read_rows(path, column):
         return {words[0]: words[column] for words in rows if words}
 
 
+def read_log(path):
+    with open(path, encoding='utf-8') as log:
+        yield from map(json.loads, filter(str.strip, log))
+
+
 def read_tests(path):
     """(suite, name, result, seconds) of each test of a log."""
-    with open(path, encoding='utf-8') as log:
-        for line in filter(str.strip, log):
-            test = json.loads(line)
-            # "project:suite / name"
-            suite, _, name = test['name'].partition(' / ')
-            yield suite.split(':')[-1], name, test['result'], test['duration']
+    for test in read_log(path):
+        # "project:suite / name"
+        suite, _, name = test['name'].partition(' / ')
+        yield suite.split(':')[-1], name, test['result'], test['duration']
 
 
 def suites(build, budgets, column):
@@ -82,5 +87,15 @@ def slowest(*logs):
     return 0
 
 
-COMMANDS = {'suites': suites, 'count': count, 'slowest': slowest}
+def failed(*logs):
+    for log in logs:
+        for test in read_log(log):
+            if test['result'] in PASSED + ('SKIP',):
+                continue
+            said = test.get('stdout', '') + test.get('stderr', '')
+            print(f'-- {test["name"]} ({log.split("/")[0]}): {test["result"]}', *said.splitlines()[-LAST_LINES:], sep='\n')
+    return 0
+
+
+COMMANDS = {'suites': suites, 'count': count, 'slowest': slowest, 'failed': failed}
 sys.exit(COMMANDS[sys.argv[1]](*sys.argv[2:]))
