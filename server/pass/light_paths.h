@@ -2,14 +2,8 @@
 // VPLs that send it on. One description for all techniques, beside the maps of punctual lights.
 //
 // Points are spread over all surfaces by area (lights/surface_points.h), each is lit by a few rays
-// as pixels are (pass/area_samples.h), and those that are lit are divided into patches of about
-// equal flux, along the axis in which they differ most, by place or by facing: a patch is a VPL,
-// with the flux of all its points, their mean place on the surface of the one in its middle, and
-// their area. Neighbours in the list are neighbours in the scene.
-//
-// The flux of all VPLs is that of the surfaces: energy is conserved. Patches that lie side by side
-// are why points are not drawn by chance: squares about 1,024 points that were overlap and leave
-// gaps, and a furnace's corners were off by 15 %, of patches by 2 %.
+// as pixels are (pass/area_samples.h), and those that are lit are divided into patches
+// (pass/light_patches.h).
 //
 // Why from the surfaces and not from the lights: a sky's light that comes in by a window is found
 // by every point that the window sees, and of paths from the sky few would come in; and the area
