@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "kernel/brdf.h"
+#include "lights/directions.h"
 #include "lights/triangle_view.h"
 
 // Of more emitters than are all weighed, so many are drawn from their tree and weighed.
@@ -89,28 +90,11 @@ static float lobe_density(const struct sampler *s, f3 l)
     return n_h > 0 ? a2 / (F_PI * d * d) / (2 * (s->view_cosine + s->view_root)) : 0;
 }
 
-struct basis {
-    f3 x, y;
-};
-
-// Duff et al. 2017.
-static struct basis basis_of(f3 n)
-{
-    const float sign = copysignf(1, n.z), a = -1 / (sign + n.z), b = n.x * n.y * a;
-    return (struct basis){f3_of(1 + sign * n.x * n.x * a, sign * b, -sign * n.x),
-                          f3_of(b, sign + n.y * n.y * a, -n.y)};
-}
-
-static f3 from_basis(const struct basis *basis, f3 n, f3 d)
-{
-    return f3_add(f3_scale(basis->x, d.x), f3_add(f3_scale(basis->y, d.y), f3_scale(n, d.z)));
-}
-
 // A direction of the lobe: the viewer's mirrored at a visible normal.
 static f3 choose_of_lobe(const struct sampler *s, const float number[2])
 {
     const f3 n = s->at->normal, v = s->at->viewer;
-    const struct basis basis = basis_of(n);
+    const struct bd_basis basis = bd_basis_of(n);
     const f3 stretched = f3_unit(f3_of(s->alpha * f3_dot(v, basis.x), s->alpha * f3_dot(v, basis.y),
                                        f_max(f3_dot(v, n), 1e-4f)));
     const float across2 = stretched.x * stretched.x + stretched.y * stretched.y;
@@ -123,7 +107,7 @@ static f3 choose_of_lobe(const struct sampler *s, const float number[2])
     const float p3 = f_sqrt(f_max(1 - p1 * p1 - p2 * p2, 0));
     const f3 m = f3_add(f3_scale(t1, p1), f3_add(f3_scale(t2, p2), f3_scale(stretched, p3)));
     const f3 h =
-        from_basis(&basis, n, f3_unit(f3_of(s->alpha * m.x, s->alpha * m.y, f_max(m.z, 1e-7f))));
+        bd_from_basis(&basis, n, f3_unit(f3_of(s->alpha * m.x, s->alpha * m.y, f_max(m.z, 1e-7f))));
     return f3_unit(f3_sub(f3_scale(h, 2 * f3_dot(v, h)), v));
 }
 
@@ -283,7 +267,7 @@ static void send_to_sky(struct sampler *s, f3 direction)
 
 static void sample_sky(struct sampler *s)
 {
-    const struct basis basis = basis_of(s->at->normal);
+    const struct bd_basis basis = bd_basis_of(s->at->normal);
     float number[2], density;
     for (uint32_t i = 0; i < s->shares->map; i++) {
         bd_sequence_pair(&s->sequence[OF_MAP], s->place + i, number);
@@ -291,9 +275,7 @@ static void sample_sky(struct sampler *s)
     }
     for (uint32_t i = 0; i < s->shares->cosine; i++) {
         bd_sequence_pair(&s->sequence[OF_COSINE], s->place + i, number);
-        const float radius = f_sqrt(number[0]), turn = 2 * F_PI * number[1];
-        const f3 d = f3_of(radius * cosf(turn), radius * sinf(turn), f_sqrt(1 - number[0]));
-        send_to_sky(s, from_basis(&basis, s->at->normal, d));
+        send_to_sky(s, bd_from_basis(&basis, s->at->normal, bd_cosine_direction(number)));
     }
 }
 
