@@ -3,8 +3,13 @@
 #ifndef BD_LIGHTS_SURFACE_H
 #define BD_LIGHTS_SURFACE_H
 
+#include <math.h>
+#include <stdbool.h>
+#include <stddef.h>
+
 #include "lights/map.h"
 #include "scene/render_space.h"
+#include "scene/triangle_order.h"
 
 // A vertex of an instance, in render space.
 static inline f3 bd_corner_of(const struct bd_render_space *space,
@@ -13,6 +18,39 @@ static inline f3 bd_corner_of(const struct bd_render_space *space,
     const bd_dvec3 p = {position[0], position[1], position[2]};
     const bd_dvec3 r = bd_render_from_world(space, bd_dmat4_point(&instance->world_from_mesh, p));
     return f3_of((float)r.x, (float)r.y, (float)r.z);
+}
+
+// A triangle of an instance, in render space.
+struct bd_triangle_place {
+    f3 corner[3], normal; // unit, to its front
+    float area;           // of one side
+};
+
+// Of a run's primitive, by its number there. False if it has no area.
+static inline bool bd_triangle_place_of(const struct bd_render_space *space,
+                                        const struct bd_triangle_run *run,
+                                        const struct bd_instance *instance,
+                                        const struct bd_primitive *primitive, uint32_t triangle,
+                                        struct bd_triangle_place *place)
+{
+    const uint32_t *index = primitive->index + 3 * (size_t)triangle;
+    for (int c = 0; c < 3; c++)
+        place->corner[c] =
+            bd_corner_of(space, instance, primitive->position + 3 * (size_t)index[c]);
+    const f3 across = f3_cross(f3_sub(place->corner[1], place->corner[0]),
+                               f3_sub(place->corner[2], place->corner[0]));
+    const float twice = f3_length(across);
+    if (!(twice > 0) || !isfinite(twice)) return false;
+    place->normal = f3_scale(across, (run->mirrored ? -1 : 1) / twice);
+    place->area = 0.5f * twice;
+    return true;
+}
+
+static inline f3 bd_triangle_place_at(const struct bd_triangle_place *place, float u, float v)
+{
+    const f3 along = f3_scale(f3_sub(place->corner[1], place->corner[0]), u);
+    const f3 across = f3_scale(f3_sub(place->corner[2], place->corner[0]), v);
+    return f3_add(place->corner[0], f3_add(along, across));
 }
 
 // Linear: factor, vertex colour and map. `index`: the triangle's corners.

@@ -40,29 +40,11 @@ struct place {
     const struct bd_primitive *primitive;
     const struct bd_material *material;
     const uint32_t *index; // of its corners
-    f3 corner[3], normal;
-    double area; // of one side
+    struct bd_triangle_place at;
     uint32_t number;
 };
 
 typedef void visit_fn(struct spreading *s, const struct place *place);
-
-// False if it has no area.
-static bool find_place(const struct spreading *s, const struct bd_triangle_run *run,
-                       const struct bd_instance *instance, struct place *place)
-{
-    const float *position = place->primitive->position;
-    for (int c = 0; c < 3; c++)
-        place->corner[c] =
-            bd_corner_of(&s->space, instance, position + 3 * (size_t)place->index[c]);
-    const f3 across = f3_cross(f3_sub(place->corner[1], place->corner[0]),
-                               f3_sub(place->corner[2], place->corner[0]));
-    const float twice = f3_length(across);
-    if (!(twice > 0) || !isfinite(twice)) return false;
-    place->normal = f3_scale(across, (run->mirrored ? -1 : 1) / twice);
-    place->area = 0.5 * (double)twice;
-    return true;
-}
 
 static const struct bd_primitive *primitive_of(const struct spreading *s,
                                                const struct bd_triangle_run *run)
@@ -82,7 +64,8 @@ static enum bd_err visit_part(struct spreading *s, const struct part *part, visi
         place.index = primitive->index + 3 * (size_t)t;
         place.number = (uint32_t)(run->first_triangle +
                                   (uint64_t)part->index * run->triangles_per_instance + t);
-        if (find_place(s, run, part->instance, &place)) visit(s, &place);
+        if (bd_triangle_place_of(&s->space, run, part->instance, primitive, t, &place.at))
+            visit(s, &place);
         if (t % PAUSE_EVERY == 0) err = s->pause(s->user);
     }
     return err;
@@ -137,7 +120,7 @@ static enum bd_err list_parts(struct spreading *s)
 
 static void measure(struct spreading *s, const struct place *place)
 {
-    s->area += place->area * (place->material->double_sided ? 2 : 1);
+    s->area += (double)place->at.area * (place->material->double_sided ? 2 : 1);
 }
 
 // --- points -------------------------------------------------------------------------------------
@@ -160,11 +143,9 @@ static void add_point(struct spreading *s, const struct place *place, bool is_be
     const struct bd_map_texel color =
         bd_base_color_at(s->scene, place->primitive, place->index, u, v);
     if (bd_is_cut_out(place->material, color.alpha)) return;
-    const f3 along = f3_scale(f3_sub(place->corner[1], place->corner[0]), u);
-    const f3 across = f3_scale(f3_sub(place->corner[2], place->corner[0]), v);
     s->points->points[s->points->count++] = (struct bd_surface_point){
-        .position = f3_add(place->corner[0], f3_add(along, across)),
-        .normal = f3_scale(place->normal, is_behind ? -1 : 1),
+        .position = bd_triangle_place_at(&place->at, u, v),
+        .normal = f3_scale(place->at.normal, is_behind ? -1 : 1),
         .diffuse = f3_scale(color.rgb, diffuse_share(s, place, u, v)),
         .triangle = place->number,
     };
@@ -179,8 +160,8 @@ static bool has_next_before(const struct spreading *s, double area)
 static void spread(struct spreading *s, const struct place *place)
 {
     for (int side = 0; side < (place->material->double_sided ? 2 : 1); side++) {
-        for (; has_next_before(s, place->area); s->next++) add_point(s, place, side == 1);
-        s->passed += place->area;
+        for (; has_next_before(s, place->at.area); s->next++) add_point(s, place, side == 1);
+        s->passed += place->at.area;
     }
 }
 

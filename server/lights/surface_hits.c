@@ -1,0 +1,53 @@
+#include "lights/surface_hits.h"
+
+#include "lights/surface.h"
+
+void bd_surface_hits_init(struct bd_surface_hits *hits, const struct bd_scene *scene)
+{
+    *hits = (struct bd_surface_hits){.scene = scene, .space = bd_render_space_of(scene)};
+    bd_triangle_order_init(&hits->order, scene);
+}
+
+void bd_surface_hits_finish(struct bd_surface_hits *hits)
+{
+    bd_triangle_order_finish(&hits->order);
+}
+
+// Runs stand by their first triangle.
+static const struct bd_triangle_run *run_of(const struct bd_triangle_order *order,
+                                            uint32_t triangle)
+{
+    uint32_t first = 0, left = order->run_count;
+    while (left > 1) {
+        const uint32_t half = left / 2;
+        if (order->runs[first + half].first_triangle <= triangle) {
+            first += half;
+            left -= half;
+        } else {
+            left = half;
+        }
+    }
+    return &order->runs[first];
+}
+
+bool bd_surface_hit_at(const struct bd_surface_hits *hits, uint32_t triangle, float u, float v,
+                       f3 direction, f3 *position, f3 *normal)
+{
+    const struct bd_scene *scene = hits->scene;
+    const struct bd_triangle_run *run = run_of(&hits->order, triangle);
+    const uint64_t of_run = triangle - run->first_triangle;
+    const uint64_t place = run->first_instance + of_run / run->triangles_per_instance;
+    const struct bd_instance *instance = &scene->instances[hits->order.instances[place]];
+    const struct bd_primitive *primitive = &scene->meshes[run->mesh]->primitives[run->primitive];
+    const struct bd_material *material = &scene->materials[primitive->material];
+    struct bd_triangle_place found;
+    if (material->unlit) return false;
+    if (!bd_triangle_place_of(&hits->space, run, instance, primitive,
+                              (uint32_t)(of_run % run->triangles_per_instance), &found))
+        return false;
+    const bool is_behind = f3_dot(found.normal, direction) > 0;
+    if (is_behind && !material->double_sided) return false;
+    *position = bd_triangle_place_at(&found, u, v);
+    *normal = f3_scale(found.normal, is_behind ? -1 : 1);
+    return true;
+}

@@ -1,0 +1,30 @@
+// What a ray met, as light that goes on finds it: where it is, and which way it faces.
+//
+// Thread: any; initialised by one.
+
+#ifndef BD_LIGHTS_SURFACE_HITS_H
+#define BD_LIGHTS_SURFACE_HITS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "kernel/math.h"
+#include "scene/render_space.h"
+#include "scene/triangle_order.h"
+
+// Borrows the scene.
+struct bd_surface_hits {
+    const struct bd_scene *scene;
+    struct bd_render_space space;
+    struct bd_triangle_order order;
+};
+
+void bd_surface_hits_init(struct bd_surface_hits *hits, const struct bd_scene *scene);
+void bd_surface_hits_finish(struct bd_surface_hits *hits);
+
+// Render space; the normal is the triangle's own, unit, to the side that `direction` comes from.
+// False where nothing goes on: what is unlit, and the rear of a surface that has but one side.
+bool bd_surface_hit_at(const struct bd_surface_hits *hits, uint32_t triangle, float u, float v,
+                       f3 direction, f3 *position, f3 *normal);
+
+#endif
