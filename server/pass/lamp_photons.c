@@ -1,0 +1,68 @@
+#include "pass/lamp_photons.h"
+
+#include <math.h>
+
+#include "lights/directions.h"
+
+static f3 f3_from(struct bd_vec4 v)
+{
+    return f3_of(v.x, v.y, v.z);
+}
+
+// What a cone is worth inside of its inner and between that and the outer one, over 2 pi: the
+// attenuation there is the square of how far in it is.
+struct cone {
+    float cos_outer, rim, inside; // `rim`: the difference of the cosines
+};
+
+static struct cone cone_of(const struct bd_light_uniform *lamp)
+{
+    const float rim = 1 / lamp->cone.y;
+    return (struct cone){lamp->cone.x, rim, 1 - lamp->cone.x - rim};
+}
+
+// The cosine before which this part of the cone's light lies, counted from its edge.
+static float cosine_in_cone(const struct cone *cone, float part)
+{
+    const float of_rim = cone->rim / 3, wanted = part * (of_rim + cone->inside);
+    if (wanted < of_rim) return cone->cos_outer + cone->rim * cbrtf(wanted / of_rim);
+    return f_min(cone->cos_outer + cone->rim + (wanted - of_rim), 1);
+}
+
+f3 bd_lamp_flux(const struct bd_light_uniform *lamp)
+{
+    const f3 intensity = f3_from(lamp->intensity);
+    const struct cone cone = cone_of(lamp);
+    switch (lamp->kind.x) {
+    case BD_LIGHT_KIND_DIRECTIONAL:
+        return f3_scale(intensity, 4 * lamp->axis_x.w * lamp->axis_y.w);
+    case BD_LIGHT_KIND_SPOT:
+        return f3_scale(intensity, 2 * F_PI * (cone.rim / 3 + cone.inside));
+    default:
+        return f3_scale(intensity, 4 * F_PI);
+    }
+}
+
+static struct bd_ray ray_of(f3 origin, f3 direction)
+{
+    return (struct bd_ray){{origin.x, origin.y, origin.z},
+                           BD_NO_TRIANGLE,
+                           {direction.x, direction.y, direction.z},
+                           INFINITY};
+}
+
+struct bd_ray bd_lamp_ray(const struct bd_light_uniform *lamp, const float number[2])
+{
+    const f3 position = f3_from(lamp->position), ahead = f3_from(lamp->direction);
+    const struct bd_basis basis = {f3_from(lamp->axis_x), f3_from(lamp->axis_y)};
+    if (lamp->kind.x == BD_LIGHT_KIND_DIRECTIONAL) {
+        const float across = (2 * number[0] - 1) * lamp->axis_x.w;
+        const float up = (2 * number[1] - 1) * lamp->axis_y.w;
+        const f3 from = bd_from_basis(&basis, ahead, f3_of(across, up, 0));
+        return ray_of(f3_add(position, from), ahead);
+    }
+    const struct cone cone = cone_of(lamp);
+    const float cosine = lamp->kind.x == BD_LIGHT_KIND_SPOT ? cosine_in_cone(&cone, number[0])
+                                                            : 2 * number[0] - 1;
+    return ray_of(position, bd_from_basis(&basis, ahead, bd_direction_at(cosine, number[1])));
+}
