@@ -174,6 +174,8 @@ static struct bd_model model_of(const struct bd_plan *plan)
         model.transmission = plan->params.transmission;
         model.coverage = plan->params.alpha_coverage;
     }
+    if (bd_plan_reads(plan, BD_PARAM_INDIRECT_BOUNCES))
+        model.indirect_bounces = plan->params.indirect_bounces;
     if (!plan->technique->is_reference && plan->params.light_rays == 0)
         model.lights &= BD_LIGHTS_PUNCTUAL;
     model.indirect_lights &= model.lights;
@@ -299,9 +301,12 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
         !out->technique->is_reference && ((f->has_emissive && lights & BD_LIGHTS_EMISSIVE) ||
                                           (f->has_environment && lights & BD_LIGHTS_ENVIRONMENT));
     out->light_count = count_lights(out, scene);
-    out->light_paths = out->area_lights && out->technique->indirect &&
-                       model_of(out).indirect_lights & ~(uint32_t)BD_LIGHTS_PUNCTUAL;
-    out->indirect = (out->light_count > 0 || out->light_paths) && out->technique->indirect;
+    const bool reflects = out->technique->indirect != NULL;
+    const bool reflects_areas = reflects && out->area_lights &&
+                                model_of(out).indirect_lights & ~(uint32_t)BD_LIGHTS_PUNCTUAL;
+    out->indirect = reflects_areas || (reflects && out->light_count > 0);
+    out->bounces = model_of(out).indirect_bounces;
+    out->light_paths = reflects_areas || (out->indirect && out->bounces > 1);
     out->glossy = out->indirect && out->technique->model.glossy_receivers && !out->params.lambert &&
                   f->has_glossy;
     out->flux_lm = total_flux_lm(out, scene);

@@ -21,7 +21,8 @@ struct bd_plan {
     uint32_t stages;      // bits of enum bd_stage (frame/stage_rows.h)
     bool rig_yields;      // the default lights do, to what else shines
     bool area_lights;     // some surface emits or some sky shines, and lights
-    bool light_paths;     // and surfaces send that on: the first set is made
+    bool light_paths;     // surfaces send that on, or any light more than once
+    uint32_t bounces;     // of indirect light
     bool indirect;        // the technique's indirect light runs
     bool rays;            // hide indirect light
     bool chosen;          // of some VPLs alone, since there are more of them than rays
@@ -64,7 +65,13 @@ uint32_t bd_plan_grid_side(const struct bd_plan *plan, const struct bd_light_set
 uint32_t bd_plan_tree_root_side(const struct bd_plan *plan, const struct bd_light_setup *light,
                                 uint32_t grid_side);
 
-// VPLs where the light of emitters and the sky first falls; 0 where none does. For trees a square
+// Rays that look for lights, and light paths', ask the processor, whatever the device.
+static inline bool bd_plan_asks_processor(const struct bd_plan *plan)
+{
+    return plan->area_lights || plan->light_paths;
+}
+
+// VPLs of light paths; 0 where there are none. For trees a square
 // of a power of two. And roots along a side of their tree; 0 where the technique has none.
 uint32_t bd_plan_light_path_count(const struct bd_plan *plan);
 uint32_t bd_plan_light_path_root_side(const struct bd_plan *plan);

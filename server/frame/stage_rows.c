@@ -36,7 +36,7 @@ static bool is_indirect(const struct bd_plan *plan)
 
 static bool has_rays(const struct bd_plan *plan)
 {
-    return plan->rays || plan->area_lights;
+    return plan->rays || bd_plan_asks_processor(plan);
 }
 
 static bool has_area_lights(const struct bd_plan *plan)
@@ -346,7 +346,9 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
             .from = STAGE(RAYS) | STAGE(EMITTERS),
             .reads = READS_PLACES | ASPECT(SIDES) | ASPECT(COLOUR) | ASPECT(METALNESS) |
                      BD_READ_UNIT | BD_READ_PATH_COUNT,
-            .params = PARAMS_OF_VPL | PARAM(BRDF) | PARAM(ALPHA) | PARAM(EXECUTOR),
+            .walking = BD_READ_LIGHT_SHAPE | BD_READ_LIGHT_POWER,
+            .params = PARAMS_OF_VPL | PARAM(BRDF) | PARAM(ALPHA) | PARAM(EXECUTOR) |
+                      PARAM(INDIRECT_BOUNCES),
             KEEPS(light_paths, frame, bd_run_light_paths),
         },
     [BD_STAGE_VPL_ORDER] =
@@ -569,12 +571,12 @@ uint64_t bd_stage_key(const struct bd_subject *subject, enum bd_stage stage,
 {
     const struct bd_plan *plan = subject->plan;
     const struct bd_stage_row *row = &bd_stage_rows[stage];
-    const uint32_t glossy = plan->glossy ? row->glossy : 0;
+    const uint32_t walking = plan->bounces > 1 ? row->walking : 0;
+    const uint32_t glossy = (plan->glossy ? row->glossy : 0) | walking;
     uint64_t key = bd_key_begin(row->reads_all_params ? plan->technique->name : "");
     key = bd_key_number(key, (uint64_t)stage << 32 | glossy);
     key = key_reads(key, subject, row->reads | glossy, light);
-    // Rays that look for lights ask the processor, whatever the device.
-    if (stage == BD_STAGE_RAYS) key = bd_key_number(key, plan->area_lights);
+    if (stage == BD_STAGE_RAYS) key = bd_key_number(key, bd_plan_asks_processor(plan));
     key = bd_params_hash(&plan->params,
                          row->reads_all_params ? plan->technique->params_read : row->params, key);
     for (enum bd_stage from = 0; from < BD_STAGE_COUNT; from++)

@@ -93,6 +93,7 @@ struct bd_stage_row {
     uint32_t from;         // stages whose output is read; those of lights of its light, or of all
     uint32_t reads;        // bits of aspects and enum bd_stage_read
     uint32_t glossy;       // the same, where receivers are glossy
+    uint32_t walking;      // the same, where light is sent on more than once
     uint64_t params;       // bits of enum bd_param
     bool reads_all_params; // that the technique reads
     bool is_keyless;       // it runs in every frame

@@ -123,14 +123,28 @@ enum bd_err bd_run_vpl_tree(struct bd_frame *frame, struct bd_frame_light *light
     return bd_vpl_tree_run(&frame->context, &inputs, &light->tree, frame->fault);
 }
 
+static struct bd_light_uniform *lamps_of(const struct bd_frame *frame)
+{
+    const struct bd_subject *subject = &frame->subject;
+    struct bd_light_uniform *lamps = calloc(subject->light_count + 1, sizeof *lamps);
+    BD_ASSERT(lamps);
+    for (uint32_t i = 0; i < subject->light_count; i++)
+        lamps[i] = bd_light_setup_uniform(&subject->lights[i].setup, &frame->scene->space, 0);
+    return lamps;
+}
+
 enum bd_err bd_run_light_paths(struct bd_frame *frame, struct bd_frame_light *light)
 {
     (void)light;
     const struct bd_plan *plan = frame->plan;
+    struct bd_light_uniform *lamps = lamps_of(frame);
     const struct bd_light_paths_inputs inputs = {
         .scene = frame->scene,
         .snapshot = frame->snapshot,
         .lights = frame->emitters,
+        .lamps = lamps,
+        .lamp_count = frame->subject.light_count,
+        .reflections = plan->bounces - 1,
         .visibility = bd_stage_light_visibility(frame),
         .count = bd_plan_light_path_count(plan),
         .kernel = (enum bd_vpl_kernel)plan->params.vpl_kernel,
@@ -138,7 +152,10 @@ enum bd_err bd_run_light_paths(struct bd_frame *frame, struct bd_frame_light *li
         .lambert = plan->params.lambert,
         .root_side = bd_plan_light_path_root_side(plan),
     };
-    return bd_light_paths_run(&frame->context, &inputs, &frame->light_paths, frame->fault);
+    const enum bd_err err =
+        bd_light_paths_run(&frame->context, &inputs, &frame->light_paths, frame->fault);
+    free(lamps);
+    return err;
 }
 
 uint32_t bd_stage_list_count(const struct bd_frame *frame)
@@ -150,7 +167,7 @@ void bd_stage_lists(const struct bd_frame *frame, const struct bd_vpl_list **lis
 {
     const struct bd_subject *subject = &frame->subject;
     for (uint32_t i = 0; i < subject->light_count; i++) lists[i] = subject->lights[i].vpls;
-    if (frame->light_paths) lists[subject->light_count] = frame->light_paths->first;
+    if (frame->light_paths) lists[subject->light_count] = frame->light_paths->vpls;
 }
 
 enum bd_err bd_run_vpl_order(struct bd_frame *frame, struct bd_frame_light *light)

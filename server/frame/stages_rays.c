@@ -111,7 +111,8 @@ enum bd_err bd_run_rays(struct bd_frame *frame, struct bd_frame_light *light)
                                 .ended = PTHREAD_COND_INITIALIZER};
     const struct bd_occluders *earlier = NULL;
     uint64_t earlier_key = 0;
-    if (!frame->plan->area_lights && bd_occluders_on_device(gpu, frame->renderer->rays_on))
+    if (!bd_plan_asks_processor(frame->plan) &&
+        bd_occluders_on_device(gpu, frame->renderer->rays_on))
         building.device_bytes_max = bd_gpu_caps(gpu)->storage_block_max_bytes;
     if (!frame->anew)
         earlier = bd_memo_find_fitting(frame->renderer->memo,

@@ -8,6 +8,7 @@
 #include "lights/surface_points.h"
 #include "pass/area_samples.h"
 #include "pass/light_patches.h"
+#include "pass/light_walk.h"
 #include "pass/receivers.h"
 
 #define POINTS_PER_VPL 32u
@@ -115,7 +116,7 @@ static enum bd_err make_room(struct paths *p)
     p->segments = malloc(rays * sizeof *p->segments);
     p->found = malloc(rays * sizeof *p->found);
     p->occluded = malloc((rays + 31) / 32 * sizeof *p->occluded);
-    p->irradiance = malloc((p->points.count + 1) * sizeof *p->irradiance);
+    p->irradiance = calloc(p->points.count + 1, sizeof *p->irradiance);
     const bool all = p->segments && p->found && p->occluded && p->irradiance;
     return all ? BD_ERR_OK : no_memory(p);
 }
@@ -126,7 +127,7 @@ static enum bd_err make_tree(const struct bd_pass_context *context,
                              struct bd_fault *fault)
 {
     const struct bd_vpl_tree_inputs tree = {
-        .leaves = paths->first,
+        .leaves = paths->vpls,
         .leaf_side = (uint32_t)lround(sqrt(inputs->count)),
         .face_count = 1,
         .root_side = inputs->root_side,
@@ -153,11 +154,11 @@ static enum bd_err write_vpls(const struct bd_pass_context *context, const struc
     struct bd_light_patches patches;
     enum bd_err err = bd_light_patches_init(&patches, &how, p->fault);
     if (err) return err;
-    err = bd_vpl_list_create(context->gpu, in->count, &paths->first, p->fault);
+    err = bd_vpl_list_create(context->gpu, in->count, &paths->vpls, p->fault);
     if (!err) {
-        bd_buf_upload(context->gpu, paths->first->vpls, 0, patches.lights,
+        bd_buf_upload(context->gpu, paths->vpls->vpls, 0, patches.lights,
                       in->count * sizeof *patches.lights);
-        bd_buf_upload(context->gpu, paths->first->quads, 0, patches.quads,
+        bd_buf_upload(context->gpu, paths->vpls->quads, 0, patches.quads,
                       in->count * sizeof *patches.quads);
     }
     if (!err && in->root_side > 0) err = make_tree(context, in, &patches, paths, p->fault);
@@ -165,11 +166,25 @@ static enum bd_err write_vpls(const struct bd_pass_context *context, const struc
     return err;
 }
 
+static enum bd_err walk(struct paths *p)
+{
+    const struct bd_light_walk_inputs inputs = {
+        .snapshot = p->inputs->snapshot,
+        .points = &p->points,
+        .visibility = p->inputs->visibility,
+        .lamps = p->inputs->lamps,
+        .lamp_count = p->inputs->lamp_count,
+        .reflections = p->inputs->reflections,
+    };
+    return bd_light_walk_run(&p->context, &inputs, p->irradiance, p->fault);
+}
+
 static enum bd_err find_points(struct paths *p)
 {
     enum bd_err err = spread_points(p);
     if (!err) err = make_room(p);
-    if (!err) err = light_points(p);
+    if (!err && p->inputs->lights) err = light_points(p);
+    if (!err && p->inputs->reflections > 0) err = walk(p);
     return err ? err : bd_slicer_pause(p->context.slicer);
 }
 
@@ -183,7 +198,8 @@ enum bd_err bd_light_paths_run(const struct bd_pass_context *context,
     struct paths p = {
         .context = *context,
         .inputs = inputs,
-        .sampling = bd_area_sampling_of(inputs->lights, 2 * RAYS_PER_POINT, 0),
+        .sampling = inputs->lights ? bd_area_sampling_of(inputs->lights, 2 * RAYS_PER_POINT, 0)
+                                   : (struct bd_area_sampling){0},
         .fault = fault,
     };
     p.context.processor = &processor;
@@ -206,7 +222,7 @@ enum bd_err bd_light_paths_run(const struct bd_pass_context *context,
 void bd_light_paths_destroy(struct bd_gpu *gpu, struct bd_light_paths **paths)
 {
     if (!*paths) return;
-    bd_vpl_list_destroy(gpu, &(*paths)->first);
+    bd_vpl_list_destroy(gpu, &(*paths)->vpls);
     bd_vpl_tree_destroy(gpu, &(*paths)->tree);
     free(*paths);
     *paths = NULL;
@@ -214,5 +230,5 @@ void bd_light_paths_destroy(struct bd_gpu *gpu, struct bd_light_paths **paths)
 
 uint64_t bd_light_paths_bytes(const struct bd_light_paths *paths)
 {
-    return bd_vpl_list_bytes(paths->first) + (paths->tree ? bd_vpl_tree_bytes(paths->tree) : 0);
+    return bd_vpl_list_bytes(paths->vpls) + (paths->tree ? bd_vpl_tree_bytes(paths->tree) : 0);
 }

@@ -1,9 +1,11 @@
-// Where the light of emissive surfaces and the sky first falls: the *first* set of light paths, as
-// VPLs that send it on. One description for all techniques, beside the maps of punctual lights.
+// Light that surfaces send on and no lamp's map holds, as VPLs: where that of emissive surfaces and
+// the sky first falls (the *first* set of light paths), and where any light falls after further
+// reflections (the *walk* set, pass/light_walk.h). One description for all techniques, beside the
+// maps of punctual lights.
 //
 // Points are spread over all surfaces by area (lights/surface_points.h), each is lit by a few rays
-// as pixels are (pass/area_samples.h), and those that are lit are divided into patches
-// (pass/light_patches.h).
+// as pixels are (pass/area_samples.h) and by what walks, and those that are lit are divided into
+// patches (pass/light_patches.h).
 //
 // Why from the surfaces and not from the lights: a sky's light that comes in by a window is found
 // by every point that the window sees, and of paths from the sky few would come in; and the area
@@ -13,7 +15,8 @@
 // A function of the snapshot and these numbers: neither of a camera nor of a seed.
 //
 // Cost: 32 points a VPL, at least 16,384 and at most 131,072 in all, four rays a point: 35 to 60 ms
-// of two cores for a thousand VPLs; 270 bytes a point while it runs.
+// of two cores for a thousand VPLs; 270 bytes a point while it runs. What walks takes as long
+// again.
 //
 // Thread: render thread, and the pool's.
 
@@ -24,6 +27,7 @@
 #include "pass/visibility.h"
 #include "pass/vpl_grid.h"
 #include "pass/vpl_tree.h"
+#include "shared/light.h"
 #include "upload/gpu_scene.h"
 
 #define BD_LIGHT_PATHS_MAX 65536u
@@ -31,7 +35,10 @@
 struct bd_light_paths_inputs {
     const struct bd_gpu_scene *scene;
     const struct bd_scene *snapshot;
-    const struct bd_area_lights *lights;
+    const struct bd_area_lights *lights;  // NULL: none
+    const struct bd_light_uniform *lamps; // punctual, for `reflections`
+    uint32_t lamp_count;
+    uint32_t reflections;                   // of the walk, as in pass/light_walk.h; 0: none
     struct bd_visibility_inputs visibility; // of the processor
     uint32_t count;                         // of VPLs, 1 to BD_LIGHT_PATHS_MAX
     enum bd_vpl_kernel kernel;
@@ -41,7 +48,7 @@ struct bd_light_paths_inputs {
 };
 
 struct bd_light_paths {
-    struct bd_vpl_list *first; // where fewer points are lit than VPLs, some send nothing
+    struct bd_vpl_list *vpls;  // where fewer points are lit than VPLs, some send nothing
     struct bd_vpl_tree *tree;  // or NULL
 };
 

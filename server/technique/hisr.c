@@ -99,10 +99,10 @@ const struct bd_technique bd_technique_hisr = {
     .model = {.indirect_bounces = 1, .lights = BD_LIGHTS_ALL, .indirect_lights = BD_LIGHTS_ALL},
     .inputs = BD_INPUT_VPL_GRID | BD_INPUT_VPL_TREE | BD_INPUT_FRAGMENTS,
     .passes = passes,
-    .params_read = BD_READS_VPL_GRID | BD_READS_VISIBILITY | BD_READS_FRAGMENTS |
-                   BD_READS(BD_PARAM_LIGHT_THRESHOLD) | BD_READS(BD_PARAM_TREE_CUT) |
-                   BD_READS(BD_PARAM_TAU) | BD_READS(BD_PARAM_TREE_ROOTS) |
-                   BD_READS(BD_PARAM_SUB_FRAMES),
+    .params_read = BD_READS_VPL_GRID | BD_READS_LIGHT_PATHS | BD_READS_VISIBILITY |
+                   BD_READS_FRAGMENTS | BD_READS(BD_PARAM_LIGHT_THRESHOLD) |
+                   BD_READS(BD_PARAM_TREE_CUT) | BD_READS(BD_PARAM_TAU) |
+                   BD_READS(BD_PARAM_TREE_ROOTS) | BD_READS(BD_PARAM_SUB_FRAMES),
     .defaults = defaults,
     .default_count = sizeof defaults / sizeof *defaults,
     // More VPLs than that, and `rsm` is off in a sphere of facets too.

@@ -38,9 +38,10 @@ const struct bd_technique bd_technique_isr = {
     .model = {.indirect_bounces = 1, .lights = BD_LIGHTS_ALL, .indirect_lights = BD_LIGHTS_ALL},
     .inputs = BD_INPUT_VPL_CLUSTERS | BD_INPUT_FRAGMENTS,
     .passes = passes,
-    .params_read = BD_READS_VPL_GRID | BD_READS_VISIBILITY | BD_READS_FRAGMENTS |
-                   BD_READS(BD_PARAM_LIGHT_THRESHOLD) | BD_READS(BD_PARAM_VISIT) |
-                   BD_READS(BD_PARAM_CLUSTER_LEVELS) | BD_READS(BD_PARAM_CLUSTER_DEPTH_THRESHOLD) |
+    .params_read = BD_READS_VPL_GRID | BD_READS_LIGHT_PATHS | BD_READS_VISIBILITY |
+                   BD_READS_FRAGMENTS | BD_READS(BD_PARAM_LIGHT_THRESHOLD) |
+                   BD_READS(BD_PARAM_VISIT) | BD_READS(BD_PARAM_CLUSTER_LEVELS) |
+                   BD_READS(BD_PARAM_CLUSTER_DEPTH_THRESHOLD) |
                    BD_READS(BD_PARAM_CLUSTER_NORMAL_THRESHOLD) | BD_READS(BD_PARAM_SUB_FRAMES),
     .defaults = defaults,
     .default_count = sizeof defaults / sizeof *defaults,

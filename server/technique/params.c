@@ -145,6 +145,8 @@ static const struct param_row table[BD_PARAM_COUNT] = {
                                   0,
                                   ALL_LIGHTS,
                                   {"punctual", "emissive", "environment", "all"}},
+    [BD_PARAM_INDIRECT_BOUNCES] =
+        {"indirect_bounces", PARAM_COUNT, FIELD(indirect_bounces), 1, 64, 1, {0}},
     [BD_PARAM_EXECUTOR] =
         {"executor", PARAM_CHOICE, FIELD(executor), 0, 0, 0, {"auto", "device", "native"}},
 };

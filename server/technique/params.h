@@ -88,6 +88,7 @@ enum bd_param {
     BD_PARAM_LIGHT_RAYS,          // of a pixel to emissive surfaces and the sky, even; 0: those
                                   // light nothing
     BD_PARAM_INDIRECT_LIGHTS,     // as LIGHTS: those whose light is sent on by surfaces
+    BD_PARAM_INDIRECT_BOUNCES,    // how often light is sent on by surfaces, at most
     BD_PARAM_EXECUTOR,            // auto | device | native: who does arithmetic; auto is native on
                                   // a software device alone
     BD_PARAM_COUNT,
@@ -143,6 +144,7 @@ struct bd_params {
     uint32_t light_vertices;
     uint32_t noise_filter;
     uint32_t light_rays;
+    uint32_t indirect_bounces;
     uint32_t indirect_lights; // enum bd_lights
     uint32_t executor; // enum bd_executor
 };

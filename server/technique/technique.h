@@ -24,6 +24,7 @@ enum bd_frame_input {
 };
 
 // Parameters that the frame reads for those inputs, G-buffer and direct light included.
+#define BD_READS_LIGHT_PATHS BD_READS(BD_PARAM_INDIRECT_BOUNCES)
 #define BD_READS_VISIBILITY                                                                        \
     (BD_READS(BD_PARAM_INDIRECT_VISIBILITY) | BD_READS(BD_PARAM_RAYS) | BD_READS(BD_PARAM_ALPHA) | \
      BD_READS(BD_PARAM_NOISE_FILTER))

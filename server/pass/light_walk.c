@@ -1,0 +1,300 @@
+#include "pass/light_walk.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "kernel/light.h"
+#include "lights/directions.h"
+#include "lights/point_tree.h"
+#include "lights/sequence.h"
+#include "lights/surface_hits.h"
+#include "pass/lamp_photons.h"
+#include "pass/receivers.h"
+
+// Photons that are on their way at once.
+#define AT_ONCE 8192u
+// Of the slicer, one for each evaluation of a VPL.
+#define UNITS_PER_ARRIVAL 200.0
+// Of the flux that set out.
+#define LEFT_OUT (1.0 / 8192)
+// A round of few is as cheap as one of fewer.
+#define PHOTONS_LEAST 1024u
+
+struct photon {
+    f3 flux;
+    float inverse_range;
+    bool is_parallel; // to all others of its light
+};
+
+struct walk {
+    struct bd_pass_context context;
+    const struct bd_light_walk_inputs *inputs;
+    struct bd_surface_hits hits;
+    struct bd_point_tree tree;
+    uint32_t round; // 0: from the lamps
+    // Of those on their way.
+    uint32_t at_once;
+    struct bd_ray *rays;
+    struct photon *photons;
+    struct bd_ray_hit *met;
+    struct bd_point_neighbours *taken_by;
+    struct bd_segment *segments; // from where it set out to each of those
+    uint32_t *occluded;
+    // Of all points: flux that arrived in this round; that is sent on in the next.
+    f3 *arrived, *sent;
+    struct bd_fault *fault;
+};
+
+static float strongest(f3 rgb)
+{
+    return f_max(rgb.x, f_max(rgb.y, rgb.z));
+}
+
+// --- a round's photons --------------------------------------------------------------------------
+
+// Whether the place from which photon `i` came sees who is to take it.
+static struct bd_segment way_to(const struct walk *w, uint32_t i, uint32_t taker)
+{
+    const struct bd_ray *ray = &w->rays[i];
+    const struct bd_surface_point *point = &w->inputs->points->points[taker];
+    const f3 to = point->position;
+    struct bd_segment way = {.from_triangle = ray->from_triangle,
+                             .to = {to.x, to.y, to.z},
+                             .to_triangle = point->triangle};
+    for (int c = 0; c < 3; c++)
+        way.from[c] = w->photons[i].is_parallel
+                          ? way.to[c] - ray->direction[c] * w->met[i].distance
+                          : ray->origin[c];
+    return way;
+}
+
+static void find_takers_of(const struct walk *w, uint32_t i)
+{
+    const struct bd_ray_hit *hit = &w->met[i];
+    const float *d = w->rays[i].direction;
+    struct bd_point_neighbours *by = &w->taken_by[i];
+    f3 position, normal;
+    by->count = 0;
+    if (hit->triangle == BD_NO_TRIANGLE ||
+        !bd_surface_hit_at(&w->hits, hit->triangle, hit->u, hit->v, f3_of(d[0], d[1], d[2]),
+                           &position, &normal))
+        return;
+    bd_point_tree_find(&w->tree, position, normal, by);
+    for (uint32_t k = 0; k < by->count; k++)
+        w->segments[i * BD_POINT_NEIGHBOURS + k] = way_to(w, i, by->point[k]);
+}
+
+static void find_takers(void *user, uint32_t group)
+{
+    const struct walk *w = user;
+    for (uint32_t i = group * BD_LANES; i < (group + 1) * BD_LANES; i++) {
+        memset(w->segments + i * BD_POINT_NEIGHBOURS, 0,
+               BD_POINT_NEIGHBOURS * sizeof *w->segments);
+        if (i < w->at_once) find_takers_of(w, i);
+    }
+}
+
+// What lies below another surface, or round a corner, gives its share to the others; where none is
+// seen the nearest takes all.
+static void share_among_seen(const struct walk *w, uint32_t i, struct bd_point_neighbours *by)
+{
+    float seen = 0;
+    for (uint32_t k = 0; k < by->count; k++) {
+        const uint32_t bit = i * BD_POINT_NEIGHBOURS + k;
+        if (w->occluded[bit / 32] >> bit % 32 & 1) by->share[k] = 0;
+        seen += by->share[k];
+    }
+    for (uint32_t k = 0; k < by->count; k++)
+        by->share[k] = seen > 0 ? by->share[k] / seen : k == 0;
+}
+
+// In the order of the photons, whichever thread found where they go.
+static void give(struct walk *w)
+{
+    for (uint32_t i = 0; i < w->at_once; i++) {
+        const struct photon *photon = &w->photons[i];
+        struct bd_point_neighbours *by = &w->taken_by[i];
+        const float window = window_of_range(w->met[i].distance, photon->inverse_range);
+        share_among_seen(w, i, by);
+        for (uint32_t k = 0; k < by->count; k++) {
+            f3 *to = &w->arrived[by->point[k]];
+            *to = f3_add(*to, f3_scale(photon->flux, window * by->share[k]));
+        }
+    }
+}
+
+static enum bd_err let_fly(struct walk *w)
+{
+    const uint32_t groups = (w->at_once + BD_LANES - 1) / BD_LANES;
+    const struct bd_visibility_inputs *visibility = &w->inputs->visibility;
+    struct bd_ray_counts traced = {0};
+    bd_slicer_work(w->context.slicer, "photons");
+    bd_rays_nearest(visibility->occluders->rays, visibility->pool, visibility->alpha, w->rays,
+                    w->at_once, w->met);
+    enum bd_err err = bd_slicer_checkpoint(w->context.slicer, w->at_once);
+    bd_slicer_work(w->context.slicer, "photons taken");
+    if (!err)
+        err = bd_receivers_each(&w->context, groups, UNITS_PER_ARRIVAL * BD_LANES, find_takers, w);
+    if (!err)
+        err = bd_visibility_ask(&w->context, visibility, w->segments,
+                                (size_t)groups * BD_LANES * BD_POINT_NEIGHBOURS, w->occluded,
+                                &traced);
+    if (!err) give(w);
+    w->at_once = 0;
+    return err;
+}
+
+static enum bd_err set_out(struct walk *w, struct bd_ray ray, struct photon photon)
+{
+    w->rays[w->at_once] = ray;
+    w->photons[w->at_once] = photon;
+    return ++w->at_once == AT_ONCE ? let_fly(w) : BD_ERR_OK;
+}
+
+// --- from the lamps -----------------------------------------------------------------------------
+
+static double flux_of_lamps(const struct bd_light_walk_inputs *inputs)
+{
+    double sum = 0;
+    for (uint32_t i = 0; i < inputs->lamp_count; i++)
+        sum += strongest(bd_lamp_flux(&inputs->lamps[i]));
+    return sum;
+}
+
+static enum bd_err shine(struct walk *w, const struct bd_light_uniform *lamp, double of_all)
+{
+    const struct bd_sequence sequence = bd_sequence_of(0, w->round);
+    const f3 flux = bd_lamp_flux(lamp);
+    const double share = of_all > 0 ? strongest(flux) / of_all : 0;
+    const uint32_t count = (uint32_t)fmax(round(share * w->inputs->points->count), 1);
+    enum bd_err err = BD_ERR_OK;
+    for (uint32_t i = 0; !err && share > 0 && i < count; i++) {
+        float number[2];
+        bd_sequence_pair(&sequence, i, number);
+        err = set_out(w, bd_lamp_ray(lamp, number),
+                      (struct photon){f3_scale(flux, 1 / (float)count), lamp->position.w,
+                                      lamp->kind.x == BD_LIGHT_KIND_DIRECTIONAL});
+    }
+    return err;
+}
+
+static enum bd_err shine_all(struct walk *w)
+{
+    const double of_all = flux_of_lamps(w->inputs);
+    enum bd_err err = BD_ERR_OK;
+    for (uint32_t i = 0; !err && i < w->inputs->lamp_count; i++)
+        err = shine(w, &w->inputs->lamps[i], of_all);
+    return err || w->at_once == 0 ? err : let_fly(w);
+}
+
+// --- from the points ----------------------------------------------------------------------------
+
+static double flux_sent(const struct walk *w)
+{
+    double sum = 0;
+    for (uint32_t i = 0; i < w->inputs->points->count; i++) sum += strongest(w->sent[i]);
+    return sum;
+}
+
+static struct bd_ray ray_from(const struct bd_surface_point *point, const float number[2])
+{
+    const f3 at = point->position;
+    const struct bd_basis basis = bd_basis_of(point->normal);
+    const f3 d = bd_from_basis(&basis, point->normal, bd_cosine_direction(number));
+    return (struct bd_ray){{at.x, at.y, at.z}, point->triangle, {d.x, d.y, d.z}, INFINITY};
+}
+
+// `flux`: of all that is sent.
+static enum bd_err send_on(struct walk *w, double flux, uint32_t count)
+{
+    const struct bd_sequence sequence = bd_sequence_of(0, w->round);
+    const double step = flux / count;
+    double passed = 0;
+    uint32_t next = 0;
+    enum bd_err err = BD_ERR_OK;
+    for (uint32_t i = 0; !err && i < w->inputs->points->count; i++) {
+        const float most = strongest(w->sent[i]);
+        passed += most;
+        for (; !err && next < count && (next + 0.5) * step < passed; next++) {
+            float number[2];
+            bd_sequence_pair(&sequence, next, number);
+            err = set_out(w, ray_from(&w->inputs->points->points[i], number),
+                          (struct photon){f3_scale(w->sent[i], (float)(step / most)), 0, false});
+        }
+    }
+    return err || w->at_once == 0 ? err : let_fly(w);
+}
+
+// What arrived is sent on, and told where it counts.
+static void reflect(struct walk *w, f3 *irradiance)
+{
+    const struct bd_surface_points *points = w->inputs->points;
+    for (uint32_t i = 0; i < points->count; i++) {
+        w->sent[i] = f3_mul(points->points[i].diffuse, w->arrived[i]);
+        if (irradiance)
+            irradiance[i] = f3_add(irradiance[i], f3_scale(w->arrived[i], 1 / points->area));
+        w->arrived[i] = f3_of(0, 0, 0);
+    }
+}
+
+static enum bd_err walk_on(struct walk *w, f3 *irradiance)
+{
+    const struct bd_surface_points *points = w->inputs->points;
+    enum bd_err err = shine_all(w);
+    if (err) return err;
+    for (uint32_t i = 0; i < points->count; i++)
+        w->arrived[i] = f3_add(w->arrived[i], f3_scale(irradiance[i], points->area));
+    reflect(w, NULL);
+    const double at_first = flux_sent(w);
+    for (w->round = 1; !err && w->round <= w->inputs->reflections; w->round++) {
+        const double flux = flux_sent(w);
+        if (!(flux > LEFT_OUT * at_first)) break;
+        const double count = ceil(points->count * (flux / at_first));
+        err = send_on(w, flux, (uint32_t)fmax(count, PHOTONS_LEAST));
+        reflect(w, irradiance);
+    }
+    return err;
+}
+
+static enum bd_err make_room(struct walk *w)
+{
+    const size_t points = w->inputs->points->count + 1;
+    w->rays = malloc(AT_ONCE * sizeof *w->rays);
+    w->photons = malloc(AT_ONCE * sizeof *w->photons);
+    w->met = malloc(AT_ONCE * sizeof *w->met);
+    w->taken_by = malloc(AT_ONCE * sizeof *w->taken_by);
+    w->arrived = calloc(points, sizeof *w->arrived);
+    w->sent = calloc(points, sizeof *w->sent);
+    w->segments = malloc(AT_ONCE * BD_POINT_NEIGHBOURS * sizeof *w->segments);
+    w->occluded = malloc(AT_ONCE * BD_POINT_NEIGHBOURS / 8);
+    if (w->rays && w->photons && w->met && w->taken_by && w->segments && w->occluded &&
+        w->arrived && w->sent)
+        return BD_ERR_OK;
+    return bd_fault_set(w->fault, BD_ERR_NO_MEMORY, "indirect_bounces", "no memory for photons");
+}
+
+enum bd_err bd_light_walk_run(const struct bd_pass_context *context,
+                              const struct bd_light_walk_inputs *inputs, f3 *irradiance,
+                              struct bd_fault *fault)
+{
+    struct walk w = {.context = *context, .inputs = inputs, .fault = fault};
+    bd_slicer_work(context->slicer, "point tree");
+    enum bd_err err = bd_point_tree_init(&w.tree, inputs->points, bd_slicer_pause, context->slicer,
+                                         fault);
+    if (err) return err;
+    bd_surface_hits_init(&w.hits, inputs->snapshot);
+    err = make_room(&w);
+    if (!err) err = walk_on(&w, irradiance);
+    bd_surface_hits_finish(&w.hits);
+    bd_point_tree_finish(&w.tree);
+    free(w.rays);
+    free(w.photons);
+    free(w.met);
+    free(w.taken_by);
+    free(w.segments);
+    free(w.occluded);
+    free(w.arrived);
+    free(w.sent);
+    return err;
+}
