@@ -237,6 +237,37 @@ static void texel_weights_follow_the_cone(void **state)
     world_free_layers(anew);
 }
 
+// Light that is sent on more than once is of the lamps' shape and power; once, it is of their maps.
+static void light_that_walks_follows_its_lamps(void **state)
+{
+    static const char *const walking[] = {"vpls=96", "rsm_size=64", "shadow_size=128",
+                                          "indirect_bounces=3", NULL};
+    struct world *w = *state;
+    struct bd_image *kept[BD_LAYER_COUNT], *anew[BD_LAYER_COUNT], *once[BD_LAYER_COUNT];
+    for (int edit = 0; edit < 3; edit++) {
+        make_room(w, 1, origin, 1);
+        world_render(w, "rsm", 0, WIDTH, HEIGHT, all_layers, few_vpls, once);
+        for (uint32_t p = 0; p < w->report.pass_count; p++)
+            assert_string_not_equal(w->report.passes[p].name, "light_paths");
+        world_free_layers(once);
+        world_render(w, "rsm", 0, WIDTH, HEIGHT, all_layers, walking, once);
+        if (edit == 1) harden_spots(w);
+        for (uint32_t i = 0; edit == 2 && i < w->scene->light_count; i++)
+            w->scene->lights[i].intensity *= 1.25f;
+        world_render(w, "rsm", 0, WIDTH, HEIGHT, all_layers, walking, kept);
+        assert_int_equal(state_of(&w->report, "light_paths"), edit ? BD_PASS_RAN : BD_PASS_REUSED);
+        w->fresh = BD_FRESH_ALL;
+        world_render(w, "rsm", 0, WIDTH, HEIGHT, all_layers, walking, anew);
+        w->fresh = BD_FRESH_NONE;
+        for (int l = 0; l < BD_LAYER_RENDERED_COUNT; l++)
+            assert_true(same_pixels(kept[l], anew[l]));
+        assert_true(same_pixels(once[BD_LAYER_INDIRECT], kept[BD_LAYER_INDIRECT]) == (edit == 0));
+        world_free_layers(once);
+        world_free_layers(kept);
+        world_free_layers(anew);
+    }
+}
+
 // Where the picture jumps is the camera's affair alone.
 static void a_moved_light_keeps_the_fragments(void **state)
 {
@@ -687,6 +718,7 @@ int main(void)
         cmocka_unit_test(fresh_frames_take_nothing_over),
         cmocka_unit_test(a_brighter_light_keeps_its_maps),
         cmocka_unit_test(texel_weights_follow_the_cone),
+        cmocka_unit_test(light_that_walks_follows_its_lamps),
         cmocka_unit_test(a_moved_light_keeps_the_fragments),
         cmocka_unit_test(another_camera_keeps_clusters_and_trees),
         cmocka_unit_test(pyramids_that_nobody_asks_are_left_out),

@@ -21,6 +21,8 @@
 #define CD_M2     3.0f
 #define HALF_M    1.0
 #define LAMP_HALF 0.2
+// Form factor of two squares of 2 m in planes 2 m apart, side by side.
+#define SIDE_BY_SIDE 0.08605
 
 static const double centre[3] = {0, 0, 0};
 
@@ -42,13 +44,15 @@ static enum bd_err go_on(void *user)
     return BD_ERR_OK;
 }
 
-struct first_set {
+struct path_set {
     uint32_t count, sending;
     double flux, area; // red, frame's unit; render units
     struct bd_vec4 *lights;
 };
 
-static struct first_set first_set_of(struct view *view, uint32_t count, bool tree)
+// After so many reflections, of emitters and of a lamp, if any.
+static struct path_set walk_set_of(struct view *view, uint32_t count, bool tree,
+                                   uint32_t reflections, const struct bd_light_uniform *lamp)
 {
     struct world *w = view->world;
     struct bd_fault fault = {0};
@@ -62,19 +66,22 @@ static struct first_set first_set_of(struct view *view, uint32_t count, bool tre
     const struct bd_light_paths_inputs inputs = {
         .scene = view->scene,
         .snapshot = w->scene,
-        .lights = lights,
+        .lights = w->scene->features.has_emissive ? lights : NULL,
         .visibility = {occluders, bd_renderer_pool(&w->renderer), BD_RAYS_ALPHA_MASK},
         .count = count,
         .kernel = BD_KERNEL_PATCH,
         .near_field = 4,
         .lambert = true,
         .root_side = tree ? 2 : 0,
+        .lamps = lamp,
+        .lamp_count = lamp != NULL,
+        .reflections = reflections,
     };
     if (bd_light_paths_run(&view->context, &inputs, &paths, &fault)) fail_msg("%s", fault.message);
-    struct first_set set = {.count = paths->first->count};
+    struct path_set set = {.count = paths->vpls->count};
     const size_t bytes = (size_t)set.count * BD_VPL_VEC4S * sizeof *set.lights;
     set.lights = malloc(bytes);
-    assert_int_equal(bd_buf_read(w->gpu, paths->first->vpls, 0, set.lights, bytes), BD_ERR_OK);
+    assert_int_equal(bd_buf_read(w->gpu, paths->vpls->vpls, 0, set.lights, bytes), BD_ERR_OK);
     for (uint32_t i = 0; i < set.count; i++) {
         const struct bd_vec4 *vpl = set.lights + (size_t)i * BD_VPL_VEC4S;
         if (!(vpl[2].x > 0)) continue;
@@ -87,6 +94,11 @@ static struct first_set first_set_of(struct view *view, uint32_t count, bool tre
     bd_occluders_destroy(w->gpu, &occluders);
     bd_area_lights_destroy(&lights);
     return set;
+}
+
+static struct path_set first_set_of(struct view *view, uint32_t count, bool tree)
+{
+    return walk_set_of(view, count, tree, 0, NULL);
 }
 
 // Of what the lamp emits.
@@ -104,7 +116,7 @@ static void all_light_is_sent_on(void **state)
     build_room_with_lamp(w);
     struct view view = view_open(w);
     for (uint32_t count = 16; count <= 4096; count *= 4) {
-        struct first_set set = first_set_of(&view, count, true);
+        struct path_set set = first_set_of(&view, count, true);
         assert_int_equal(set.count, count);
         assert_int_equal(set.sending, count);
         ASSERT_REL(set.flux, flux_sent_on(&view), 1e-3);
@@ -121,7 +133,7 @@ static void what_is_hidden_is_not_lit(void **state)
     build_room_with_lamp(w);
     world_add_quad(w, world_add_material(w, ALBEDO), shelf, 1);
     struct view view = view_open(w);
-    struct first_set set = first_set_of(&view, 1024, false);
+    struct path_set set = first_set_of(&view, 1024, false);
     ASSERT_REL(set.flux, flux_sent_on(&view), 2e-3);
     free(set.lights);
     view_close(&view);
@@ -136,7 +148,7 @@ static void areas_are_those_of_what_is_lit(void **state)
     const double per_m = view.scene->space.render_per_m;
     // The ceiling is behind the lamp, and the walls' strips above it are not lit.
     const double lit = (4 + 4 * 2 * 1.9) * per_m * per_m;
-    struct first_set set = first_set_of(&view, 4096, false);
+    struct path_set set = first_set_of(&view, 4096, false);
     ASSERT_REL(set.area, lit, 0.01);
     free(set.lights);
     view_close(&view);
@@ -148,7 +160,7 @@ static void neighbours_are_near(void **state)
     struct world *w = *state;
     build_room_with_lamp(w);
     struct view view = view_open(w);
-    struct first_set set = first_set_of(&view, 4096, false);
+    struct path_set set = first_set_of(&view, 4096, false);
     double sum = 0;
     for (uint32_t i = 1; i < set.count; i++) {
         const struct bd_vec4 *a = set.lights + (size_t)(i - 1) * BD_VPL_VEC4S;
@@ -175,7 +187,7 @@ static void no_patch_has_two_walls(void **state)
     struct world *w = *state;
     build_furnace(w);
     struct view view = view_open(w);
-    struct first_set set = first_set_of(&view, 16, false);
+    struct path_set set = first_set_of(&view, 16, false);
     double flux[6] = {0};
     for (uint32_t i = 0; i < set.count; i++) {
         const struct bd_vec4 *vpl = set.lights + (size_t)i * BD_VPL_VEC4S, n = vpl[1];
@@ -189,23 +201,159 @@ static void no_patch_has_two_walls(void **state)
 
 // Where all walls of a convex room shine alike, each of them sees as much from all the others:
 // irradiance pi L of the first fall, rho pi L of the second, whatever the room's shape.
+static void assert_even(struct world *w, const char *technique, const char *bounces,
+                        double expected)
+{
+    const char *const settings[] = {"brdf=lambert", "vpls=4096", bounces, NULL};
+    struct bd_image *layers[BD_LAYER_COUNT] = {0};
+    world_render(w, technique, 0, 32, 32, 1u << BD_LAYER_INDIRECT, settings, layers);
+    double sum = 0;
+    for (uint32_t i = 0; i < 32 * 32; i++) sum += layers[BD_LAYER_INDIRECT]->pixels[3 * i];
+    print_message("    %s, %s: %.4f of what is known\n", technique, bounces,
+                  sum / (32 * 32) / expected);
+    // hisr's tree is off by the most.
+    ASSERT_REL(sum / (32 * 32), expected, 0.025);
+    world_free_layers(layers);
+}
+
 static void a_furnace_is_even(void **state)
 {
     static const char *const techniques[] = {"rsm", "multires_gather", "isr", "hisr"};
-    static const char *const settings[] = {"brdf=lambert", "vpls=4096", "coarsest=8", NULL};
     static const double eye[3] = {0, 0.1, 0.9}, at[3] = {0.2, -0.3, -1};
     struct world *w = *state;
     build_furnace(w);
     world_add_camera(w, eye, at, 1.2);
+    const double once = ALBEDO * ALBEDO * CD_M2, four_times = once * (1 + .5 + .25 + .125);
     for (int t = 0; t < 4; t++) {
-        struct bd_image *layers[BD_LAYER_COUNT] = {0};
-        world_render(w, techniques[t], 0, 32, 32, 1u << BD_LAYER_INDIRECT,
-                     t == 0 ? (const char *const[]){"brdf=lambert", "vpls=4096", NULL} : settings, layers);
-        const struct bd_image *image = layers[BD_LAYER_INDIRECT];
-        double sum = 0;
-        for (uint32_t i = 0; i < 32 * 32; i++) sum += image->pixels[3 * i];
-        ASSERT_REL(sum / (32 * 32), ALBEDO * ALBEDO * CD_M2, 0.9);
-        world_free_layers(layers);
+        assert_even(w, techniques[t], "indirect_bounces=1", once);
+        assert_even(w, techniques[t], "indirect_bounces=4", four_times);
+    }
+}
+
+// D3: each reflection leaves `ALBEDO` of what fell, and nothing else is lost in a closed room.
+static void each_reflection_sends_its_part_on(void **state)
+{
+    struct world *w = *state;
+    build_furnace(w);
+    struct view view = view_open(w);
+    const double per_m = view.scene->space.render_per_m,
+                 room = 24 * HALF_M * HALF_M * per_m * per_m;
+    const double fell = room * M_PI * CD_M2 / view.scene->space.unit_cd_m2;
+    double first = 0, parts = 0;
+    for (uint32_t reflections = 0; reflections < 5; reflections++) {
+        struct path_set set = walk_set_of(&view, 256, false, reflections, NULL);
+        if (reflections == 0) first = set.flux;
+        parts += pow(ALBEDO, reflections);
+        ASSERT_REL(set.flux, first * parts, 1e-4);
+        ASSERT_REL(set.area, room, 2e-3);
+        free(set.lights);
+    }
+    ASSERT_REL(first, ALBEDO * fell, 5e-3); // by four rays a point
+    view_close(&view);
+}
+
+// Of a lamp in a closed room what its map holds is not told, what falls after that is.
+static void what_a_lamps_map_holds_is_not_told_again(void **state)
+{
+    static const struct {
+        enum bd_light_kind kind;
+        float inner, outer;
+    } lamps[] = {{BD_LIGHT_POINT, 0, 0}, {BD_LIGHT_SPOT, .1f, .3f}, {BD_LIGHT_SPOT, .5f, 1.4f}};
+    static const double at[3] = {.3, .2, -.1}, down[3] = {.2, -1, .1};
+    struct world *w = *state;
+    for (size_t i = 0; i < sizeof lamps / sizeof *lamps; i++) {
+        world_clear(w);
+        world_add_box_room(w, world_add_material(w, ALBEDO), centre, HALF_M);
+        world_add_light(w, lamps[i].kind, at, down, 7);
+        w->scene->lights[0].cone_inner = lamps[i].inner;
+        w->scene->lights[0].cone_outer = lamps[i].outer;
+        struct view view = view_open(w);
+        const struct bd_render_space *space = &view.scene->space;
+        const struct bd_light_setup setup = bd_light_setup_of(w->scene, 0);
+        const struct bd_light_uniform lamp = bd_light_setup_uniform(&setup, space, 0);
+        const double flux = bd_render_intensity(space, setup.flux_lm);
+        for (uint32_t reflections = 1; reflections < 4; reflections++) {
+            struct path_set set = walk_set_of(&view, 256, false, reflections, &lamp);
+            const double known =
+                flux * (pow(ALBEDO, 2) - pow(ALBEDO, reflections + 2)) / (1 - ALBEDO);
+            ASSERT_REL(set.flux, known, 1e-3);
+            free(set.lights);
+        }
+        view_close(&view);
+    }
+}
+
+// What a directional light sends past the walls of a room without a roof, and what is beyond a
+// lamp's range, reaches nothing.
+static void light_goes_as_far_as_its_lamp_says(void **state)
+{
+    static const double at[3] = {0, .2, 0}, down[3] = {0, -1, 0};
+    static const double floor[4][3] = {{-1, 0, 1}, {1, 0, 1}, {1, 0, -1}, {-1, 0, -1}};
+    static const double above[4][3] = {{-3, 2, -1}, {-1, 2, -1}, {-1, 2, 1}, {-3, 2, 1}};
+    struct world *w = *state;
+    for (int i = 0; i < 2; i++) {
+        world_clear(w);
+        const int32_t grey = world_add_material(w, ALBEDO);
+        world_add_quad(w, grey, floor, 1);
+        w->scene->materials[grey].double_sided = true; // what falls on one side stays there
+        world_add_quad(w, world_add_material(w, ALBEDO), above, 1); // faces down, beside the floor
+        world_add_light(w, i ? BD_LIGHT_POINT : BD_LIGHT_DIRECTIONAL, at, down, 2);
+        if (i) w->scene->lights[0].range_m = .1f;
+        struct view view = view_open(w);
+        const struct bd_light_setup setup = bd_light_setup_of(w->scene, 0);
+        const struct bd_light_uniform lamp = bd_light_setup_uniform(&setup, &view.scene->space, 0);
+        struct path_set set = walk_set_of(&view, 256, false, 1, &lamp);
+        const double per_m = view.scene->space.render_per_m;
+        // From the floor, 4 m^2 of 2 lx, to the quad: form factor of parallel squares side by side.
+        const double known =
+            ALBEDO * ALBEDO * 2 * 4 * per_m * per_m / view.scene->space.unit_cd_m2 * SIDE_BY_SIDE;
+        print_message("    %g of %g\n", set.flux, known);
+        if (i)
+            assert_true(set.flux == 0);
+        else
+            ASSERT_REL(set.flux, known, 0.03);
+        free(set.lights);
+        view_close(&view);
+    }
+}
+
+// Photons that meet a carpet a millimetre above the floor bring nothing to the floor below it,
+// which faces as it does: neither those that it sends on, nor what its rear takes, nor what is
+// unlit.
+static void a_carpet_keeps_the_floor_dark(void **state)
+{
+    enum { LIES_RIGHT, LIES_WRONG, IS_UNLIT, CARPETS };
+    static const double at[3] = {.3, .2, -.1}, down[3] = {0, -1, 0};
+    static const double y = -.999, h = .7;
+    static const double carpet[2][4][3] = {{{-h, y, h}, {h, y, h}, {h, y, -h}, {-h, y, -h}},
+                                           {{-h, y, -h}, {h, y, -h}, {h, y, h}, {-h, y, h}}};
+    struct world *w = *state;
+    for (int kind = 0; kind < CARPETS; kind++) {
+        world_clear(w);
+        world_add_box_room(w, world_add_material(w, ALBEDO), centre, HALF_M);
+        const int32_t material = world_add_material(w, ALBEDO);
+        w->scene->materials[material].unlit = kind == IS_UNLIT;
+        world_add_quad(w, material, carpet[kind == LIES_WRONG], 1);
+        world_add_light(w, BD_LIGHT_POINT, at, down, 7);
+        struct view view = view_open(w);
+        const struct bd_render_space *space = &view.scene->space;
+        const struct bd_light_setup setup = bd_light_setup_of(w->scene, 0);
+        const struct bd_light_uniform lamp = bd_light_setup_uniform(&setup, space, 0);
+        struct path_set set = walk_set_of(&view, 4096, false, 2, &lamp);
+        double below = 0, above = 0;
+        for (uint32_t i = 0; i < set.count; i++) {
+            const struct bd_vec4 *vpl = set.lights + (size_t)i * BD_VPL_VEC4S;
+            const double x = vpl[0].x / space->render_per_m + space->origin_m.x;
+            const double height = vpl[0].y / space->render_per_m + space->origin_m.y - y;
+            const double z = vpl[0].z / space->render_per_m + space->origin_m.z;
+            if (fabs(x) > .9 * h || fabs(z) > .9 * h || vpl[1].y < .5f) continue;
+            *(height < -.0005 ? &below : &above) += vpl[2].x;
+        }
+        print_message("    %g on the carpet, %g below it\n", above, below);
+        assert_true((above > .5) == (kind == LIES_RIGHT));
+        assert_true(below < 0.01); // a photon near the edge may have no other taker
+        free(set.lights);
+        view_close(&view);
     }
 }
 
@@ -289,6 +437,10 @@ int main(void)
         cmocka_unit_test(neighbours_are_near),
         cmocka_unit_test(no_patch_has_two_walls),
         cmocka_unit_test(a_furnace_is_even),
+        cmocka_unit_test(each_reflection_sends_its_part_on),
+        cmocka_unit_test(what_a_lamps_map_holds_is_not_told_again),
+        cmocka_unit_test(light_goes_as_far_as_its_lamp_says),
+        cmocka_unit_test(a_carpet_keeps_the_floor_dark),
         cmocka_unit_test(the_sky_is_seen_behind_everything),
         cmocka_unit_test(points_lie_by_area_on_both_sides),
     };

@@ -44,14 +44,16 @@ static void make_room(struct world *w)
 
 static struct bd_frame_request request_of(const char *technique, uint32_t width, uint32_t height)
 {
-    const char *const settings[] = {"shadow_size=64", "rsm_size=32", "vpls=192"};
+    const char *const settings[] = {"shadow_size=64", "rsm_size=32", "vpls=192",
+                                    "indirect_bounces=3"};
     struct bd_frame_request request = bd_frame_request_default;
     struct bd_fault fault;
     snprintf(request.technique, sizeof request.technique, "%s", technique);
     request.width_px = width;
     request.height_px = height;
     request.layers = (1u << BD_LAYER_RENDERED_COUNT) - 1;
-    const int count = strcmp(technique, "direct") == 0 ? 1 : 3;
+    const bool splats = strstr(technique, "splat") != NULL;
+    const int count = strcmp(technique, "direct") == 0 ? 1 : splats ? 3 : 4;
     for (int i = 0; i < count; i++)
         assert_int_equal(bd_param_list_add(&request.params, settings[i], &fault), BD_ERR_OK);
     return request;
