@@ -19,9 +19,8 @@ from .verdicts import FAIL, SKIP, Table, Verdict, judged
 SIGMAS = 4.0
 SAMPLED_RAYS, SAMPLED_TOLERANCE = 256, 0.02  # of a pixel, to lights that have a size
 TRACED_SIDE = 24  # pixels at least, of a reference: a view is one measurement, its noise the mean's
-# Of techniques that take a number of bounces: numbers for which more answers are known.
-BOUNCES = (1,)
-BOUNCES_LONG = (1, 2, 3)
+# Of techniques that take a number of bounces: numbers for which more answers are known, (usually, with --long).
+BOUNCES = {"bounces": ((1,), (1, 2, 3)), "indirect_bounces": ((3,), (2, 3, 8))}
 VARIANCE = {"beauty": "variance", "direct": "direct_variance", "indirect": "indirect_variance"}
 
 
@@ -36,9 +35,10 @@ class Reading:
 
 def readings(technique, long):
     yield Reading(technique, technique.model, {})
-    for count in (BOUNCES_LONG if long else BOUNCES) if technique.has("bounces") else ():
-        yield Reading(technique, dataclasses.replace(technique.model, indirect_bounces=count),
-                      {"bounces": count}, f"bounces={count}")
+    for key, counts in BOUNCES.items():
+        for count in counts[long] if technique.has(key) else ():
+            yield Reading(technique, dataclasses.replace(technique.model, indirect_bounces=count),
+                          {key: count}, f"{key}={count}")
 
 
 def model_of(oracle, reading):

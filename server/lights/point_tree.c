@@ -10,6 +10,8 @@
 #define VISITS_MAX 2048
 #define OFF_PLANE  4.0f // as far as that along it
 #define FACES_ALIKE 0.5f
+// So few are looked at one by one: half the time of dividing them.
+#define LEAF_POINTS 8u
 // Dividing fewer takes a fraction of a millisecond.
 #define POINTS_TO_PAUSE 4096u
 
@@ -84,7 +86,7 @@ static void part_in_the_middle(struct bd_point_node *nodes, uint32_t count, uint
 static void divide(struct building *b, struct bd_point_node *nodes, uint32_t count)
 {
     if (count >= POINTS_TO_PAUSE && !b->err) b->err = b->pause(b->user);
-    if (count == 0 || b->err) return;
+    if (count <= LEAF_POINTS || b->err) return;
     const uint32_t axis = widest_axis(nodes, count), middle = count / 2;
     part_in_the_middle(nodes, count, axis);
     nodes[middle].axis = axis & 3;
@@ -102,7 +104,8 @@ enum bd_err bd_point_tree_init(struct bd_point_tree *tree, const struct bd_surfa
         return bd_fault_set(fault, BD_ERR_NO_MEMORY, "vpls", "no memory for %u points",
                             points->count);
     for (uint32_t i = 0; i < points->count; i++)
-        tree->nodes[i] = (struct bd_point_node){points->points[i].position, i & 0x3fffffffu, 0};
+        tree->nodes[i] = (struct bd_point_node){points->points[i].position,
+                                                points->points[i].normal, i & 0x3fffffffu, 0};
     divide(&building, tree->nodes, points->count);
     if (building.err) bd_point_tree_finish(tree);
     return building.err;
@@ -117,7 +120,6 @@ void bd_point_tree_finish(struct bd_point_tree *tree)
 // --- a place ------------------------------------------------------------------------------------
 
 struct search {
-    const struct bd_point_tree *tree;
     f3 position, normal;
     float within2; // nobody farther off is looked for
     uint32_t visits;
@@ -143,14 +145,19 @@ static void consider(struct search *s, const struct bd_point_node *node)
     const float off = f3_dot(away, s->normal);
     const float distance2 = f3_dot(away, away) + (OFF_PLANE * OFF_PLANE - 1) * off * off;
     if (!(distance2 < s->within2)) return;
-    if (f3_dot(s->tree->points->points[node->point].normal, s->normal) < FACES_ALIKE) return;
+    if (f3_dot(node->normal, s->normal) < FACES_ALIKE) return;
     keep(s, node->point, distance2);
 }
 
 // The side that the place lies on first.
 static void search(struct search *s, const struct bd_point_node *nodes, uint32_t count)
 {
-    if (count == 0 || s->visits >= VISITS_MAX) return;
+    if (s->visits >= VISITS_MAX) return;
+    if (count <= LEAF_POINTS) {
+        for (uint32_t i = 0; i < count; i++) consider(s, &nodes[i]);
+        s->visits += count;
+        return;
+    }
     const uint32_t middle = count / 2;
     const struct bd_point_node *node = &nodes[middle];
     const float off = along(s->position, node->axis) - along(node->position, node->axis);
@@ -172,8 +179,7 @@ static void search(struct search *s, const struct bd_point_node *nodes, uint32_t
 void bd_point_tree_find(const struct bd_point_tree *tree, f3 position, f3 normal,
                         struct bd_point_neighbours *out)
 {
-    struct search s = {.tree = tree,
-                       .position = position,
+    struct search s = {.position = position,
                        .normal = normal,
                        .within2 = REACH * REACH * tree->points->area,
                        .found = out};

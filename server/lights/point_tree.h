@@ -13,7 +13,7 @@
 #include "lights/surface_points.h"
 
 struct bd_point_node {
-    f3 position;
+    f3 position, normal;
     uint32_t point : 30, axis : 2;
 };
 

@@ -18,6 +18,9 @@
 #define UNITS_PER_ARRIVAL 200.0
 // Of the flux that set out.
 #define LEFT_OUT (1.0 / 8192)
+// Of the first round: as many more bring the worst pixel of a furnace from 2.7 to 1.7 % of what is
+// known.
+#define PHOTONS_PER_POINT 2.0
 // A round of few is as cheap as one of fewer.
 #define PHOTONS_LEAST 1024u
 
@@ -250,7 +253,7 @@ static enum bd_err walk_on(struct walk *w, f3 *irradiance)
     for (w->round = 1; !err && w->round <= w->inputs->reflections; w->round++) {
         const double flux = flux_sent(w);
         if (!(flux > LEFT_OUT * at_first)) break;
-        const double count = ceil(points->count * (flux / at_first));
+        const double count = ceil(PHOTONS_PER_POINT * points->count * (flux / at_first));
         err = send_on(w, flux, (uint32_t)fmax(count, PHOTONS_LEAST));
         reflect(w, irradiance);
     }

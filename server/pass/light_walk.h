@@ -13,8 +13,8 @@
 //
 // A function of the snapshot and these numbers: neither of a camera nor of a seed.
 //
-// Cost: as many photons as points for the lamps, as many for the first round: 1.5 to 3 us each of
-// one core.
+// Cost: as many photons as points for the lamps, twice as many for the first round: about 2 us each
+// of one core.
 //
 // Arvo and Kirk 1990 (particle tracing, roulette); Jensen 1996 (nearest neighbours).
 //

@@ -23,7 +23,7 @@ def states(frame):
 # A tree, clusters, glossy receivers by blocks and by pixels, and rays: between them every stage.
 @pytest.mark.parametrize("technique,parameters", [
     ("hisr", {}), ("isr", {}), ("multires_splat", {}), ("rsm", {}),
-    ("rsm", {"indirect_visibility": "rays", "rays": 9}),
+    ("rsm", {"indirect_visibility": "rays", "rays": 9, "indirect_bounces": 3}),
     ("multires_gather", {"indirect_visibility": "rays", "rays": 9}), ("hisr", {"indirect_visibility": "rays", "rays": 9})])
 def test_the_renderer_does_what_the_dry_run_said(daemon, technique, parameters):
     look = {**LOOK, "technique": technique, "parameters": parameters}
