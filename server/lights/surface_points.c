@@ -12,10 +12,14 @@
 
 #define PAUSE_EVERY 4096u // triangles
 
+// Of render space: where a part's corners differ by less, they are the same.
+#define STEPS_PER_UNIT 99991.0
+
 // A primitive of an instance. What has another colour lies elsewhere in the order of triangles, and
-// its points shall be the same: parts go by their shape alone.
+// its points shall be the same; nor shall the scene's scale and place count, which round positions
+// otherwise: parts go by where a few of their corners lie in render space, to a hundred-thousandth.
 struct part {
-    uint64_t shape; // hash of the primitive's triangles
+    uint64_t place; // hash of those
     const struct bd_instance *instance;
     uint32_t run, index; // of the run's instances
 };
@@ -78,21 +82,28 @@ static enum bd_err visit_all(struct spreading *s, visit_fn *visit)
     return err;
 }
 
-static uint64_t shape_of(const struct bd_primitive *primitive)
+#define CORNERS_HASHED 8u
+
+static uint64_t place_of(const struct spreading *s, const struct bd_primitive *primitive,
+                         const struct bd_instance *instance)
 {
-    const size_t vertex_bytes = 3 * sizeof *primitive->position, index_bytes = sizeof(uint32_t);
-    const uint64_t of_places =
-        bd_hash64(primitive->position, primitive->vertex_count * vertex_bytes, 0);
-    return bd_hash64(primitive->index, primitive->index_count * index_bytes, of_places);
+    uint64_t hash = bd_hash64(&primitive->index_count, sizeof primitive->index_count, 0);
+    for (uint32_t i = 0; i < CORNERS_HASHED; i++) {
+        const uint64_t at = (uint64_t)(primitive->index_count - 1) * i / (CORNERS_HASHED - 1);
+        const float *position = primitive->position + 3 * (size_t)primitive->index[at];
+        const f3 corner = bd_corner_of(&s->space, instance, position);
+        const int64_t steps[3] = {llround(STEPS_PER_UNIT * corner.x),
+                                  llround(STEPS_PER_UNIT * corner.y),
+                                  llround(STEPS_PER_UNIT * corner.z)};
+        hash = bd_hash64(steps, sizeof steps, hash);
+    }
+    return hash;
 }
 
 static int compare_parts(const void *a, const void *b)
 {
     const struct part *x = a, *y = b;
-    if (x->shape != y->shape) return x->shape < y->shape ? -1 : 1;
-    const int placed = memcmp(&x->instance->world_from_mesh, &y->instance->world_from_mesh,
-                              sizeof x->instance->world_from_mesh);
-    if (placed) return placed;
+    if (x->place != y->place) return x->place < y->place ? -1 : 1;
     if (x->run != y->run) return x->run < y->run ? -1 : 1;
     return (x->index > y->index) - (x->index < y->index);
 }
@@ -107,12 +118,12 @@ static enum bd_err list_parts(struct spreading *s)
     struct part *to = s->parts;
     for (uint32_t r = 0; !err && r < order->run_count; r++) {
         const struct bd_triangle_run *run = &order->runs[r];
-        const uint64_t shape = shape_of(primitive_of(s, run));
-        for (uint32_t i = 0; i < run->instance_count; i++) {
+        for (uint32_t i = 0; !err && i < run->instance_count; i++) {
             const uint32_t place = order->instances[run->first_instance + i];
-            *to++ = (struct part){shape, &s->scene->instances[place], r, i};
+            const struct bd_instance *instance = &s->scene->instances[place];
+            *to++ = (struct part){place_of(s, primitive_of(s, run), instance), instance, r, i};
+            if (i % PAUSE_EVERY == 0) err = s->pause(s->user);
         }
-        err = s->pause(s->user);
     }
     if (!err) qsort(s->parts, s->part_count, sizeof *s->parts, compare_parts);
     return err;

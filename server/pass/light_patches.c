@@ -129,18 +129,50 @@ static f3 place_of_lit(const struct lit_point *lit)
     return f3_of(lit->axis[0], lit->axis[1], lit->axis[2]);
 }
 
-// The point that is nearest to their mean by weight; of equals the first.
-static const struct lit_point *representative_of(const struct lit_point *lit, uint32_t count)
+static bool is_on_surface(f3 normal, f3 other, f3 away)
 {
-    f3 mean = f3_of(0, 0, 0);
-    const float all = (float)weight_of(lit, count);
-    const struct lit_point *found = lit;
-    float nearest = INFINITY;
-    for (uint32_t i = 0; i < count; i++)
-        mean = f3_add(mean, f3_scale(place_of_lit(&lit[i]), lit[i].weight / all));
+    return f3_dot(normal, other) > 0.9f &&
+           f_abs(f3_dot(normal, away)) <= 0.1f * f3_length(away) + 1e-6f;
+}
+
+static bool is_on_surface_of(const struct bd_surface_points *spread, const struct lit_point *one,
+                             const struct lit_point *other)
+{
+    return is_on_surface(spread->points[one->point].normal, spread->points[other->point].normal,
+                         f3_sub(place_of_lit(other), place_of_lit(one)));
+}
+
+// A point as likely as what it sends, by the patch's number: of a patch that has several surfaces
+// none is heard more often than it sends.
+static const struct lit_point *chosen_of(const struct lit_point *lit, uint32_t count,
+                                         uint32_t number)
+{
+    double wanted = (bd_stirred(number) + 0.5) * 0x1p-32 * weight_of(lit, count);
+    for (uint32_t i = 0; i + 1 < count; i++)
+        if ((wanted -= lit[i].weight) < 0) return &lit[i];
+    return &lit[count - 1];
+}
+
+// On the surface of one that is chosen, the point that is nearest to their mean by weight; of
+// equals the first.
+static const struct lit_point *representative_of(const struct bd_surface_points *spread,
+                                                 const struct lit_point *lit, uint32_t count,
+                                                 uint32_t number)
+{
+    const struct lit_point *chosen = chosen_of(lit, count, number), *found = chosen;
+    f3 sum = f3_of(0, 0, 0);
+    float all = 0, nearest = INFINITY;
+    for (uint32_t i = 0; i < count; i++) {
+        if (!is_on_surface_of(spread, chosen, &lit[i])) continue;
+        const f3 away = f3_sub(place_of_lit(&lit[i]), place_of_lit(chosen));
+        sum = f3_add(sum, f3_scale(away, lit[i].weight));
+        all += lit[i].weight;
+    }
+    const f3 mean = f3_add(place_of_lit(chosen), f3_scale(sum, 1 / all));
     for (uint32_t i = 0; i < count; i++) {
         const f3 d = f3_sub(place_of_lit(&lit[i]), mean);
         const float d2 = f3_dot(d, d);
+        if (!is_on_surface_of(spread, chosen, &lit[i])) continue;
         if (d2 < nearest || (d2 == nearest && lit[i].point < found->point)) found = &lit[i];
         nearest = f_min(nearest, d2);
     }
@@ -164,12 +196,6 @@ static void set_plane(struct patch *patch, f3 normal)
     patch->normal = n;
     patch->v = f3_unit(f3_cross(n, axis));
     patch->u = f3_cross(patch->v, n);
-}
-
-static bool is_on_surface(f3 normal, f3 other, f3 away)
-{
-    return f3_dot(normal, other) > 0.9f &&
-           f_abs(f3_dot(normal, away)) <= 0.1f * f3_length(away) + 1e-6f;
 }
 
 static struct patch patch_of(const struct bd_surface_points *spread, const struct lit_point *lit,
@@ -218,7 +244,7 @@ static void put_patch(struct dividing *d, const struct lit_point *lit, uint32_t 
 {
     const struct bd_light_patches_inputs *in = d->inputs;
     struct bd_light_patches *out = d->patches;
-    const struct lit_point *representative = representative_of(lit, count);
+    const struct lit_point *representative = representative_of(in->points, lit, count, number);
     const struct patch patch = patch_of(in->points, lit, count, representative);
     const f3 u = f3_scale(patch.u, patch.along), v = f3_scale(patch.v, patch.across);
     const float near = in->kernel == BD_KERNEL_PATCH ? (float)in->near_field : 0;

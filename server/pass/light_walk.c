@@ -26,6 +26,7 @@
 
 struct photon {
     f3 flux;
+    f3 normal; // of the surface it left; 0 of a lamp
     float inverse_range;
     bool is_parallel; // to all others of its light
 };
@@ -56,7 +57,21 @@ static float strongest(f3 rgb)
 
 // --- a round's photons --------------------------------------------------------------------------
 
-// Whether the place from which photon `i` came sees who is to take it.
+// Whether who is to take photon `i` and the surface that sent it face each other: a segment is not
+// blocked by the triangles at its ends.
+static bool face_each_other(const struct walk *w, uint32_t i, uint32_t taker)
+{
+    const struct bd_ray *ray = &w->rays[i];
+    const struct bd_surface_point *point = &w->inputs->points->points[taker];
+    const f3 from = f3_of(ray->origin[0], ray->origin[1], ray->origin[2]);
+    const f3 d = f3_of(ray->direction[0], ray->direction[1], ray->direction[2]);
+    const f3 way = w->photons[i].is_parallel ? d : f3_sub(point->position, from);
+    const f3 sent_by = w->photons[i].normal;
+    const bool is_ahead = f3_dot(sent_by, sent_by) == 0 || f3_dot(sent_by, way) > 0;
+    return is_ahead && f3_dot(point->normal, way) < 0;
+}
+
+// Whether the place from which it came sees that.
 static struct bd_segment way_to(const struct walk *w, uint32_t i, uint32_t taker)
 {
     const struct bd_ray *ray = &w->rays[i];
@@ -84,8 +99,10 @@ static void find_takers_of(const struct walk *w, uint32_t i)
                            &position, &normal))
         return;
     bd_point_tree_find(&w->tree, position, normal, by);
-    for (uint32_t k = 0; k < by->count; k++)
+    for (uint32_t k = 0; k < by->count; k++) {
+        if (!face_each_other(w, i, by->point[k])) by->share[k] = 0;
         w->segments[i * BD_POINT_NEIGHBOURS + k] = way_to(w, i, by->point[k]);
+    }
 }
 
 static void find_takers(void *user, uint32_t group)
@@ -98,8 +115,8 @@ static void find_takers(void *user, uint32_t group)
     }
 }
 
-// What lies below another surface, or round a corner, gives its share to the others; where none is
-// seen the nearest takes all.
+// What lies below another surface, or round a corner, gives its share to the others. Where none is
+// seen nobody takes anything: the nearest may be within a closed box that stands there.
 static void share_among_seen(const struct walk *w, uint32_t i, struct bd_point_neighbours *by)
 {
     float seen = 0;
@@ -108,8 +125,8 @@ static void share_among_seen(const struct walk *w, uint32_t i, struct bd_point_n
         if (w->occluded[bit / 32] >> bit % 32 & 1) by->share[k] = 0;
         seen += by->share[k];
     }
-    for (uint32_t k = 0; k < by->count; k++)
-        by->share[k] = seen > 0 ? by->share[k] / seen : k == 0;
+    if (!(seen > 0)) by->count = 0;
+    for (uint32_t k = 0; k < by->count; k++) by->share[k] /= seen;
 }
 
 // In the order of the photons, whichever thread found where they go.
@@ -176,8 +193,8 @@ static enum bd_err shine(struct walk *w, const struct bd_light_uniform *lamp, do
         float number[2];
         bd_sequence_pair(&sequence, i, number);
         err = set_out(w, bd_lamp_ray(lamp, number),
-                      (struct photon){f3_scale(flux, 1 / (float)count), lamp->position.w,
-                                      lamp->kind.x == BD_LIGHT_KIND_DIRECTIONAL});
+                      (struct photon){f3_scale(flux, 1 / (float)count), f3_of(0, 0, 0),
+                                      lamp->position.w, lamp->kind.x == BD_LIGHT_KIND_DIRECTIONAL});
     }
     return err;
 }
@@ -222,8 +239,10 @@ static enum bd_err send_on(struct walk *w, double flux, uint32_t count)
         for (; !err && next < count && (next + 0.5) * step < passed; next++) {
             float number[2];
             bd_sequence_pair(&sequence, next, number);
-            err = set_out(w, ray_from(&w->inputs->points->points[i], number),
-                          (struct photon){f3_scale(w->sent[i], (float)(step / most)), 0, false});
+            const struct bd_surface_point *point = &w->inputs->points->points[i];
+            const f3 carried = f3_scale(w->sent[i], (float)(step / most));
+            err = set_out(w, ray_from(point, number),
+                          (struct photon){carried, point->normal, 0, false});
         }
     }
     return err || w->at_once == 0 ? err : let_fly(w);

@@ -9,7 +9,8 @@
 // not told: their maps send it on.
 //
 // Flux is conserved to rounding but for what leaves the scene, what unlit surfaces and rears
-// absorb, and what meets a surface so small that no point stands for it.
+// absorb, and what meets a surface so small that no point stands for it: a photon in 200 in Veach's
+// room, one in 20 in Sponza, one in 9 in a kitchen full of dishes.
 //
 // A function of the snapshot and these numbers: neither of a camera nor of a seed.
 //

@@ -21,6 +21,8 @@
 static const uint32_t all_layers = (1u << BD_LAYER_RENDERED_COUNT) - 1;
 static const double origin[3] = {0, 0, 0};
 static const char *const few_vpls[] = {"vpls=96", "rsm_size=64", "shadow_size=128", NULL};
+static const char *const walking[] = {"vpls=96", "rsm_size=64", "shadow_size=128",
+                                      "indirect_bounces=3", NULL};
 static const char *const few_blocks[] = {"vpls=96",     "rsm_size=64",         "shadow_size=128",
                                          "coarsest=16", "light_threshold=inf", NULL};
 
@@ -240,8 +242,6 @@ static void texel_weights_follow_the_cone(void **state)
 // Light that is sent on more than once is of the lamps' shape and power; once, it is of their maps.
 static void light_that_walks_follows_its_lamps(void **state)
 {
-    static const char *const walking[] = {"vpls=96", "rsm_size=64", "shadow_size=128",
-                                          "indirect_bounces=3", NULL};
     struct world *w = *state;
     struct bd_image *kept[BD_LAYER_COUNT], *anew[BD_LAYER_COUNT], *once[BD_LAYER_COUNT];
     for (int edit = 0; edit < 3; edit++) {
@@ -445,16 +445,16 @@ static void scale_and_power_change_no_digit(void **state)
 {
     struct bd_image *base[BD_LAYER_COUNT];
     make_room(*state, 1, origin, 1);
-    world_render(*state, "rsm", 0, WIDTH, HEIGHT, 1, few_vpls, base);
+    world_render(*state, "rsm", 0, WIDTH, HEIGHT, 1, walking, base);
     const int scales[] = {-13, -5, 7, 20};
     for (int i = 0; i < 4; i++) {
         make_room(*state, ldexp(1, scales[i]), origin, 1);
-        assert_true(difference(*state, base[0], 1, few_vpls) == 0);
+        assert_true(difference(*state, base[0], 1, walking) == 0);
     }
     const int powers[] = {-30, -8, 12, 30};
     for (int i = 0; i < 4; i++) {
         make_room(*state, 1, origin, ldexp(1, powers[i]));
-        assert_true(difference(*state, base[0], ldexp(1, -powers[i]), few_vpls) == 0);
+        assert_true(difference(*state, base[0], ldexp(1, -powers[i]), walking) == 0);
     }
     world_free_layers(base);
 }
