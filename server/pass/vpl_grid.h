@@ -25,6 +25,7 @@ struct bd_vpl_grid_inputs {
 
 struct bd_vpl_list {
     struct bd_buf *vpls, *quads; // shared/vpl.h
+    struct bd_buf *groups; // of neighbours, of a long list in order (pass/vpl_groups.h), or NULL
     uint32_t count;
 };
 

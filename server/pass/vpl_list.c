@@ -31,13 +31,15 @@ void bd_vpl_list_destroy(struct bd_gpu *gpu, struct bd_vpl_list **list)
     if (!*list) return;
     bd_buf_destroy(gpu, &(*list)->vpls);
     bd_buf_destroy(gpu, &(*list)->quads);
+    bd_buf_destroy(gpu, &(*list)->groups);
     free(*list);
     *list = NULL;
 }
 
 uint64_t bd_vpl_list_bytes(const struct bd_vpl_list *list)
 {
-    return bd_buf_size_bytes(list->vpls) + bd_buf_size_bytes(list->quads);
+    const uint64_t of_groups = list->groups ? bd_buf_size_bytes(list->groups) : 0;
+    return bd_buf_size_bytes(list->vpls) + bd_buf_size_bytes(list->quads) + of_groups;
 }
 
 struct bd_vpl_block_args bd_vpl_block_args(const struct bd_rsm *rsm, uint32_t face,

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/assert.h"
+#include "pass/vpl_groups.h"
 #include "shared/types.h"
 #include "shared/vpl.h"
 
@@ -94,6 +95,21 @@ static enum bd_err read_list(struct bd_gpu *gpu, const struct bd_vpl_list *list,
     return err;
 }
 
+static enum bd_err write_groups(struct bd_gpu *gpu, const struct bd_vec4 *lights,
+                                struct bd_vpl_list *list, struct bd_fault *fault)
+{
+    const uint32_t size = bd_vpl_group_size(list->count);
+    if (size == 0) return BD_ERR_OK;
+    const size_t vec4s = (size_t)((list->count + size - 1) / size) * BD_VPL_GROUP_VEC4S;
+    struct bd_vec4 *groups = malloc(vec4s * sizeof *groups);
+    BD_ASSERT(groups);
+    bd_vpl_groups_make(lights, list->count, size, groups);
+    enum bd_err err =
+        bd_buf_create(gpu, "groups of vpls", vec4s * sizeof *groups, groups, &list->groups, fault);
+    free(groups);
+    return err;
+}
+
 static enum bd_err write_list(struct bd_gpu *gpu, const struct vpl *vpls,
                               const struct entry *entries, size_t count, struct bd_vpl_list **out,
                               struct bd_fault *fault)
@@ -109,9 +125,11 @@ static enum bd_err write_list(struct bd_gpu *gpu, const struct vpl *vpls,
     }
     bd_buf_upload(gpu, (*out)->vpls, 0, lights, count * sizeof *lights);
     bd_buf_upload(gpu, (*out)->quads, 0, quads, count * sizeof *quads);
+    err = write_groups(gpu, lights[0], *out, fault);
     free(lights);
     free(quads);
-    return BD_ERR_OK;
+    if (err) bd_vpl_list_destroy(gpu, out);
+    return err;
 }
 
 // Beyond what a shader can index, reads are undefined.

@@ -1,6 +1,7 @@
 // All VPLs of a frame in an order in which neighbours are alike: by the face of their normal, then
 // along a Morton curve through their positions. Systematic sampling over such a list takes its
-// samples from all parts of the light. VPLs that send nothing are left out.
+// samples from all parts of the light. VPLs that send nothing are left out. A long list has groups
+// of neighbours, too.
 //
 // Morton 1966.
 

@@ -24,6 +24,25 @@ KERNEL float strength_of_unit(f3 n, f3 n_geometric, f3 to_vpl, float r2, f3 vpl_
     return f_select(near, of_near, of_far) / f_max(r2 * (F_PI * r2 + area), 1e-37f);
 }
 
+// What a height counts as that parts of a group exceed by up to `reach`: more than 0 where theirs is,
+// and at least half of it, so that no part is chosen far too rarely.
+KERNEL float height_within(float height, float reach)
+{
+    return f_max(f_max(height, 0.5f * (height + reach)), 0.0f);
+}
+
+// The same of a whole group of VPLs (shared/vpl.h), for receivers that are far from it: about what
+// its VPLs would give, and more than 0 where one of them gives anything.
+KERNEL float strength_of_group(f3 n, f3 n_geometric, f3 to_group, float r2, f3 mean_normal,
+                               float normal_spread, float radius, float area)
+{
+    float reach = radius + normal_spread * (f_sqrt(r2) + radius);
+    float receiver_dot = height_within(f3_dot(n, to_group), radius);
+    float group_dot = height_within(-f3_dot(mean_normal, to_group), reach);
+    float light = receiver_dot * group_dot / f_max(r2 * (F_PI * r2 + area), 1e-37f);
+    return f_select(f3_dot(n_geometric, to_group) > -radius, light, 0.0f);
+}
+
 // Segments are lifted off their surfaces by what a position loses on its way through G-buffer and
 // map, so that neighbours in the same plane do not hide them.
 #define LIFT       3.8e-6f // times the largest coordinate

@@ -13,6 +13,14 @@
 #define BD_VPL_VEC4S      3
 #define BD_VPL_QUAD_VEC4S 2
 
+// Neighbours in an ordered list are groups (pass/vpl_groups.h), of which a receiver far away knows
+// enough to choose one. In the array BD_UNIT_VPL_GROUPS, three vec4s:
+//   0: xyz middle, w = mean area in the kernel's denominator
+//   1: xyz mean normal, by flux and not unit, w = how far from it a VPL's normal is at most
+//   2: x = radius about the middle, y = square of the distance below which VPLs are looked at one by
+//      one, z = flux of all of them, all channels together
+#define BD_VPL_GROUP_VEC4S 3
+
 // A partial sum over so many of a list is added to the whole, whoever sums: this sets the order of
 // the sums, and how many a receiver asks about at once.
 #define BD_VPLS_PER_SUM 1024u
