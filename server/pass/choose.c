@@ -5,21 +5,23 @@
 
 #include "base/assert.h"
 #include "pass/kernels.h"
+#include "pass/vpl_groups.h"
 #include "shared/bindings.h"
 
 #define VPLS_PER_DISPATCH 1024u
-#define GROUP_VPLS        8u
+#define GROUP_VPLS        16u
 // Of a list: more of them take longer to be written than larger ones to be searched.
 #define GROUPS_MAX     384u
 #define GROUP_VPLS_MAX 16384u // in which a search still ends by itself
 // The software device ends all loops of an invocation after 65,535 rounds.
-#define ROUNDS_MAX    60000u
-#define PICK_BYTES    ((size_t)BD_PICK_VEC4S * sizeof(struct bd_vec4))
+#define ROUNDS_MAX 60000u
+#define PICK_BYTES ((size_t)BD_PICK_VEC4S * sizeof(struct bd_vec4))
 
 static void bind_vpls(const struct bd_vpl_list *list, struct bd_bindings *bindings)
 {
     bindings->arrays[BD_UNIT_VPLS] = list->vpls;
     bindings->arrays[BD_UNIT_VPL_QUADS] = list->quads;
+    if (list->groups) bindings->arrays[BD_UNIT_VPL_GROUPS] = list->groups;
 }
 
 // --- all ----------------------------------------------------------------------------------------
@@ -81,8 +83,8 @@ struct bd_chooser {
     const struct bd_pass_context *context;
     struct bd_chooser_inputs inputs;
     uint32_t width, height; // of the picture
-    uint32_t group_vpls, group_count; // of the list
-    uint32_t sum_count;               // a receiver
+    struct bd_list_groups groups;
+    uint32_t sum_count; // a receiver
     uint32_t receivers_max;
     const struct bd_program *weigh, *choose;
     struct bd_buf *prefix, *picks;
@@ -90,21 +92,21 @@ struct bd_chooser {
     struct bd_askers_slice slice; // the last one
 };
 
-struct bd_list_groups bd_list_groups_of(uint32_t vpl_count)
+struct bd_list_groups bd_list_groups_of(const struct bd_vpl_list *list, bool glossy)
 {
-    struct bd_list_groups groups = {GROUP_VPLS, 0};
-    while (bd_divided_up(vpl_count, groups.vpls) > GROUPS_MAX && groups.vpls < GROUP_VPLS_MAX)
+    struct bd_list_groups groups = {GROUP_VPLS, 0, list->groups && !glossy};
+    if (groups.as_one) groups.vpls = bd_vpl_group_size(list->count);
+    while (!groups.as_one && bd_divided_up(list->count, groups.vpls) > GROUPS_MAX &&
+           groups.vpls < GROUP_VPLS_MAX)
         groups.vpls *= 2;
-    groups.count = bd_divided_up(vpl_count, groups.vpls);
+    groups.count = bd_divided_up(list->count, groups.vpls);
     return groups;
 }
 
 static void group_list(struct bd_chooser *c)
 {
-    const struct bd_list_groups groups = bd_list_groups_of(c->inputs.list->count);
-    c->group_vpls = groups.vpls;
-    c->group_count = groups.count;
-    c->sum_count = c->group_count + c->inputs.spread;
+    c->groups = bd_list_groups_of(c->inputs.list, c->inputs.glossy);
+    c->sum_count = c->groups.count + c->inputs.spread;
 }
 
 static void lay_out(struct bd_chooser *c)
@@ -145,6 +147,7 @@ static enum bd_err get_programs(struct bd_chooser *c, struct bd_fault *fault)
     bd_askers_define(&c->inputs.askers, &defines);
     if (c->inputs.glossy) bd_define(&defines, "BD_GLOSSY", 1);
     if (c->inputs.askers.near_patches) bd_define(&defines, "BD_VPL_PATCH", 1);
+    if (c->groups.as_one) bd_define(&defines, "BD_GROUPED", 1);
     weigh = defines;
     if (c->inputs.spread) bd_define(&weigh, "BD_SPREAD", 1);
     enum bd_err err = bd_compute_get(gpu, "pass/choose/weigh.comp", &weigh, &c->weigh, fault);
@@ -193,10 +196,11 @@ static size_t receivers_of(const struct bd_chooser *c)
     return bd_askers_count(&c->inputs.askers, &c->slice);
 }
 
-// A whole number of groups.
+// A whole number of groups; those that count as one VPL are few to look at.
 static uint32_t vpls_of_dispatch(const struct bd_chooser *c)
 {
-    return c->group_vpls > VPLS_PER_DISPATCH ? c->group_vpls : VPLS_PER_DISPATCH;
+    if (c->groups.as_one) return VPLS_PER_DISPATCH * GROUP_VPLS;
+    return c->groups.vpls > VPLS_PER_DISPATCH ? c->groups.vpls : VPLS_PER_DISPATCH;
 }
 
 static void bind(const struct bd_chooser *c, struct bd_asking *asking)
@@ -208,7 +212,7 @@ static void bind(const struct bd_chooser *c, struct bd_asking *asking)
         asking->args.vpls.w = in->choice->spread_row;
         return;
     }
-    asking->args.vpls = (struct bd_uvec4){0, in->list->count, c->group_vpls, c->group_count};
+    asking->args.vpls = (struct bd_uvec4){0, in->list->count, c->groups.vpls, c->groups.count};
     asking->args.rays.z = in->list->count;
 }
 
@@ -257,14 +261,14 @@ static enum bd_err weigh(const struct bd_chooser *c)
 // So many rays that the search for their VPLs, twice for near ones, ends by itself.
 static uint32_t rays_of_dispatch(const struct bd_chooser *c)
 {
-    const uint32_t rounds_of_ray = 2 * (c->group_vpls + 24);
+    const uint32_t rounds_of_ray = 2 * (c->groups.vpls + 24);
     return rounds_of_ray < ROUNDS_MAX ? ROUNDS_MAX / rounds_of_ray : 1;
 }
 
 static enum bd_err choose(const struct bd_chooser *c)
 {
     const struct parts parts = {"choose", c->choose, c->inputs.rays, rays_of_dispatch(c),
-                                c->group_vpls};
+                                c->groups.vpls};
     return run_parts(c, &parts);
 }
 

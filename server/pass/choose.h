@@ -40,11 +40,13 @@ static inline uint32_t bd_askers_seed(uint64_t seed)
     return (uint32_t)(seed ^ seed >> 32);
 }
 
-// How a list is divided for running sums.
+// How a list is divided for running sums. Its own groups, if it has them, count as one VPL each
+// where they are far; not for specular lobes, of which a group does not know what they make of it.
 struct bd_list_groups {
     uint32_t vpls, count;
+    bool as_one;
 };
-struct bd_list_groups bd_list_groups_of(uint32_t vpl_count);
+struct bd_list_groups bd_list_groups_of(const struct bd_vpl_list *list, bool glossy);
 
 // Fragments of a slice stand in rows of so many: a work group across.
 #define BD_ASKERS_ROW 64u

@@ -1,7 +1,10 @@
 #include <stdlib.h>
 
+#include "base/assert.h"
+#include "kernel/choice.h"
 #include "pass/gather_native.h"
 #include "pass/native_lists.h"
+#include "shared/vpl.h"
 
 struct gather {
     const struct bd_pass_context *context;
@@ -67,13 +70,60 @@ static void weigh_group(void *user, uint32_t group)
                                         &g->turn, sums_of(g, group), &g->part->light[group]);
 }
 
+static f3 lane_of(const struct bd_lanes3 *lanes, uint32_t i)
+{
+    return f3_of(lanes->x[i], lanes->y[i], lanes->z[i]);
+}
+
+static f3 part_of(const struct bd_vec4 *v)
+{
+    return f3_of(v->x, v->y, v->z);
+}
+
+static void put_point(float to[3], f3 from)
+{
+    to[0] = from.x;
+    to[1] = from.y;
+    to[2] = from.z;
+}
+
+static void aim(const struct gather *g, const struct bd_ray_starts *starts, uint32_t i,
+                uint32_t vpl_index, struct bd_segment *segment)
+{
+    const struct bd_vec4 *vpl = &g->choice.vpls.vpls[(size_t)vpl_index * BD_VPL_VEC4S];
+    const struct bd_vec4 *quad = &g->choice.vpls.quads[(size_t)vpl_index * BD_VPL_QUAD_VEC4S];
+    const f3 from = lane_of(&starts->position, i);
+    const f3 to =
+        end_of_segment(part_of(vpl), part_of(quad), part_of(quad + 1), vpl[2].w, quad[1].w);
+    const float lift = lift_of_segment(g->choice.view_reach, from, to);
+    put_point(segment->from, f3_add(from, f3_scale(lane_of(&starts->normal_geometric, i), lift)));
+    put_point(segment->to, f3_add(to, f3_scale(part_of(vpl + 1), lift)));
+    segment->from_triangle = starts->triangle[i];
+}
+
+// Those of a lane side by side. One asks nothing where nothing was found.
+static void put_segments(const struct gather *g, const struct bd_ray_starts *starts,
+                         const struct bd_native_pick *picks, struct bd_segment *segments)
+{
+    for (uint32_t ray = g->turn.first; ray < g->turn.end; ray++)
+        for (uint32_t i = 0; i < BD_LANES; i++) {
+            struct bd_segment *segment = &segments[(size_t)i * g->choice.rays + ray];
+            *segment =
+                (struct bd_segment){.from_triangle = BD_NO_TRIANGLE, .to_triangle = BD_NO_TRIANGLE};
+            const uint32_t vpl = picks[ray].vpl[i];
+            if (vpl != BD_NATIVE_NO_VPL) aim(g, starts, i, vpl, segment);
+        }
+}
+
 static void choose_group(void *user, uint32_t group)
 {
     const struct gather *g = user;
     const size_t rays = g->choice.rays;
-    g->context->processor->loops->choose(
-        &g->part->receivers[group], &g->part->starts[group], &g->choice, &g->wishes, &g->turn,
-        sums_of(g, group), g->picks + group * rays, g->segments + group * rays * BD_LANES);
+    struct bd_native_pick *picks = g->picks + group * rays;
+    const struct bd_ray_starts *starts = &g->part->starts[group];
+    g->context->processor->loops->choose(&g->part->receivers[group], starts, &g->choice, &g->wishes,
+                                         &g->turn, sums_of(g, group), picks);
+    put_segments(g, starts, picks, g->segments + group * rays * BD_LANES);
 }
 
 static void sum_group(void *user, uint32_t group)
@@ -161,20 +211,40 @@ static float view_reach(const struct bd_askers *askers)
 
 static enum bd_err run(struct gather *g)
 {
-    const struct bd_list_groups groups = bd_list_groups_of(g->list->end);
-    g->choice = (struct bd_native_choice){
-        .vpls = *g->list,
-        .group_vpls = groups.vpls,
-        .group_count = groups.count,
-        .rays = g->inputs->rays,
-        .view_reach = view_reach(&g->inputs->receivers.askers),
-    };
     struct bd_receivers_inputs receivers = g->inputs->receivers;
     receivers.light = light_part;
     receivers.user = g;
     receivers.starts = true;
     receivers.receivers_max = receivers_at_once(g);
     return bd_receivers_run(g->context, &receivers, g->fault);
+}
+
+static enum bd_err run_by_groups(struct gather *g)
+{
+    struct bd_gpu *gpu = g->context->gpu;
+    const struct bd_list_groups groups = bd_list_groups_of(g->inputs->list, false);
+    struct bd_native_block *blocks =
+        bd_native_blocks_make(g->list, (size_t)groups.count * (groups.vpls / BD_NATIVE_BLOCK));
+    void *as_one = NULL;
+    BD_ASSERT_CMP(groups.vpls, <=, BD_NATIVE_GROUP_MAX);
+    enum bd_err err = BD_ERR_OK;
+    if (!blocks)
+        err = bd_fault_set(g->fault, BD_ERR_NO_MEMORY, "vpls", "no memory for their blocks");
+    if (!err && groups.as_one)
+        err = bd_buf_borrow(gpu, g->inputs->list->groups, BD_BORROW_TO_READ, &as_one, g->fault);
+    g->choice = (struct bd_native_choice){
+        .vpls = *g->list,
+        .blocks = blocks,
+        .groups = as_one,
+        .group_vpls = groups.vpls,
+        .group_count = groups.count,
+        .rays = g->inputs->rays,
+        .view_reach = view_reach(&g->inputs->receivers.askers),
+    };
+    if (!err) err = run(g);
+    if (as_one) bd_buf_return(gpu, g->inputs->list->groups, BD_BORROW_TO_READ, &as_one);
+    free(blocks);
+    return err;
 }
 
 enum bd_err bd_gather_chosen_native_run(const struct bd_pass_context *context,
@@ -188,7 +258,7 @@ enum bd_err bd_gather_chosen_native_run(const struct bd_pass_context *context,
         .fault = fault,
     };
     enum bd_err err = bd_native_lists_borrow(context->gpu, &inputs->list, 1, &g.list, fault);
-    if (!err) err = run(&g);
+    if (!err) err = run_by_groups(&g);
     if (!err) bd_ray_counts_add(rays, g.traced);
     free_room(&g);
     return err;

@@ -35,5 +35,33 @@ float strength(receiver r, vec3 viewer, virtual_light vpl)
     return light;
 }
 
+#ifdef BD_GROUPED
+BD_ARRAY(vpl_groups, BD_UNIT_VPL_GROUPS);
+
+// A group of the list, as one VPL (shared/vpl.h).
+struct vpl_group {
+    vec3 to; // from the receiver
+    float r2, area, normal_spread, radius, flux;
+    vec3 normal;
+    bool is_near; // its VPLs are to be looked at
+};
+
+vpl_group group_of(receiver r, uint group)
+{
+    vec4 place = BD_LOAD(vpl_groups, group * BD_VPL_GROUP_VEC4S);
+    vec4 normal = BD_LOAD(vpl_groups, group * BD_VPL_GROUP_VEC4S + 1u);
+    vec4 reach = BD_LOAD(vpl_groups, group * BD_VPL_GROUP_VEC4S + 2u);
+    vec3 to = place.xyz - r.position;
+    float r2 = dot(to, to);
+    return vpl_group(to, r2, place.w, normal.w, reach.x, reach.z, normal.xyz, r2 < reach.y);
+}
+
+float strength(receiver r, vpl_group group)
+{
+    return group.flux * strength_of_group(r.normal, r.normal_geometric, group.to, group.r2, group.normal,
+                                          group.normal_spread, group.radius, group.area);
+}
+#endif
+
 // Where the sum over the groups up to `group` is kept.
 uint place_of_prefix(uint group, uint place) { return group * asker_count() + place; }

@@ -33,6 +33,7 @@
 #define BD_UNIT_SHADOW_IDS       7
 #define BD_UNIT_VPLS             6 // array, shared/vpl.h
 #define BD_UNIT_VPL_QUADS        7 // array, shared/vpl.h
+#define BD_UNIT_VPL_GROUPS       10 // array, shared/vpl.h
 #define BD_UNIT_DIRECT           6
 #define BD_UNIT_INDIRECT         7
 #define BD_UNIT_INDIRECT_GLOSSY  8

@@ -10,8 +10,6 @@
 #include "kernel/light_spread.h"
 #include "pass/native/sums.h"
 
-#define NO_VPL UINT32_MAX
-
 // --- running sums -------------------------------------------------------------------------------
 
 static void add_strength(const struct bd_receivers *restrict r, const struct bd_vec4 *vpl,
@@ -41,25 +39,75 @@ static void add_spread(const struct bd_receivers *restrict r, const struct bd_ve
     }
 }
 
+// Of a group of VPLs: what it makes as one, and its VPLs one by one, which lanes that are near
+// want.
+struct group {
+    float near[BD_LANES], strength[BD_LANES], spread[BD_LANES];
+    float strength_of_vpls[BD_LANES], spread_of_vpls[BD_LANES];
+};
+
+static void weigh_as_one(const struct bd_receivers *restrict r, const struct bd_vec4 *as_one,
+                         struct group *restrict group)
+{
+    const f3 middle = f3_from(as_one), normal = f3_from(as_one + 1);
+    const float area = as_one->w, normal_spread = as_one[1].w, radius = as_one[2].x,
+                near2 = as_one[2].y, flux = as_one[2].z;
+    LANES(i)
+    {
+        const f3 n = f3_at(&r->normal, i), n_geometric = f3_at(&r->normal_geometric, i);
+        const f3 to_group = f3_sub(middle, f3_at(&r->position, i));
+        const float r2 = f3_dot(to_group, to_group);
+        group->near[i] = f_select(r2 < near2, r->lit[i], 0.0f);
+        group->strength[i] = flux * strength_of_group(n, n_geometric, to_group, r2, normal,
+                                                      normal_spread, radius, area);
+        group->spread[i] = spread_of_vpl(r->radius[i], r->off_plane[i], n_geometric, to_group, r2,
+                                         normal, area, flux);
+    }
+}
+
+static bool any_is_near(const struct group *group)
+{
+    float most = 0;
+    LANES(i) most = f_max(most, group->near[i]);
+    return most > 0;
+}
+
+static void add_group(const struct group *restrict group, float *restrict sum,
+                      float *restrict spread)
+{
+    LANES(i)
+    {
+        const bool is_near = group->near[i] > 0.0f;
+        sum[i] += f_select(is_near, group->strength_of_vpls[i], group->strength[i]);
+        spread[i] += f_select(is_near, group->spread_of_vpls[i], group->spread[i]);
+    }
+}
+
 void WIDE(bd_native_weigh)(const struct bd_receivers *receivers,
                            const struct bd_native_choice *choice,
                            const struct bd_native_wishes *wishes,
                            const struct bd_native_part *groups, float *sums,
                            struct bd_receiver_light *light)
 {
-    const struct bd_native_vpls *vpls = &choice->vpls;
     const bool spread = wishes->spread && any_is_a_block(receivers);
     float sum[BD_LANES] = {0};
     if (groups->first > 0) memcpy(sum, &sums[(size_t)(groups->first - 1) * BD_LANES], sizeof sum);
-    for (uint32_t group = groups->first; group < groups->end; group++) {
-        const uint32_t first = group * choice->group_vpls, left = vpls->end - first;
-        const uint32_t end = first + (left < choice->group_vpls ? left : choice->group_vpls);
-        for (uint32_t index = first; index < end; index++) {
-            const struct bd_vec4 *vpl = &vpls->vpls[(size_t)index * BD_VPL_VEC4S];
-            add_strength(receivers, vpl, wishes->near_patches ? vpl[1].w : 0, sum);
-            if (spread) add_spread(receivers, vpl, light->spread);
+    for (uint32_t at = groups->first; at < groups->end; at++) {
+        const uint32_t first = at * choice->group_vpls, left = choice->vpls.end - first;
+        const uint32_t count = left < choice->group_vpls ? left : choice->group_vpls;
+        struct group group = {0};
+        memcpy(group.near, receivers->lit, sizeof group.near);
+        if (choice->groups)
+            weigh_as_one(receivers, &choice->groups[(size_t)at * BD_VPL_GROUP_VEC4S], &group);
+        const bool looks = any_is_near(&group);
+        for (uint32_t index = first; looks && index < first + count; index++) {
+            const struct bd_vec4 *vpl = &choice->vpls.vpls[(size_t)index * BD_VPL_VEC4S];
+            add_strength(receivers, vpl, wishes->near_patches ? vpl[1].w : 0,
+                         group.strength_of_vpls);
+            if (spread) add_spread(receivers, vpl, group.spread_of_vpls);
         }
-        memcpy(&sums[(size_t)group * BD_LANES], sum, sizeof sum);
+        add_group(&group, sum, light->spread);
+        memcpy(&sums[(size_t)at * BD_LANES], sum, sizeof sum);
     }
 }
 
@@ -69,29 +117,11 @@ void WIDE(bd_native_weigh)(const struct bd_receivers *receivers,
 struct choosing {
     float part[BD_LANES], target[BD_LANES];
     uint32_t group[BD_LANES]; // the first whose running sum is more than the target, or the last
-    float sum[BD_LANES], own[BD_LANES];
     uint32_t found[BD_LANES];
-    // Of a VPL of each.
-    uint32_t index[BD_LANES];
+    float own[BD_LANES]; // of the running sum
     struct bd_lanes3 position, normal, flux, u, v;
-    float area[BD_LANES], near2[BD_LANES], strength[BD_LANES], inverse_area[BD_LANES];
+    float area[BD_LANES], near2[BD_LANES], inverse_area[BD_LANES];
 };
-
-static void load_vpl(struct choosing *c, uint32_t i, const struct bd_native_choice *choice,
-                     bool near_patches)
-{
-    // Behind the list's end there is nothing to be had.
-    const bool is_there = c->index[i] < choice->vpls.end;
-    const size_t index = is_there ? c->index[i] : 0;
-    const struct bd_vec4 *vpl = &choice->vpls.vpls[index * BD_VPL_VEC4S];
-    const f3 flux = is_there ? f3_from(vpl + 2) : f3_of(0, 0, 0);
-    f3_put_at(&c->position, i, f3_from(vpl));
-    f3_put_at(&c->normal, i, f3_from(vpl + 1));
-    f3_put_at(&c->flux, i, flux);
-    c->area[i] = vpl->w;
-    c->near2[i] = near_patches ? vpl[1].w : 0;
-    c->strength[i] = all_channels(flux);
-}
 
 static void begin(const struct bd_receivers *restrict r,
                   const struct bd_ray_starts *restrict starts, float rays,
@@ -105,63 +135,80 @@ static void begin(const struct bd_receivers *restrict r,
     }
 }
 
+static void look_at(const struct bd_native_block *restrict b, f3 position, f3 n, f3 n_geometric,
+                    float near_patches, float *restrict strengths)
+{
+    for (size_t k = 0; k < BD_NATIVE_BLOCK; k++) {
+        const f3 to_vpl = f3_sub(f3_of(b->x[k], b->y[k], b->z[k]), position);
+        const f3 normal = f3_of(b->normal_x[k], b->normal_y[k], b->normal_z[k]);
+        strengths[k] =
+            b->strength[k] * strength_of_unit(n, n_geometric, to_vpl, f3_dot(to_vpl, to_vpl),
+                                              normal, b->area[k], near_patches * b->near2[k]);
+    }
+}
+
+// One of a group, with the running sum before it and what it counts as. What that is stands for
+// what its VPLs give: the target among these is as far. By rounding there may be none at it, and
+// then it is the last that gives anything.
+static void find_vpl(const struct bd_receivers *r, size_t i, float near_patches,
+                     const struct bd_native_choice *choice, float target, float sum, float counted,
+                     struct choosing *c)
+{
+    const uint32_t count = choice->group_vpls, first = c->group[i] * count;
+    float strengths[BD_NATIVE_GROUP_MAX], given = 0, of_given = 1;
+    for (uint32_t k = 0; k < count; k += BD_NATIVE_BLOCK)
+        look_at(&choice->blocks[(first + k) / BD_NATIVE_BLOCK], f3_at(&r->position, i),
+                f3_at(&r->normal, i), f3_at(&r->normal_geometric, i), near_patches, strengths + k);
+    if (choice->groups) {
+        for (uint32_t k = 0; k < count; k++) given += strengths[k];
+        of_given = counted > 0 ? given / counted : 0;
+        target = (target - sum) * of_given;
+        sum = 0;
+    }
+    for (uint32_t k = 0; k < count && !(sum > target); k++) {
+        if (strengths[k] > 0) c->found[i] = first + k;
+        if (strengths[k] > 0) c->own[i] = strengths[k] / of_given;
+        sum += strengths[k];
+    }
+}
+
 // Targets grow from ray to ray.
-static void find_groups(struct choosing *c, uint32_t ray, const struct bd_native_choice *choice,
-                        const float *sums)
+#define STRIDE 16u
+static void find_vpls(const struct bd_receivers *r, uint32_t ray, float near_patches,
+                      const struct bd_native_choice *choice, const float *sums, struct choosing *c)
 {
     for (uint32_t i = 0; i < BD_LANES; i++) {
         const float target = c->target[i] + (float)ray * c->part[i];
         uint32_t group = c->group[i];
+        c->found[i] = BD_NATIVE_NO_VPL;
+        c->own[i] = 0;
+        if (r->lit[i] == 0) continue;
+        while (group + STRIDE < choice->group_count &&
+               !(sums[(size_t)(group + STRIDE - 1) * BD_LANES + i] > target))
+            group += STRIDE;
         while (group + 1 < choice->group_count && !(sums[(size_t)group * BD_LANES + i] > target))
             group++;
+        const float before = group > 0 ? sums[(size_t)(group - 1) * BD_LANES + i] : 0;
         c->group[i] = group;
-        c->sum[i] = group > 0 ? sums[(size_t)(group - 1) * BD_LANES + i] : 0;
-        c->found[i] = NO_VPL;
-        c->own[i] = 0;
-    }
-}
-
-// By rounding there may be none at the target, and then it is the group's last that gives anything.
-static void look_at(const struct bd_receivers *restrict r, float ray, struct choosing *restrict c)
-{
-    LANES(i)
-    {
-        const f3 to_vpl = f3_sub(f3_at(&c->position, i), f3_at(&r->position, i));
-        const float target = c->target[i] + ray * c->part[i];
-        const float own =
-            c->strength[i] * strength_of_unit(f3_at(&r->normal, i), f3_at(&r->normal_geometric, i),
-                                              to_vpl, f3_dot(to_vpl, to_vpl), f3_at(&c->normal, i),
-                                              c->area[i], c->near2[i]);
-        const bool takes = b_and(own > 0.0f, !(c->sum[i] > target));
-        c->found[i] = u_select(takes, c->index[i], c->found[i]);
-        c->own[i] = f_select(takes, own, c->own[i]);
-        c->sum[i] += own;
-    }
-}
-
-static void find_vpls(const struct bd_receivers *r, uint32_t ray,
-                      const struct bd_native_choice *choice, bool near_patches, struct choosing *c)
-{
-    for (uint32_t k = 0; k < choice->group_vpls; k++) {
-        for (uint32_t i = 0; i < BD_LANES; i++) {
-            c->index[i] = c->group[i] * choice->group_vpls + k;
-            load_vpl(c, i, choice, near_patches);
-        }
-        look_at(r, (float)ray, c);
+        find_vpl(r, i, near_patches, choice, target, before,
+                 sums[(size_t)group * BD_LANES + i] - before, c);
     }
 }
 
 // --- what it gives ------------------------------------------------------------------------------
 
-static void load_found(struct choosing *c, const struct bd_receivers *r,
-                       const struct bd_native_choice *choice, bool near_patches)
+static void load_found(struct choosing *c, const struct bd_native_choice *choice, bool near_patches)
 {
     for (uint32_t i = 0; i < BD_LANES; i++) {
-        if (r->lit[i] == 0) c->found[i] = NO_VPL;
-        c->index[i] = c->found[i];
-        load_vpl(c, i, choice, near_patches);
-        const size_t index = c->found[i] == NO_VPL ? 0 : c->found[i];
+        const bool is_there = c->found[i] != BD_NATIVE_NO_VPL;
+        const size_t index = is_there ? c->found[i] : 0;
+        const struct bd_vec4 *vpl = &choice->vpls.vpls[index * BD_VPL_VEC4S];
         const struct bd_vec4 *quad = &choice->vpls.quads[index * BD_VPL_QUAD_VEC4S];
+        f3_put_at(&c->position, i, f3_from(vpl));
+        f3_put_at(&c->normal, i, f3_from(vpl + 1));
+        f3_put_at(&c->flux, i, is_there ? f3_from(vpl + 2) : f3_of(0, 0, 0));
+        c->area[i] = vpl->w;
+        c->near2[i] = near_patches ? vpl[1].w : 0;
         f3_put_at(&c->u, i, f3_from(quad));
         f3_put_at(&c->v, i, f3_from(quad + 1));
         c->inverse_area[i] = quad->w;
@@ -190,52 +237,22 @@ static void light_found(const struct bd_receivers *restrict r, const struct choo
     }
 }
 
-static void put_point(float to[3], f3 from)
-{
-    to[0] = from.x;
-    to[1] = from.y;
-    to[2] = from.z;
-}
-
-// One that asks nothing where nothing was found.
-static void put_segments(const struct bd_ray_starts *starts, const struct bd_native_choice *choice,
-                         const struct choosing *c, uint32_t ray, struct bd_segment *segments)
-{
-    for (uint32_t i = 0; i < BD_LANES; i++) {
-        struct bd_segment *segment = &segments[(size_t)i * choice->rays + ray];
-        *segment =
-            (struct bd_segment){.from_triangle = BD_NO_TRIANGLE, .to_triangle = BD_NO_TRIANGLE};
-        if (c->found[i] == NO_VPL) continue;
-        const struct bd_vec4 *vpl = &choice->vpls.vpls[(size_t)c->found[i] * BD_VPL_VEC4S];
-        const struct bd_vec4 *quad = &choice->vpls.quads[(size_t)c->found[i] * BD_VPL_QUAD_VEC4S];
-        const f3 from = f3_at(&starts->position, i);
-        const f3 to =
-            end_of_segment(f3_from(vpl), f3_from(quad), f3_from(quad + 1), vpl[2].w, quad[1].w);
-        const float lift = lift_of_segment(choice->view_reach, from, to);
-        const f3 up = f3_scale(f3_at(&starts->normal_geometric, i), lift);
-        put_point(segment->from, f3_add(from, up));
-        put_point(segment->to, f3_add(to, f3_scale(f3_from(vpl + 1), lift)));
-        segment->from_triangle = starts->triangle[i];
-    }
-}
-
 void WIDE(bd_native_choose)(const struct bd_receivers *receivers,
                             const struct bd_ray_starts *starts,
                             const struct bd_native_choice *choice,
                             const struct bd_native_wishes *wishes,
                             const struct bd_native_part *rays, const float *sums,
-                            struct bd_native_pick *picks, struct bd_segment *segments)
+                            struct bd_native_pick *picks)
 {
     struct choosing c;
     memset(&c, 0, sizeof c);
     begin(receivers, starts, (float)choice->rays,
           &sums[(size_t)(choice->group_count - 1) * BD_LANES], &c);
     for (uint32_t ray = rays->first; ray < rays->end; ray++) {
-        find_groups(&c, ray, choice, sums);
-        find_vpls(receivers, ray, choice, wishes->near_patches, &c);
-        load_found(&c, receivers, choice, wishes->near_patches);
+        find_vpls(receivers, ray, wishes->near_patches ? 1 : 0, choice, sums, &c);
+        load_found(&c, choice, wishes->near_patches);
         light_found(receivers, &c, &picks[ray]);
-        put_segments(starts, choice, &c, ray, segments);
+        memcpy(picks[ray].vpl, c.found, sizeof c.found);
     }
 }
 

@@ -31,12 +31,27 @@ struct bd_native_hidden {
     uint32_t words;
 };
 
-// What a few of a list are chosen by (pass/choose.h): all of it, from 0 on, in groups.
+// Neighbours of a list side by side, as one receiver looks at them; behind its end, some without
+// strength, which is flux, all channels together.
+#define BD_NATIVE_BLOCK 16u
+struct bd_native_block {
+    float x[BD_NATIVE_BLOCK], y[BD_NATIVE_BLOCK], z[BD_NATIVE_BLOCK];
+    float normal_x[BD_NATIVE_BLOCK], normal_y[BD_NATIVE_BLOCK], normal_z[BD_NATIVE_BLOCK];
+    float area[BD_NATIVE_BLOCK], near2[BD_NATIVE_BLOCK], strength[BD_NATIVE_BLOCK];
+};
+
+#define BD_NATIVE_GROUP_MAX 64u
+
+// What a few of a list are chosen by (pass/choose.h): all of it, from 0 on, in groups of whole
+// blocks.
 struct bd_native_choice {
     struct bd_native_vpls vpls;
-    uint32_t group_vpls, group_count;
-    uint32_t rays;    // of a lane
-    float view_reach; // largest coordinate of the view's position
+    const struct bd_native_block *blocks;
+    const struct bd_vec4
+        *groups; // that count as one VPL where they are far (shared/vpl.h), or NULL
+    uint32_t group_vpls, group_count; // of those at most BD_NATIVE_GROUP_MAX
+    uint32_t rays;                    // of a lane
+    float view_reach;                 // largest coordinate of the view's position
 };
 
 // Of groups of VPLs, or of rays.
@@ -47,7 +62,9 @@ struct bd_native_part {
 // Of a VPL of each lane, its light times how many it stands for.
 struct bd_native_pick {
     struct bd_lanes3 irradiance, vector;
+    uint32_t vpl[BD_LANES]; // or BD_NATIVE_NO_VPL
 };
+#define BD_NATIVE_NO_VPL UINT32_MAX
 
 // A tree of VPLs (shared/vpl_tree.h) over a list of leaves, and how it is cut: the roots
 // args.tree.x to x + y, and what rows of args say to the device is not read.
@@ -102,7 +119,7 @@ struct bd_native_pairs {
 
 // What is summed beside irradiance.
 struct bd_native_wishes {
-    bool near_patches; // VPLs nearer than their limit are integrated as patches
+    bool near_patches;   // VPLs nearer than their limit are integrated as patches
     bool vector, spread; // a group without blocks is spared its spread
 };
 
@@ -134,12 +151,11 @@ struct bd_native_loops {
     void (*weigh)(const struct bd_receivers *receivers, const struct bd_native_choice *choice,
                   const struct bd_native_wishes *wishes, const struct bd_native_part *groups,
                   float *sums, struct bd_receiver_light *light);
-    // Chooses by those, for a part of the rays: a pick a ray, and segments, those of a lane side by
-    // side.
+    // Chooses by those, for a part of the rays: a pick a ray.
     void (*choose)(const struct bd_receivers *receivers, const struct bd_ray_starts *starts,
                    const struct bd_native_choice *choice, const struct bd_native_wishes *wishes,
                    const struct bd_native_part *rays, const float *sums,
-                   struct bd_native_pick *picks, struct bd_segment *segments);
+                   struct bd_native_pick *picks);
     // Sums those whose segments are not occluded: all, and half the difference of those at even and
     // at odd places.
     void (*sum_picks)(const struct bd_receivers *receivers, const struct bd_native_pick *picks,

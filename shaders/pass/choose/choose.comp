@@ -29,6 +29,14 @@ uint vpl_at_target(receiver r, vec3 viewer, float target, uint place, out float 
     uint group = group_at(target, place);
     float sum = group > 0u ? prefix[place_of_prefix(group - 1u, place)] : 0.0;
     uint begin = group * args.vpls.z, end = min(begin + args.vpls.z, args.rays.z), found = NO_VPL;
+#ifdef BD_GROUPED
+    // What the group counted as stands for what its VPLs give.
+    float counted = prefix[place_of_prefix(group, place)] - sum, given = 0.0;
+    for (uint index = begin; index < end; index++) given += strength(r, viewer, vpl_at(index));
+    float of_given = counted > 0.0 ? given / counted : 0.0;
+    target = (target - sum) * of_given;
+    sum = 0.0;
+#endif
     own = 0.0;
     for (uint index = begin; index < end; index++) {
         float part = strength(r, viewer, vpl_at(index));
@@ -37,6 +45,10 @@ uint vpl_at_target(receiver r, vec3 viewer, float target, uint place, out float 
         own = takes ? part : own;
         sum += part;
     }
+#ifdef BD_GROUPED
+    own = of_given > 0.0 ? own / of_given : 0.0;
+    found = own > 0.0 ? found : NO_VPL;
+#endif
     return found;
 }
 

@@ -1,6 +1,7 @@
 // Sums over groups of VPLs of what each would give a receiver if nothing stood between them: running
 // sums, from the first VPL of the list on. Slices of the list follow one another.
 //
+// BD_GROUPED: groups that are far count as one VPL each.
 // BD_SPREAD: behind those, how far off interpolated light may be (common/light_spread.glsl).
 #include "common/vpl_walk.glsl"
 
@@ -36,13 +37,24 @@ void main()
     float sum = group > 0u ? prefix[place_of_prefix(group - 1u, place)] : 0.0;
     for (uint begin = args.vpls.x; begin < end; begin += args.vpls.z, group++) {
         uint group_end = min(begin + args.vpls.z, end);
+        float part = 0.0;
+#ifdef BD_GROUPED
+        vpl_group whole = group_of(r, group);
+        part = whole.is_near ? 0.0 : strength(r, whole);
+#ifdef BD_SPREAD
+        if (!whole.is_near)
+            add_spread(spread, r.normal_geometric, whole.to, whole.r2, vec4(whole.normal, whole.area), whole.flux);
+#endif
+        group_end = whole.is_near ? group_end : begin;
+#endif
         for (uint index = begin; index < group_end; index++) {
             virtual_light vpl = vpl_at(index);
-            sum += strength(r, viewer, vpl);
+            part += strength(r, viewer, vpl);
 #ifdef BD_SPREAD
             weigh_spread(spread, r, vpl);
 #endif
         }
+        sum += part;
         prefix[place_of_prefix(group, place)] = sum;
     }
 #ifdef BD_SPREAD
