@@ -7,8 +7,8 @@
 // Of points' mean distance from each other: how far off one may be that stands for a place.
 #define REACH 16.0f
 // Beyond it a crowd of surfaces that face otherwise is searched no further.
-#define VISITS_MAX 2048
-#define OFF_PLANE  4.0f // as far as that along it
+#define VISITS_MAX  2048
+#define OFF_PLANE   4.0f // as far as that along it
 #define FACES_ALIKE 0.5f
 // So few are looked at one by one: half the time of dividing them.
 #define LEAF_POINTS 8u
@@ -95,11 +95,11 @@ static void divide(struct building *b, struct bd_point_node *nodes, uint32_t cou
 }
 
 enum bd_err bd_point_tree_init(struct bd_point_tree *tree, const struct bd_surface_points *points,
-                               enum bd_err (*pause)(void *user), void *user,
-                               struct bd_fault *fault)
+                               enum bd_err (*pause)(void *user), void *user, struct bd_fault *fault)
 {
     struct building building = {pause, user, BD_ERR_OK};
-    *tree = (struct bd_point_tree){points, malloc((points->count + 1) * sizeof *tree->nodes)};
+    *tree = (struct bd_point_tree){points->count, points->area,
+                                   malloc((points->count + 1) * sizeof *tree->nodes)};
     if (!tree->nodes)
         return bd_fault_set(fault, BD_ERR_NO_MEMORY, "vpls", "no memory for %u points",
                             points->count);
@@ -122,21 +122,21 @@ void bd_point_tree_finish(struct bd_point_tree *tree)
 struct search {
     f3 position, normal;
     float within2; // nobody farther off is looked for
-    uint32_t visits;
+    uint32_t visits, most;
     struct bd_point_neighbours *found; // the nearest first; their distances squared as shares
 };
 
 static void keep(struct search *s, uint32_t point, float distance2)
 {
     struct bd_point_neighbours *found = s->found;
-    uint32_t at = found->count < BD_POINT_NEIGHBOURS ? found->count++ : BD_POINT_NEIGHBOURS - 1;
+    uint32_t at = found->count < s->most ? found->count++ : s->most - 1;
     for (; at > 0 && found->share[at - 1] > distance2; at--) {
         found->share[at] = found->share[at - 1];
         found->point[at] = found->point[at - 1];
     }
     found->share[at] = distance2;
     found->point[at] = point;
-    if (found->count == BD_POINT_NEIGHBOURS) s->within2 = found->share[BD_POINT_NEIGHBOURS - 1];
+    if (found->count == s->most) s->within2 = found->share[s->most - 1];
 }
 
 static void consider(struct search *s, const struct bd_point_node *node)
@@ -176,15 +176,16 @@ static void search(struct search *s, const struct bd_point_node *nodes, uint32_t
         search(s, nodes, middle);
 }
 
-void bd_point_tree_find(const struct bd_point_tree *tree, f3 position, f3 normal,
+void bd_point_tree_find(const struct bd_point_tree *tree, f3 position, f3 normal, uint32_t most,
                         struct bd_point_neighbours *out)
 {
     struct search s = {.position = position,
                        .normal = normal,
-                       .within2 = REACH * REACH * tree->points->area,
+                       .within2 = REACH * REACH * tree->area,
+                       .most = most,
                        .found = out};
     out->count = 0;
-    search(&s, tree->nodes, tree->points->count);
+    search(&s, tree->nodes, tree->count);
     if (out->count == 0) return;
     // A parabola that ends a little behind the farthest (Epanechnikov 1969).
     const float end2 = 1.1f * out->share[out->count - 1] + 1e-30f;
