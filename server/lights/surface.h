@@ -68,6 +68,17 @@ static inline struct bd_map_texel bd_base_color_at(const struct bd_scene *scene,
                                  m->base_color[3] * color[3] * texel.alpha};
 }
 
+// What the diffuse lobe reflects of it. `lambert`: metals have one, too.
+static inline f3 bd_diffuse_of(const struct bd_scene *scene, const struct bd_primitive *primitive,
+                               const uint32_t index[3], float u, float v, f3 base_color,
+                               bool lambert)
+{
+    const struct bd_material *m = &scene->materials[primitive->material];
+    if (lambert || m->metallic == 0) return base_color;
+    const f3 data = bd_map_data_at(scene, &m->metallic_roughness_map, primitive, index, u, v).rgb;
+    return f3_scale(base_color, 1 - m->metallic * data.z);
+}
+
 // What blends is there where it is at least half opaque.
 static inline bool bd_is_cut_out(const struct bd_material *material, float alpha)
 {

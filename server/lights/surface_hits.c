@@ -30,24 +30,53 @@ static const struct bd_triangle_run *run_of(const struct bd_triangle_order *orde
     return &order->runs[first];
 }
 
-bool bd_surface_hit_at(const struct bd_surface_hits *hits, uint32_t triangle, float u, float v,
-                       f3 direction, f3 *position, f3 *normal)
+// A triangle of the scene, by its number.
+struct hit {
+    const struct bd_triangle_run *run;
+    const struct bd_instance *instance;
+    const struct bd_primitive *primitive;
+    uint32_t of_primitive;
+};
+
+static struct hit hit_of(const struct bd_surface_hits *hits, uint32_t triangle)
 {
     const struct bd_scene *scene = hits->scene;
     const struct bd_triangle_run *run = run_of(&hits->order, triangle);
     const uint64_t of_run = triangle - run->first_triangle;
     const uint64_t place = run->first_instance + of_run / run->triangles_per_instance;
-    const struct bd_instance *instance = &scene->instances[hits->order.instances[place]];
-    const struct bd_primitive *primitive = &scene->meshes[run->mesh]->primitives[run->primitive];
-    const struct bd_material *material = &scene->materials[primitive->material];
+    return (struct hit){
+        .run = run,
+        .instance = &scene->instances[hits->order.instances[place]],
+        .primitive = &scene->meshes[run->mesh]->primitives[run->primitive],
+        .of_primitive = (uint32_t)(of_run % run->triangles_per_instance),
+    };
+}
+
+bool bd_surface_hit_at(const struct bd_surface_hits *hits, uint32_t triangle, float u, float v,
+                       f3 direction, struct bd_surface_point *point)
+{
+    const struct hit hit = hit_of(hits, triangle);
+    const struct bd_material *material = &hits->scene->materials[hit.primitive->material];
     struct bd_triangle_place found;
     if (material->unlit) return false;
-    if (!bd_triangle_place_of(&hits->space, run, instance, primitive,
-                              (uint32_t)(of_run % run->triangles_per_instance), &found))
+    if (!bd_triangle_place_of(&hits->space, hit.run, hit.instance, hit.primitive, hit.of_primitive,
+                              &found))
         return false;
     const bool is_behind = f3_dot(found.normal, direction) > 0;
     if (is_behind && !material->double_sided) return false;
-    *position = bd_triangle_place_at(&found, u, v);
-    *normal = f3_scale(found.normal, is_behind ? -1 : 1);
+    *point = (struct bd_surface_point){
+        .position = bd_triangle_place_at(&found, u, v),
+        .normal = f3_scale(found.normal, is_behind ? -1 : 1),
+        .triangle = triangle,
+    };
     return true;
+}
+
+f3 bd_surface_hit_diffuse(const struct bd_surface_hits *hits, uint32_t triangle, float u, float v,
+                          bool lambert)
+{
+    const struct hit hit = hit_of(hits, triangle);
+    const uint32_t *index = hit.primitive->index + 3 * (size_t)hit.of_primitive;
+    const f3 color = bd_base_color_at(hits->scene, hit.primitive, index, u, v).rgb;
+    return bd_diffuse_of(hits->scene, hit.primitive, index, u, v, color, lambert);
 }

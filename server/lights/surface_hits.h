@@ -8,7 +8,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "kernel/math.h"
+#include "lights/surface_points.h"
 #include "scene/render_space.h"
 #include "scene/triangle_order.h"
 
@@ -22,9 +22,13 @@ struct bd_surface_hits {
 void bd_surface_hits_init(struct bd_surface_hits *hits, const struct bd_scene *scene);
 void bd_surface_hits_finish(struct bd_surface_hits *hits);
 
-// Render space; the normal is the triangle's own, unit, to the side that `direction` comes from.
+// The point that was met but for `diffuse`; its normal is to the side that `direction` comes from.
 // False where nothing goes on: what is unlit, and the rear of a surface that has but one side.
 bool bd_surface_hit_at(const struct bd_surface_hits *hits, uint32_t triangle, float u, float v,
-                       f3 direction, f3 *position, f3 *normal);
+                       f3 direction, struct bd_surface_point *point);
+
+// Its `diffuse`; `lambert` as in lights/surface_points.h.
+f3 bd_surface_hit_diffuse(const struct bd_surface_hits *hits, uint32_t triangle, float u, float v,
+                          bool lambert);
 
 #endif

@@ -136,15 +136,6 @@ static void measure(struct spreading *s, const struct place *place)
 
 // --- points -------------------------------------------------------------------------------------
 
-static float diffuse_share(const struct spreading *s, const struct place *place, float u, float v)
-{
-    const struct bd_material *m = place->material;
-    if (s->lambert) return 1;
-    return 1 - m->metallic * bd_map_data_at(s->scene, &m->metallic_roughness_map, place->primitive,
-                                            place->index, u, v)
-                                 .rgb.z;
-}
-
 // Uniform over the triangle (Osada et al. 2002).
 static void add_point(struct spreading *s, const struct place *place, bool is_behind)
 {
@@ -157,7 +148,8 @@ static void add_point(struct spreading *s, const struct place *place, bool is_be
     s->points->points[s->points->count++] = (struct bd_surface_point){
         .position = bd_triangle_place_at(&place->at, u, v),
         .normal = f3_scale(place->at.normal, is_behind ? -1 : 1),
-        .diffuse = f3_scale(color.rgb, diffuse_share(s, place, u, v)),
+        .diffuse =
+            bd_diffuse_of(s->scene, place->primitive, place->index, u, v, color.rgb, s->lambert),
         .triangle = place->number,
     };
 }
