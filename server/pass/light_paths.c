@@ -11,7 +11,7 @@
 #include "pass/light_walk.h"
 #include "pass/receivers.h"
 
-#define POINTS_PER_VPL 32u
+#define POINTS_PER_VPL 16u
 #define POINTS_LEAST   16384u
 #define POINTS_MOST    131072u
 #define RAYS_PER_POINT 4u
@@ -175,8 +175,9 @@ static enum bd_err walk(struct paths *p)
         .lamps = p->inputs->lamps,
         .lamp_count = p->inputs->lamp_count,
         .reflections = p->inputs->reflections,
+        .lambert = p->inputs->lambert,
     };
-    return bd_light_walk_run(&p->context, &inputs, p->irradiance, p->fault);
+    return bd_light_walk_run(&p->context, &inputs, &p->irradiance, p->fault);
 }
 
 static enum bd_err find_points(struct paths *p)

@@ -14,9 +14,9 @@
 //
 // A function of the snapshot and these numbers: neither of a camera nor of a seed.
 //
-// Cost: 32 points a VPL, at least 16,384 and at most 131,072 in all, four rays a point: 35 to 60 ms
+// Cost: 16 points a VPL, at least 16,384 and at most 131,072 in all, four rays a point: 20 to 60 ms
 // of two cores for a thousand VPLs; 270 bytes a point while it runs. What walks takes as long
-// again.
+// again, up to twice in scenes of many small surfaces.
 //
 // Thread: render thread, and the pool's.
 

@@ -18,17 +18,23 @@
 #define UNITS_PER_ARRIVAL 200.0
 // Of the flux that set out.
 #define LEFT_OUT (1.0 / 8192)
-// Of the first round: as many more bring the worst pixel of a furnace from 2.7 to 1.7 % of what is
-// known.
-#define PHOTONS_PER_POINT 2.0
+// Of the first round.
+#define PHOTONS_PER_POINT 1.0
+// Points that take a photon, if either is seen from where it came. Else all that are near are
+// asked: a ninth of the rays, and where points are many, no less even.
+#define TAKERS_FIRST 2u
 // A round of few is as cheap as one of fewer.
 #define PHOTONS_LEAST 1024u
+
+// The tree is made anew when so many points are not in it.
+#define MAY_BE_NEW(points) ((points) / 32)
 
 struct photon {
     f3 flux;
     f3 normal; // of the surface it left; 0 of a lamp
     float inverse_range;
     bool is_parallel; // to all others of its light
+    bool lands;       // on a surface that sends light on
 };
 
 struct walk {
@@ -36,6 +42,7 @@ struct walk {
     const struct bd_light_walk_inputs *inputs;
     struct bd_surface_hits hits;
     struct bd_point_tree tree;
+    uint32_t at_first, in_tree, points_max;
     uint32_t round; // 0: from the lamps
     // Of those on their way.
     uint32_t at_once;
@@ -43,7 +50,10 @@ struct walk {
     struct photon *photons;
     struct bd_ray_hit *met;
     struct bd_point_neighbours *taken_by;
-    struct bd_segment *segments; // from where it set out to each of those
+    // Of those whose takers are looked for: which photons, of how many points each, and segments
+    // from where it set out to each of those.
+    uint32_t *sought, sought_count, takers_most;
+    struct bd_segment *segments;
     uint32_t *occluded;
     // Of all points: flux that arrived in this round; that is sent on in the next.
     f3 *arrived, *sent;
@@ -81,52 +91,98 @@ static struct bd_segment way_to(const struct walk *w, uint32_t i, uint32_t taker
                              .to = {to.x, to.y, to.z},
                              .to_triangle = point->triangle};
     for (int c = 0; c < 3; c++)
-        way.from[c] = w->photons[i].is_parallel
-                          ? way.to[c] - ray->direction[c] * w->met[i].distance
-                          : ray->origin[c];
+        way.from[c] = w->photons[i].is_parallel ? way.to[c] - ray->direction[c] * w->met[i].distance
+                                                : ray->origin[c];
     return way;
 }
 
-static void find_takers_of(const struct walk *w, uint32_t i)
+static void find_takers_of(const struct walk *w, uint32_t slot)
 {
+    const uint32_t i = w->sought[slot];
     const struct bd_ray_hit *hit = &w->met[i];
     const float *d = w->rays[i].direction;
     struct bd_point_neighbours *by = &w->taken_by[i];
-    f3 position, normal;
+    struct bd_surface_point at;
     by->count = 0;
-    if (hit->triangle == BD_NO_TRIANGLE ||
-        !bd_surface_hit_at(&w->hits, hit->triangle, hit->u, hit->v, f3_of(d[0], d[1], d[2]),
-                           &position, &normal))
-        return;
-    bd_point_tree_find(&w->tree, position, normal, by);
+    w->photons[i].lands =
+        hit->triangle != BD_NO_TRIANGLE &&
+        bd_surface_hit_at(&w->hits, hit->triangle, hit->u, hit->v, f3_of(d[0], d[1], d[2]), &at);
+    if (!w->photons[i].lands) return;
+    bd_point_tree_find(&w->tree, at.position, at.normal, w->takers_most, by);
     for (uint32_t k = 0; k < by->count; k++) {
         if (!face_each_other(w, i, by->point[k])) by->share[k] = 0;
-        w->segments[i * BD_POINT_NEIGHBOURS + k] = way_to(w, i, by->point[k]);
+        w->segments[slot * w->takers_most + k] = way_to(w, i, by->point[k]);
     }
 }
 
 static void find_takers(void *user, uint32_t group)
 {
     const struct walk *w = user;
-    for (uint32_t i = group * BD_LANES; i < (group + 1) * BD_LANES; i++) {
-        memset(w->segments + i * BD_POINT_NEIGHBOURS, 0,
-               BD_POINT_NEIGHBOURS * sizeof *w->segments);
-        if (i < w->at_once) find_takers_of(w, i);
+    for (uint32_t slot = group * BD_LANES; slot < (group + 1) * BD_LANES; slot++) {
+        memset(w->segments + slot * w->takers_most, 0, w->takers_most * sizeof *w->segments);
+        if (slot < w->sought_count) find_takers_of(w, slot);
     }
 }
 
-// What lies below another surface, or round a corner, gives its share to the others. Where none is
-// seen nobody takes anything: the nearest may be within a closed box that stands there.
-static void share_among_seen(const struct walk *w, uint32_t i, struct bd_point_neighbours *by)
+// What lies below another surface, or round a corner, gives its share to the others. False where
+// none of them is seen: then nobody takes anything, for the nearest may be within a closed box that
+// stands there.
+static bool share_among_seen(const struct walk *w, uint32_t slot, struct bd_point_neighbours *by)
 {
     float seen = 0;
     for (uint32_t k = 0; k < by->count; k++) {
-        const uint32_t bit = i * BD_POINT_NEIGHBOURS + k;
+        const uint32_t bit = slot * w->takers_most + k;
         if (w->occluded[bit / 32] >> bit % 32 & 1) by->share[k] = 0;
         seen += by->share[k];
     }
-    if (!(seen > 0)) by->count = 0;
-    for (uint32_t k = 0; k < by->count; k++) by->share[k] /= seen;
+    for (uint32_t k = 0; k < by->count && seen > 0; k++) by->share[k] /= seen;
+    return seen > 0;
+}
+
+// Of the photons that are sought; those remain that nobody takes of so many points.
+static enum bd_err ask_takers(struct walk *w, uint32_t takers_most)
+{
+    const uint32_t groups = (w->sought_count + BD_LANES - 1) / BD_LANES;
+    struct bd_ray_counts traced = {0};
+    w->takers_most = takers_most;
+    bd_slicer_work(w->context.slicer,
+                   takers_most == TAKERS_FIRST ? "photons taken" : "photons left");
+    enum bd_err err =
+        bd_receivers_each(&w->context, groups, UNITS_PER_ARRIVAL * BD_LANES, find_takers, w);
+    if (!err)
+        err = bd_visibility_ask(&w->context, &w->inputs->visibility, w->segments,
+                                (size_t)groups * BD_LANES * takers_most, w->occluded, &traced);
+    if (err) return err;
+    uint32_t left = 0;
+    for (uint32_t slot = 0; slot < w->sought_count; slot++) {
+        struct bd_point_neighbours *by = &w->taken_by[w->sought[slot]];
+        if (by->count > 0 && !share_among_seen(w, slot, by)) w->sought[left++] = w->sought[slot];
+    }
+    w->sought_count = left;
+    return BD_ERR_OK;
+}
+
+static enum bd_err find_who_takes(struct walk *w)
+{
+    for (uint32_t i = 0; i < w->at_once; i++) w->sought[i] = i;
+    w->sought_count = w->at_once;
+    enum bd_err err = ask_takers(w, TAKERS_FIRST);
+    return err || w->sought_count == 0 ? err : ask_takers(w, BD_POINT_NEIGHBOURS);
+}
+
+// Where photon `i` landed.
+static void add_point(struct walk *w, uint32_t i, f3 flux)
+{
+    struct bd_surface_points *points = w->inputs->points;
+    const struct bd_ray_hit *hit = &w->met[i];
+    const float *d = w->rays[i].direction;
+    struct bd_surface_point *point = &points->points[points->count];
+    if (points->count == w->points_max ||
+        !bd_surface_hit_at(&w->hits, hit->triangle, hit->u, hit->v, f3_of(d[0], d[1], d[2]), point))
+        return;
+    point->diffuse =
+        bd_surface_hit_diffuse(&w->hits, hit->triangle, hit->u, hit->v, w->inputs->lambert);
+    w->arrived[points->count++] = flux;
 }
 
 // In the order of the photons, whichever thread found where they go.
@@ -134,32 +190,26 @@ static void give(struct walk *w)
 {
     for (uint32_t i = 0; i < w->at_once; i++) {
         const struct photon *photon = &w->photons[i];
-        struct bd_point_neighbours *by = &w->taken_by[i];
+        const struct bd_point_neighbours *by = &w->taken_by[i];
         const float window = window_of_range(w->met[i].distance, photon->inverse_range);
-        share_among_seen(w, i, by);
+        float taken = 0;
         for (uint32_t k = 0; k < by->count; k++) {
             f3 *to = &w->arrived[by->point[k]];
             *to = f3_add(*to, f3_scale(photon->flux, window * by->share[k]));
+            taken += by->share[k];
         }
+        if (photon->lands && !(taken > 0)) add_point(w, i, f3_scale(photon->flux, window));
     }
 }
 
 static enum bd_err let_fly(struct walk *w)
 {
-    const uint32_t groups = (w->at_once + BD_LANES - 1) / BD_LANES;
     const struct bd_visibility_inputs *visibility = &w->inputs->visibility;
-    struct bd_ray_counts traced = {0};
     bd_slicer_work(w->context.slicer, "photons");
     bd_rays_nearest(visibility->occluders->rays, visibility->pool, visibility->alpha, w->rays,
                     w->at_once, w->met);
     enum bd_err err = bd_slicer_checkpoint(w->context.slicer, w->at_once);
-    bd_slicer_work(w->context.slicer, "photons taken");
-    if (!err)
-        err = bd_receivers_each(&w->context, groups, UNITS_PER_ARRIVAL * BD_LANES, find_takers, w);
-    if (!err)
-        err = bd_visibility_ask(&w->context, visibility, w->segments,
-                                (size_t)groups * BD_LANES * BD_POINT_NEIGHBOURS, w->occluded,
-                                &traced);
+    if (!err) err = find_who_takes(w);
     if (!err) give(w);
     w->at_once = 0;
     return err;
@@ -187,14 +237,15 @@ static enum bd_err shine(struct walk *w, const struct bd_light_uniform *lamp, do
     const struct bd_sequence sequence = bd_sequence_of(0, w->round);
     const f3 flux = bd_lamp_flux(lamp);
     const double share = of_all > 0 ? strongest(flux) / of_all : 0;
-    const uint32_t count = (uint32_t)fmax(round(share * w->inputs->points->count), 1);
+    const uint32_t count = (uint32_t)fmax(round(share * w->at_first), 1);
     enum bd_err err = BD_ERR_OK;
     for (uint32_t i = 0; !err && share > 0 && i < count; i++) {
         float number[2];
         bd_sequence_pair(&sequence, i, number);
         err = set_out(w, bd_lamp_ray(lamp, number),
                       (struct photon){f3_scale(flux, 1 / (float)count), f3_of(0, 0, 0),
-                                      lamp->position.w, lamp->kind.x == BD_LIGHT_KIND_DIRECTIONAL});
+                                      lamp->position.w, lamp->kind.x == BD_LIGHT_KIND_DIRECTIONAL,
+                                      false});
     }
     return err;
 }
@@ -242,7 +293,7 @@ static enum bd_err send_on(struct walk *w, double flux, uint32_t count)
             const struct bd_surface_point *point = &w->inputs->points->points[i];
             const f3 carried = f3_scale(w->sent[i], (float)(step / most));
             err = set_out(w, ray_from(point, number),
-                          (struct photon){carried, point->normal, 0, false});
+                          (struct photon){carried, point->normal, 0, false, false});
         }
     }
     return err || w->at_once == 0 ? err : let_fly(w);
@@ -260,60 +311,87 @@ static void reflect(struct walk *w, f3 *irradiance)
     }
 }
 
+// Of all points that there are by now, once enough of them are new.
+static enum bd_err plant_tree(struct walk *w)
+{
+    const uint32_t count = w->inputs->points->count;
+    if (w->in_tree > 0 && count - w->in_tree <= MAY_BE_NEW(count)) return BD_ERR_OK;
+    bd_point_tree_finish(&w->tree);
+    bd_slicer_work(w->context.slicer, "point tree");
+    w->in_tree = count;
+    return bd_point_tree_init(&w->tree, w->inputs->points, bd_slicer_pause, w->context.slicer,
+                              w->fault);
+}
+
 static enum bd_err walk_on(struct walk *w, f3 *irradiance)
 {
     const struct bd_surface_points *points = w->inputs->points;
-    enum bd_err err = shine_all(w);
+    enum bd_err err = plant_tree(w);
+    if (!err) err = shine_all(w);
     if (err) return err;
-    for (uint32_t i = 0; i < points->count; i++)
+    for (uint32_t i = 0; i < w->at_first; i++)
         w->arrived[i] = f3_add(w->arrived[i], f3_scale(irradiance[i], points->area));
     reflect(w, NULL);
     const double at_first = flux_sent(w);
     for (w->round = 1; !err && w->round <= w->inputs->reflections; w->round++) {
         const double flux = flux_sent(w);
         if (!(flux > LEFT_OUT * at_first)) break;
-        const double count = ceil(PHOTONS_PER_POINT * points->count * (flux / at_first));
-        err = send_on(w, flux, (uint32_t)fmax(count, PHOTONS_LEAST));
+        const double count = ceil(PHOTONS_PER_POINT * w->at_first * (flux / at_first));
+        err = plant_tree(w);
+        if (!err) err = send_on(w, flux, (uint32_t)fmax(count, PHOTONS_LEAST));
         reflect(w, irradiance);
     }
     return err;
 }
 
-static enum bd_err make_room(struct walk *w)
+// Of more points, too.
+static bool grow(struct walk *w, f3 **irradiance)
 {
-    const size_t points = w->inputs->points->count + 1;
+    struct bd_surface_points *points = w->inputs->points;
+    const size_t most = w->points_max + 1;
+    struct bd_surface_point *array = realloc(points->points, most * sizeof *array);
+    if (array) points->points = array;
+    f3 *grown = realloc(*irradiance, most * sizeof *grown);
+    if (grown) *irradiance = grown;
+    for (size_t i = points->count; grown && i < most; i++) grown[i] = f3_of(0, 0, 0);
+    return array && grown;
+}
+
+static enum bd_err make_room(struct walk *w, f3 **irradiance)
+{
+    w->at_first = w->inputs->points->count;
+    w->points_max = 2 * w->at_first;
+    const size_t points = w->points_max + 1;
     w->rays = malloc(AT_ONCE * sizeof *w->rays);
     w->photons = malloc(AT_ONCE * sizeof *w->photons);
     w->met = malloc(AT_ONCE * sizeof *w->met);
     w->taken_by = malloc(AT_ONCE * sizeof *w->taken_by);
+    w->sought = malloc(AT_ONCE * sizeof *w->sought);
     w->arrived = calloc(points, sizeof *w->arrived);
     w->sent = calloc(points, sizeof *w->sent);
     w->segments = malloc(AT_ONCE * BD_POINT_NEIGHBOURS * sizeof *w->segments);
     w->occluded = malloc(AT_ONCE * BD_POINT_NEIGHBOURS / 8);
-    if (w->rays && w->photons && w->met && w->taken_by && w->segments && w->occluded &&
-        w->arrived && w->sent)
+    if (w->rays && w->photons && w->met && w->taken_by && w->sought && w->segments && w->occluded &&
+        w->arrived && w->sent && grow(w, irradiance))
         return BD_ERR_OK;
     return bd_fault_set(w->fault, BD_ERR_NO_MEMORY, "indirect_bounces", "no memory for photons");
 }
 
 enum bd_err bd_light_walk_run(const struct bd_pass_context *context,
-                              const struct bd_light_walk_inputs *inputs, f3 *irradiance,
+                              const struct bd_light_walk_inputs *inputs, f3 **irradiance,
                               struct bd_fault *fault)
 {
     struct walk w = {.context = *context, .inputs = inputs, .fault = fault};
-    bd_slicer_work(context->slicer, "point tree");
-    enum bd_err err = bd_point_tree_init(&w.tree, inputs->points, bd_slicer_pause, context->slicer,
-                                         fault);
-    if (err) return err;
     bd_surface_hits_init(&w.hits, inputs->snapshot);
-    err = make_room(&w);
-    if (!err) err = walk_on(&w, irradiance);
+    enum bd_err err = make_room(&w, irradiance);
+    if (!err) err = walk_on(&w, *irradiance);
     bd_surface_hits_finish(&w.hits);
     bd_point_tree_finish(&w.tree);
     free(w.rays);
     free(w.photons);
     free(w.met);
     free(w.taken_by);
+    free(w.sought);
     free(w.segments);
     free(w.occluded);
     free(w.arrived);

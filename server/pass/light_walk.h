@@ -8,14 +8,14 @@
 // (Russian roulette, stratified). Lamps' own light is brought to the points in the same way, and is
 // not told: their maps send it on.
 //
-// Flux is conserved to rounding but for what leaves the scene, what unlit surfaces and rears
-// absorb, and what meets a surface so small that no point stands for it: a photon in 200 in Veach's
-// room, one in 20 in Sponza, one in 9 in a kitchen full of dishes.
+// Where none of those sees where it came from, the surface is so small that no point stands for it:
+// the place itself becomes a point. Flux is conserved to rounding but for what leaves the scene and
+// what unlit surfaces and rears absorb.
 //
 // A function of the snapshot and these numbers: neither of a camera nor of a seed.
 //
-// Cost: as many photons as points for the lamps, twice as many for the first round: about 2 us each
-// of one core.
+// Cost: as many photons as points for the lamps, and for the first round: about 1 us each of one
+// core.
 //
 // Arvo and Kirk 1990 (particle tracing, roulette); Jensen 1996 (nearest neighbours).
 //
@@ -31,19 +31,20 @@
 
 struct bd_light_walk_inputs {
     const struct bd_scene *snapshot;
-    const struct bd_surface_points *points;
+    struct bd_surface_points *points;       // up to twice as many afterwards
     struct bd_visibility_inputs visibility; // of the processor
     const struct bd_light_uniform *lamps;   // render space, frame's unit
     uint32_t lamp_count;
     uint32_t reflections; // that light takes at most on its way to a point; 1 to 63
+    bool lambert;         // as in lights/surface_points.h
 };
 
-// `irradiance` of each point: in, what other lights than the lamps bring; out, what arrives after
-// that many reflections and fewer, and the former. Where as little as 1/8192 of the flux is left,
-// it is left out.
+// `irradiance` of each point, allocated, the caller's: in, what other lights than the lamps bring;
+// out, of the points that there are then, what arrives after that many reflections and fewer, and
+// the former. Where as little as 1/8192 of the flux is left, it is left out.
 BD_MUST_CHECK
 enum bd_err bd_light_walk_run(const struct bd_pass_context *context,
-                              const struct bd_light_walk_inputs *inputs, f3 *irradiance,
+                              const struct bd_light_walk_inputs *inputs, f3 **irradiance,
                               struct bd_fault *fault);
 
 #endif

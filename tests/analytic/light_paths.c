@@ -283,6 +283,41 @@ static void what_a_lamps_map_holds_is_not_told_again(void **state)
     }
 }
 
+// Leaves of two centimetres, double-sided, in piles of ten a millimetre apart: of the points nearest
+// to where light falls most lie on other leaves, and are not seen from where it came.
+static void add_leaves(struct world *w, int32_t material)
+{
+    for (int i = 0; i < 1600; i++) {
+        const double size = .02, x = -.8 + .12 * (i / 10 % 13), z = -.8 + .12 * (i / 130);
+        const double y = -.5 + .001 * (i % 10);
+        const double leaf[4][3] = {
+            {x, y, z + size}, {x + size, y, z + size}, {x + size, y, z}, {x, y, z}};
+        world_add_quad(w, material, leaf, 1);
+    }
+    w->scene->materials[material].double_sided = true;
+}
+
+// What meets a surface so small that no point stands for it is neither lost nor its neighbour's.
+static void small_things_lose_no_light(void **state)
+{
+    static const double at[3] = {.3, .2, -.1}, down[3] = {.2, -1, .1};
+    struct world *w = *state;
+    world_clear(w);
+    world_add_box_room(w, world_add_material(w, ALBEDO), centre, HALF_M);
+    add_leaves(w, world_add_material(w, ALBEDO));
+    world_add_light(w, BD_LIGHT_POINT, at, down, 7);
+    struct view view = view_open(w);
+    const struct bd_light_setup setup = bd_light_setup_of(w->scene, 0);
+    const struct bd_light_uniform lamp = bd_light_setup_uniform(&setup, &view.scene->space, 0);
+    const double flux = bd_render_intensity(&view.scene->space, setup.flux_lm);
+    struct path_set set = walk_set_of(&view, 256, false, 3, &lamp);
+    const double known = flux * (pow(ALBEDO, 2) - pow(ALBEDO, 5)) / (1 - ALBEDO);
+    print_message("    %.4f of what is known\n", set.flux / known);
+    ASSERT_REL(set.flux, known, 1e-3);
+    free(set.lights);
+    view_close(&view);
+}
+
 // What a directional light sends past the walls of a room without a roof, and what is beyond a
 // lamp's range, reaches nothing.
 static void light_goes_as_far_as_its_lamp_says(void **state)
@@ -439,6 +474,7 @@ int main(void)
         cmocka_unit_test(a_furnace_is_even),
         cmocka_unit_test(each_reflection_sends_its_part_on),
         cmocka_unit_test(what_a_lamps_map_holds_is_not_told_again),
+        cmocka_unit_test(small_things_lose_no_light),
         cmocka_unit_test(light_goes_as_far_as_its_lamp_says),
         cmocka_unit_test(a_carpet_keeps_the_floor_dark),
         cmocka_unit_test(the_sky_is_seen_behind_everything),
