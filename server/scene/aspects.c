@@ -203,6 +203,7 @@ static bool same_cameras(const struct bd_scene *a, const struct bd_scene *b)
 static bool same_environment(const struct bd_environment *a, const struct bd_environment *b)
 {
     if (memcmp(a->radiance, b->radiance, sizeof a->radiance) != 0) return false;
+    if (memcmp(a->rotation, b->rotation, sizeof a->rotation) != 0) return false;
     if (a->map == b->map) return true;
     return a->map && b->map && memcmp(a->map->sha256, b->map->sha256, sizeof a->map->sha256) == 0;
 }

@@ -75,6 +75,7 @@ static const struct property properties[] = {
     P(NODE, "transform", node.parent_from_node),
 
     P(ENVIRONMENT, "radiance", environment.radiance),
+    P(ENVIRONMENT, "rotation", environment.rotation),
 };
 
 _Static_assert(offsetof(struct bd_light, cone_outer) ==

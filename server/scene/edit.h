@@ -188,7 +188,9 @@ struct bd_mesh_edit {
 };
 
 struct bd_environment_edit {
+    bool keeps_light; // radiance and map stay as they are
     double radiance[3];
+    double rotation[4];     // all 0: none
     struct bd_sky_map *map; // sealed, or NULL
 };
 

@@ -305,8 +305,12 @@ void bd_edit_environment(struct bd_edit *edit, const struct bd_edit_op *op)
 {
     const struct bd_environment_edit *in = &op->environment;
     struct bd_environment *environment = &edit->draft->environment;
-    bd_edit_numbers(edit, "radiance", in->radiance, 3, 0, 1e30, environment->radiance);
+    const double *r = in->rotation;
+    memset(environment->rotation, 0, sizeof environment->rotation);
+    if (r[0] != 0 || r[1] != 0 || r[2] != 0 || r[3] != 0) bd_environment_turn(environment, r);
     bd_edit_touch(edit, BD_OBJECT_ENVIRONMENT, 0);
+    if (in->keeps_light) return;
+    bd_edit_numbers(edit, "radiance", in->radiance, 3, 0, 1e30, environment->radiance);
     if (in->map) bd_sky_map_retain(in->map);
     bd_sky_map_release(&environment->map);
     environment->map = in->map;

@@ -169,6 +169,36 @@ bool bd_environment_shines(const struct bd_environment *environment)
     return false;
 }
 
+void bd_environment_turn(struct bd_environment *environment, const double rotation[4])
+{
+    double length = 0, largest = 0;
+    for (int c = 0; c < 4; c++) largest = fmax(largest, fabs(rotation[c]));
+    for (int c = 0; c < 4; c++) length += rotation[c] / largest * (rotation[c] / largest);
+    const double scale = 1 / (largest * sqrt(length));
+    for (int c = 0; c < 4; c++) environment->rotation[c] = (float)(rotation[c] * scale);
+    const float *r = environment->rotation;
+    // One way to say that it is not turned.
+    if (r[0] == 0 && r[1] == 0 && r[2] == 0) environment->rotation[3] = 0;
+}
+
+bool bd_environment_is_turned(const struct bd_environment *environment)
+{
+    const float *r = environment->rotation;
+    return r[0] != 0 || r[1] != 0 || r[2] != 0 || r[3] != 0;
+}
+
+void bd_environment_axes(const struct bd_environment *environment, bd_dvec3 axes[3])
+{
+    const float *r = environment->rotation;
+    double x = r[0], y = r[1], z = r[2], w = r[3];
+    const double length = sqrt(x * x + y * y + z * z + w * w);
+    if (!(length > 0)) w = 1;
+    if (length > 0) x /= length, y /= length, z /= length, w /= length;
+    axes[0] = (bd_dvec3){1 - 2 * (y * y + z * z), 2 * (x * y + z * w), 2 * (x * z - y * w)};
+    axes[1] = (bd_dvec3){2 * (x * y - z * w), 1 - 2 * (x * x + z * z), 2 * (y * z + x * w)};
+    axes[2] = (bd_dvec3){2 * (x * z + y * w), 2 * (y * z - x * w), 1 - 2 * (x * x + y * y)};
+}
+
 bd_dvec3 bd_scene_origin_m(const struct bd_features *features)
 {
     const bd_dvec3 off_middle = {0.50137281, 0.49881733, 0.50092647};

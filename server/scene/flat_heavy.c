@@ -230,13 +230,21 @@ static void visit_sky_map(struct bd_flat_io *io, struct bd_sky_map **slot)
     if (io->reading && !io->failed) bd_sky_map_seal(*slot);
 }
 
+// A byte says what follows: 1 = a map, 2 = a rotation. Of environments that are not turned it is
+// what it was before they could be.
 void bd_flat_environment(struct bd_flat_io *io, struct bd_environment *environment)
 {
-    bool has_map = environment->map != NULL;
+    uint8_t parts = 0;
+    if (!io->reading)
+        parts =
+            (uint8_t)((environment->map ? 1 : 0) | (bd_environment_is_turned(environment) ? 2 : 0));
     bd_flat_enter(io, "environment");
     bd_flat_f32s(io, environment->radiance, 3, 0, FLT_MAX);
-    bd_flat_bool(io, &has_map);
-    if (has_map && !io->failed) visit_sky_map(io, &environment->map);
+    bd_flat_bytes(io, &parts, 1);
+    if (parts > 3) bd_flat_fail(io);
+    if (parts & 2) bd_flat_f32s(io, environment->rotation, 4, -1, 1);
+    if (parts & 2 && !bd_environment_is_turned(environment)) bd_flat_fail(io);
+    if (parts & 1 && !io->failed) visit_sky_map(io, &environment->map);
 }
 
 // --- alone ----------------------------------------------------------------------------------

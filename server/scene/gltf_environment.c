@@ -1,12 +1,13 @@
 // BOUNCED_environment, our own extension of the document, since glTF has no environments:
 //
-//     "BOUNCED_environment": {"radiance": [r, g, b], "map": {"accessor": 3, "width": 64, "height":
-//     32}}
+//     "BOUNCED_environment": {"radiance": [r, g, b], "rotation": [x, y, z, w],
+//                             "map": {"accessor": 3, "width": 64, "height": 32}}
 //
 // as struct bd_environment has them, texels as VEC3 of floats. Written by exports; any other file
 // may have it too.
 
 #include <float.h>
+#include <math.h>
 #include <stdlib.h>
 
 #include "scene/gltf_reader.h"
@@ -77,6 +78,20 @@ static enum bd_err read_map(struct bd_gltf_reader *reader, const struct bd_gltf_
     return err;
 }
 
+static enum bd_err read_rotation(struct bd_gltf_reader *reader, const double rotation[4])
+{
+    bool is_turned = false;
+    for (int c = 0; c < 4; c++) {
+        if (!(fabs(rotation[c]) <= 1))
+            return bd_fault_set(reader->fault, BD_ERR_BAD_INPUT,
+                                "extensions.BOUNCED_environment.rotation", "%g is not in [-1, 1]",
+                                rotation[c]);
+        is_turned = is_turned || rotation[c] != 0;
+    }
+    if (is_turned) bd_environment_turn(&reader->scene->environment, rotation);
+    return BD_ERR_OK;
+}
+
 enum bd_err bd_gltf_read_environment(struct bd_gltf_reader *reader)
 {
     const struct bd_gltf_environment *in = &reader->doc->environment;
@@ -88,7 +103,8 @@ enum bd_err bd_gltf_read_environment(struct bd_gltf_reader *reader)
                                 in->radiance[c], (double)FLT_MAX);
         reader->scene->environment.radiance[c] = (float)in->radiance[c];
     }
-    return in->has_map ? read_map(reader, &in->map) : BD_ERR_OK;
+    enum bd_err err = read_rotation(reader, in->rotation);
+    return err || !in->has_map ? err : read_map(reader, &in->map);
 }
 
 // --- out ------------------------------------------------------------------------------------
@@ -123,6 +139,8 @@ void bd_gltf_write_environment(struct bd_gltf_writer *writer)
     if (!bd_gltf_has_environment(writer->scene)) return;
     bd_gltf_open_extension(writer, BD_GLTF_EXTENSION_ENVIRONMENT);
     bd_gltf_json_f32s(&writer->json, "radiance", environment->radiance, 3);
+    if (bd_environment_is_turned(environment))
+        bd_gltf_json_f32s(&writer->json, "rotation", environment->rotation, 4);
     if (environment->map && !write_map(writer, environment->map)) writer->json.no_memory = true;
     bd_gltf_json_close(&writer->json, '{');
 }

@@ -213,6 +213,7 @@ static const struct bd_gltf_property root_extensions[] = {
 
 static const struct bd_gltf_property environment[] = {
     {.key = "radiance", .type = BD_GLTF_NUMBER, .is_array = true, .length = 3, .required = true},
+    {.key = "rotation", .type = BD_GLTF_NUMBER, .is_array = true, .length = 4},
     CHILD("map", ENVIRONMENT_MAP),
 };
 

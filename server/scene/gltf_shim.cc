@@ -430,6 +430,7 @@ void copy_environment(Document *doc)
     bd_gltf_environment *out = &doc->environment;
     out->is_there = in != nullptr;
     numbers(in, "radiance", out->radiance, 3);
+    numbers(in, "rotation", out->rotation, 4);
     out->has_map = in && in->Has("map") && in->Get("map").IsObject();
     if (!out->has_map) return;
     const tinygltf::Value &map = in->Get("map");

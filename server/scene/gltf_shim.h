@@ -150,7 +150,7 @@ struct bd_gltf_environment_map {
 
 struct bd_gltf_environment { // gltf_environment.c
     bool is_there, has_map;
-    double radiance[3];
+    double radiance[3], rotation[4]; // all 0: none
     struct bd_gltf_environment_map map;
 };
 

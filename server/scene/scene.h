@@ -168,8 +168,15 @@ struct bd_sky_map {
 // Light from infinitely far away.
 struct bd_environment {
     float radiance[3];      // cd/m^2, or a factor on the map; 0: none
+    float rotation[4];      // of the map: unit quaternion x y z w, as a node's; all 0: none
     struct bd_sky_map *map; // NULL: the same from everywhere
 };
+
+// Sets the rotation, of any length but 0.
+void bd_environment_turn(struct bd_environment *environment, const double rotation[4]);
+bool bd_environment_is_turned(const struct bd_environment *environment);
+// Where the map's axes x, y (its zenith) and z point in the world.
+void bd_environment_axes(const struct bd_environment *environment, bd_dvec3 axes[3]);
 
 // One camera or light as placed by a node. Cameras look along -z of the node's frame, y up;
 // lights shine along -z. Axes are orthonormal and right-handed: axis_z is where the node's z axis

@@ -169,7 +169,8 @@ static struct bd_scene *scene_under_map(void)
 {
     struct bd_scene *scene = bd_scene_create();
     uint64_t negative_count;
-    scene->environment = (struct bd_environment){{1, 2, 3}, read_map(7, &negative_count)};
+    scene->environment =
+        (struct bd_environment){.radiance = {1, 2, 3}, .map = read_map(7, &negative_count)};
     return scene;
 }
 
@@ -198,6 +199,43 @@ static void a_sky_survives_the_flat_form_and_no_cut_of_it_does(void **state)
     assert_string_equal(fault.field, "environment");
     free(flat.data);
     bd_scene_release(&scene);
+}
+
+// And one that is not turned is written as it was before any could be: a byte that says a map.
+static void a_turned_sky_survives_the_flat_form(void **state)
+{
+    (void)state;
+    struct bd_scene *scene = scene_under_map(), *again;
+    struct bytes straight = {0}, turned = {0};
+    struct bd_fault fault = {0};
+    assert_true(bd_flat_write(scene, collect, &straight));
+    bd_environment_turn(&scene->environment, (const double[4]){0, 2e9, 0, 2e9});
+    assert_true(bd_flat_write(scene, collect, &turned));
+    assert_int_equal(turned.size, straight.size + 16);
+    assert_int_equal(bd_flat_read(turned.data, turned.size, &again, &fault), BD_ERR_OK);
+    assert_memory_equal(again->environment.rotation, scene->environment.rotation, 16);
+    assert_float_equal(again->environment.rotation[1], sqrtf(0.5f), 1e-7);
+    bd_scene_release(&again);
+    bd_environment_turn(&scene->environment, (const double[4]){0, 0, 0, -3});
+    assert_false(bd_environment_is_turned(&scene->environment));
+    free(straight.data);
+    free(turned.data);
+    bd_scene_release(&scene);
+}
+
+// A quarter turn about y has the map's x axis point along -z.
+static void axes_are_where_the_map_is_turned_to(void **state)
+{
+    (void)state;
+    struct bd_environment sky = {.map = NULL};
+    bd_dvec3 axes[3];
+    bd_environment_axes(&sky, axes);
+    assert_true(axes[0].x == 1 && axes[1].y == 1 && axes[2].z == 1);
+    bd_environment_turn(&sky, (const double[4]){0, 1, 0, 1});
+    bd_environment_axes(&sky, axes);
+    assert_float_equal(axes[0].z, -1, 1e-7);
+    assert_float_equal(axes[1].y, 1, 1e-7);
+    assert_float_equal(axes[2].x, 1, 1e-7);
 }
 
 // Where the sky shines the default rig is for those who are not lit by it; a black one is as good
@@ -234,6 +272,8 @@ int main(void)
         cmocka_unit_test(maps_that_are_none_are_refused),
         cmocka_unit_test(a_map_of_9000_texels_a_side_is_too_large),
         cmocka_unit_test(a_sky_survives_the_flat_form_and_no_cut_of_it_does),
+        cmocka_unit_test(a_turned_sky_survives_the_flat_form),
+        cmocka_unit_test(axes_are_where_the_map_is_turned_to),
         cmocka_unit_test(the_default_lights_yield_to_a_shining_sky),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
