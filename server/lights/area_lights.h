@@ -53,6 +53,8 @@ struct bd_sky_light {
     bool shines;
     f3 radiance; // a factor on the map, or the sky's
     struct bd_sky_map *map;
+    bool is_turned;
+    bd_dvec3 axes[3];       // of the map, in the world
     uint32_t columns, rows; // of cells; 0: a constant sky
     bool in_blocks;         // cells are blocks of texels; else they lie between texels' middles
     float *cumulated_rows;  // up to and with each, ends at 1

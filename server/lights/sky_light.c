@@ -152,6 +152,8 @@ enum bd_err bd_sky_light_init(struct bd_sky_light *sky, const struct bd_environm
     sky->shines = factor[0] > 0 || factor[1] > 0 || factor[2] > 0;
     if (!sky->shines || !environment->map) return BD_ERR_OK;
     sky->map = bd_sky_map_retain(environment->map);
+    sky->is_turned = bd_environment_is_turned(environment);
+    bd_environment_axes(environment, sky->axes);
     return make_cells(sky, pause, user, fault);
 }
 
@@ -164,14 +166,30 @@ void bd_sky_light_finish(struct bd_sky_light *sky)
 
 // --- directions ---------------------------------------------------------------------------------
 
-// Column and row in parts of the map.
-static void place_of(f3 d, double *x, double *y)
+static bd_dvec3 in_map(const struct bd_sky_light *sky, f3 direction)
 {
+    const bd_dvec3 d = {direction.x, direction.y, direction.z}, *axes = sky->axes;
+    if (!sky->is_turned) return d;
+    return (bd_dvec3){bd_dvec3_dot(d, axes[0]), bd_dvec3_dot(d, axes[1]), bd_dvec3_dot(d, axes[2])};
+}
+
+static bd_dvec3 in_world(const struct bd_sky_light *sky, bd_dvec3 d)
+{
+    if (!sky->is_turned) return d;
+    return bd_dvec3_add(
+        bd_dvec3_add(bd_dvec3_scale(sky->axes[0], d.x), bd_dvec3_scale(sky->axes[1], d.y)),
+        bd_dvec3_scale(sky->axes[2], d.z));
+}
+
+// Column and row in parts of the map.
+static void place_of(const struct bd_sky_light *sky, f3 direction, double *x, double *y)
+{
+    const bd_dvec3 d = in_map(sky, direction);
     double turn = atan2(d.x, -d.z);
     if (turn < 0) turn += 2 * pi;
     *x = fmin(turn / (2 * pi), 1);
     // The arc cosine would lose half of the digits near the zenith.
-    *y = atan2(sqrt((double)d.x * d.x + (double)d.z * d.z), d.y) / pi;
+    *y = atan2(sqrt(d.x * d.x + d.z * d.z), d.y) / pi;
 }
 
 f3 bd_sky_light_radiance(const struct bd_sky_light *sky, f3 direction)
@@ -179,7 +197,7 @@ f3 bd_sky_light_radiance(const struct bd_sky_light *sky, f3 direction)
     const struct bd_sky_map *map = sky->map;
     if (!map) return sky->radiance;
     double x, y;
-    place_of(direction, &x, &y);
+    place_of(sky, direction, &x, &y);
     x = x * map->width_px - 0.5;
     y = y * map->height_px - 0.5;
     const int64_t left = (int64_t)floor(x), top = (int64_t)floor(y);
@@ -263,8 +281,9 @@ f3 bd_sky_light_choose(const struct bd_sky_light *sky, const float number[2], fl
     const double angle = top + (row_edge(sky, row + 1) - top) * t;
     const double turn = left + (column_edge(sky, column + 1) - left) * s;
     *density = density_at(sky, column, row, s, t);
-    return f3_of((float)(sin(angle) * sin(turn)), (float)cos(angle),
-                 (float)(-sin(angle) * cos(turn)));
+    const bd_dvec3 d =
+        in_world(sky, (bd_dvec3){sin(angle) * sin(turn), cos(angle), -sin(angle) * cos(turn)});
+    return f3_of((float)d.x, (float)d.y, (float)d.z);
 }
 
 static uint32_t cell_of(uint32_t place, uint32_t cells, uint32_t texels)
@@ -278,7 +297,7 @@ float bd_sky_light_density(const struct bd_sky_light *sky, f3 direction)
 {
     const struct bd_sky_map *map = sky->map;
     double x, y;
-    place_of(direction, &x, &y);
+    place_of(sky, direction, &x, &y);
     const double across = x * map->width_px, down = y * map->height_px;
     if (sky->in_blocks) {
         const uint32_t column = (uint32_t)fmin(across, map->width_px - 1.0);

@@ -41,8 +41,7 @@ static double cumulate(double *values, uint32_t count)
 {
     double sum = 0;
     for (uint32_t i = 0; i < count; i++) values[i] = sum += values[i];
-    for (uint32_t i = 0; i < count; i++)
-        values[i] = sum > 0 ? values[i] / sum : (i + 1.0) / count;
+    for (uint32_t i = 0; i < count; i++) values[i] = sum > 0 ? values[i] / sum : (i + 1.0) / count;
     return sum;
 }
 
@@ -63,6 +62,7 @@ enum bd_err bd_sky_init(struct bd_sky *sky, const struct bd_environment *environ
     const struct bd_sky_map *map = environment->map;
     const float *factor = environment->radiance;
     *sky = (struct bd_sky){.environment = environment};
+    bd_environment_axes(environment, sky->axes);
     sky->shines = factor[0] > 0 || factor[1] > 0 || factor[2] > 0;
     if (!sky->shines || !map) return BD_ERR_OK;
     size_t texel_count = (size_t)map->width_px * map->height_px;
@@ -82,9 +82,17 @@ void bd_sky_finish(struct bd_sky *sky)
     *sky = (struct bd_sky){0};
 }
 
-// Column and row as real numbers, texel (0, 0) from 0 to 1.
-static void coordinates(const struct bd_sky_map *map, const float d[3], double *x, double *y)
+static double along(bd_dvec3 axis, const float d[3])
 {
+    return axis.x * d[0] + axis.y * d[1] + axis.z * d[2];
+}
+
+// Column and row as real numbers, texel (0, 0) from 0 to 1.
+static void coordinates(const struct bd_sky *sky, const float direction[3], double *x, double *y)
+{
+    const struct bd_sky_map *map = sky->environment->map;
+    const double d[3] = {along(sky->axes[0], direction), along(sky->axes[1], direction),
+                         along(sky->axes[2], direction)};
     double azimuth = atan2(d[0], -d[2]);
     if (azimuth < 0) azimuth += 2 * pi;
     *x = fmin(azimuth / (2 * pi), 1) * map->width_px;
@@ -97,7 +105,7 @@ void bd_sky_radiance(const struct bd_sky *sky, const float direction[3], float o
     bd_vec3f_copy(out, sky->environment->radiance);
     if (!map) return;
     double x, y;
-    coordinates(map, direction, &x, &y);
+    coordinates(sky, direction, &x, &y);
     int64_t left = (int64_t)floor(x - 0.5), top = (int64_t)floor(y - 0.5);
     float right_share = (float)(x - 0.5 - (double)left), low_share = (float)(y - 0.5 - (double)top);
     const float *a = texel(map, left, top), *b = texel(map, left + 1, top);
@@ -133,18 +141,20 @@ void bd_sky_sample(const struct bd_sky *sky, const uint32_t bits[2], float direc
 {
     const struct bd_sky_map *map = sky->environment->map;
     double along_y, along_x, row_probability, column_probability;
-    uint32_t y =
-        choose(sky->rows, map->height_px, bits[0] * 0x1p-32, &along_y, &row_probability);
-    uint32_t x = choose(sky->columns + (size_t)y * map->width_px, map->width_px,
-                        bits[1] * 0x1p-32, &along_x, &column_probability);
+    uint32_t y = choose(sky->rows, map->height_px, bits[0] * 0x1p-32, &along_y, &row_probability);
+    uint32_t x = choose(sky->columns + (size_t)y * map->width_px, map->width_px, bits[1] * 0x1p-32,
+                        &along_x, &column_probability);
     // Uniform over the texel's solid angle: in the azimuth and in the cosine.
     double step = pi / map->height_px;
     double top = cos(y * step), bottom = cos((y + 1) * step);
     double cosine = top + (bottom - top) * along_y;
     double sine = sqrt(fmax(1 - cosine * cosine, 0));
     double azimuth = 2 * pi * (x + along_x) / map->width_px;
-    bd_vec3f_set(direction, (float)(sine * sin(azimuth)), (float)cosine,
-                 (float)(-sine * cos(azimuth)));
+    const bd_dvec3 x_part = bd_dvec3_scale(sky->axes[0], sine * sin(azimuth));
+    const bd_dvec3 y_part = bd_dvec3_scale(sky->axes[1], cosine);
+    const bd_dvec3 z_part = bd_dvec3_scale(sky->axes[2], -sine * cos(azimuth));
+    const bd_dvec3 d = bd_dvec3_add(x_part, bd_dvec3_add(y_part, z_part));
+    bd_vec3f_set(direction, (float)d.x, (float)d.y, (float)d.z);
     *density = (float)(row_probability * column_probability / row_solid_angle(map, y));
 }
 
@@ -153,7 +163,7 @@ float bd_sky_density(const struct bd_sky *sky, const float direction[3])
     if (!sky->is_sampled) return 0;
     const struct bd_sky_map *map = sky->environment->map;
     double x_real, y_real;
-    coordinates(map, direction, &x_real, &y_real);
+    coordinates(sky, direction, &x_real, &y_real);
     uint32_t x = (uint32_t)fmin(x_real, map->width_px - 1.0);
     uint32_t y = (uint32_t)fmin(y_real, map->height_px - 1.0);
     const double *row = sky->columns + (size_t)y * map->width_px;

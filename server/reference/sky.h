@@ -14,10 +14,11 @@
 
 struct bd_sky {
     const struct bd_environment *environment;
-    bool shines;       // at all
-    bool is_sampled;   // bd_sky_sample may be called
-    double *rows;      // cumulated probability of rows, then of the texels within each row
-    double *columns;   // width a row
+    bool shines;      // at all
+    bool is_sampled;  // bd_sky_sample may be called
+    bd_dvec3 axes[3]; // of the map, in the world
+    double *rows;     // cumulated probability of rows, then of the texels within each row
+    double *columns;  // width a row
 };
 
 BD_MUST_CHECK

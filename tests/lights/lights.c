@@ -296,23 +296,26 @@ static struct bd_sky_map *map_of(uint32_t width, uint32_t height)
     return map;
 }
 
-static struct bd_area_lights *sky_of(struct stage *stage, struct bd_sky_map *map)
+static struct bd_area_lights *sky_of(struct stage *stage, struct bd_sky_map *map,
+                                     const double *rotation)
 {
     bd_sky_map_seal(map);
-    stage->scene->environment = (struct bd_environment){{1, 1, 1}, map};
+    stage->scene->environment = (struct bd_environment){.radiance = {1, 1, 1}, .map = map};
+    if (rotation) bd_environment_turn(&stage->scene->environment, rotation);
     stage_floor(stage, stage_material(stage, 0.5f), 1, 0, 1);
     return lights_of(finished(stage));
 }
 
 // The mean of what a sample brings over its density, against a sum over the sphere.
-static void check_sky(uint32_t width, uint32_t height, uint32_t sun, double relative)
+static void check_sky(uint32_t width, uint32_t height, uint32_t sun, const double *rotation,
+                      double relative)
 {
     struct stage *stage = stage_create();
     struct bd_sky_map *map = map_of(width, height);
     for (uint32_t i = 0; i < 3 * width * height; i++)
         map->rgb[i] = 0.1f + 0.2f * (float)(i / 3 / width) / (float)height;
     for (int c = 0; c < 3; c++) map->rgb[3 * sun + c] = 20000;
-    struct bd_area_lights *lights = sky_of(stage, map);
+    struct bd_area_lights *lights = sky_of(stage, map, rotation);
     const struct bd_sequence sequence = bd_sequence_of(3, 4);
     double seen = 0, expected = 0;
     for (uint32_t i = 0; i < SAMPLES; i++) {
@@ -339,16 +342,19 @@ static void check_sky(uint32_t width, uint32_t height, uint32_t sun, double rela
 static void skies_with_a_sun_are_found(void **state)
 {
     (void)state;
-    check_sky(32, 16, 5 * 32 + 9, 0.01);
-    check_sky(32, 16, 31, 0.01);      // at the zenith, across the seam
-    check_sky(64, 32, 31 * 64, 0.01); // at the nadir
+    static const double turn[4] = {0.3, -0.5, 0.1, 0.7};
+    check_sky(32, 16, 5 * 32 + 9, NULL, 0.01);
+    check_sky(32, 16, 31, NULL, 0.01);      // at the zenith, across the seam
+    check_sky(64, 32, 31 * 64, NULL, 0.01); // at the nadir
+    check_sky(32, 16, 5 * 32 + 9, turn, 0.01);
+    check_sky(64, 32, 12 * 64 + 63, turn, 0.01); // across the seam
 }
 
 static void a_black_map_does_not_shine(void **state)
 {
     (void)state;
     struct stage *stage = stage_create();
-    struct bd_area_lights *lights = sky_of(stage, map_of(8, 4));
+    struct bd_area_lights *lights = sky_of(stage, map_of(8, 4), NULL);
     assert_false(lights->sky.shines);
     bd_area_lights_destroy(&lights);
     stage_destroy(&stage);
