@@ -318,8 +318,10 @@ static enum bd_err read_environment(const struct reading *reading, const Bounced
         const char *dot = strchr(fault.field, '.');
         err = refuse(reading, err, dot ? dot + 1 : fault.field, fault.message);
     } else {
+        op->environment.keeps_light = read.turns_alone;
         for (int c = 0; c < 3; c++)
             op->environment.radiance[c] = (double)read.environment.radiance[c];
+        memcpy(op->environment.rotation, read.rotation, sizeof read.rotation);
         if (read.environment.map) op->environment.map = bd_sky_map_retain(read.environment.map);
         flag(reading, "environment_negative",
              read.negative_count < UINT32_MAX ? (uint32_t)read.negative_count : UINT32_MAX);

@@ -1,15 +1,19 @@
 #include "net/environment.h"
 
 #include <float.h>
+#include <math.h>
 
 #include "net/import_files.h"
 #include "scene/import.h"
+
+// Of a quaternion before it is normalised.
+#define BD_ROTATION_MAX 1e15
 
 static enum bd_err read_radiance(const Bounced__Environment *message, float out[3],
                                  struct bd_fault *fault)
 {
     static const char field[] = "environment.radiance";
-    if (message->n_radiance == 0 && !message->map)
+    if (message->n_radiance == 0 && !message->map && message->n_rotation == 0)
         return bd_fault_set(fault, BD_ERR_USAGE, field,
                             "an environment has a radiance of three numbers, a map, or both");
     if (message->n_radiance != 0 && message->n_radiance != 3)
@@ -23,6 +27,27 @@ static enum bd_err read_radiance(const Bounced__Environment *message, float out[
                                 (double)FLT_MAX);
         out[c] = (float)value;
     }
+    return BD_ERR_OK;
+}
+
+static enum bd_err read_rotation(const Bounced__Environment *message, double out[4],
+                                 struct bd_fault *fault)
+{
+    static const char field[] = "environment.rotation";
+    double largest = 0;
+    if (message->n_rotation == 0) return BD_ERR_OK;
+    if (message->n_rotation != 4)
+        return bd_fault_set(fault, BD_ERR_USAGE, field, "%s is four numbers, not %zu", field,
+                            message->n_rotation);
+    for (size_t c = 0; c < 4; c++) {
+        out[c] = message->rotation[c];
+        if (!(fabs(out[c]) <= BD_ROTATION_MAX))
+            return bd_fault_set(fault, BD_ERR_USAGE, field,
+                                "%s[%zu] is %g; it must be from %g to %g", field, c, out[c],
+                                -BD_ROTATION_MAX, BD_ROTATION_MAX);
+        largest = fmax(largest, fabs(out[c]));
+    }
+    if (!(largest > 1e-15)) return bd_fault_set(fault, BD_ERR_USAGE, field, "%s is zero", field);
     return BD_ERR_OK;
 }
 
@@ -47,7 +72,10 @@ enum bd_err bd_net_environment_read(const Bounced__Environment *message, struct 
                                     struct bd_net_environment *out, struct bd_fault *fault)
 {
     *out = (struct bd_net_environment){0};
+    out->turns_alone = message->n_radiance == 0 && !message->map;
     enum bd_err err = read_radiance(message, out->environment.radiance, fault);
+    if (!err) err = read_rotation(message, out->rotation, fault);
+    if (!err && message->n_rotation) bd_environment_turn(&out->environment, out->rotation);
     if (!err && message->map) err = read_map(message->map, blobs, pool, limits, out, fault);
     return err;
 }

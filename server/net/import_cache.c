@@ -46,6 +46,7 @@ static void add_environment(struct bd_sha256 *sha, const struct bd_environment *
     const struct bd_sky_map *map = environment->map;
     uint64_t size[2] = {map ? map->width_px : 0, map ? map->height_px : 0};
     bd_sha256_update(sha, environment->radiance, sizeof environment->radiance);
+    bd_sha256_update(sha, environment->rotation, sizeof environment->rotation);
     bd_sha256_update(sha, size, sizeof size);
     if (map) bd_sha256_update(sha, map->rgb, (size_t)(size[0] * size[1]) * 3 * sizeof *map->rgb);
 }

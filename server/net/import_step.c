@@ -112,6 +112,9 @@ static void import_beside_loop(struct bd_command *command)
         command->err = bd_net_environment_read(
             environment, bd_grant_blobs(&command->net->options, command->grant),
             command->net->import_pool, &command->net->options.limits, &sky, &command->fault);
+    if (!command->err && sky.turns_alone)
+        command->err = bd_fault_set(&command->fault, BD_ERR_USAGE, "environment.rotation",
+                                    "there is no environment to turn: radiance, a map, or both");
     if (!command->err) import_files(command, &import, environment ? &sky : NULL);
     bd_net_environment_finish(&sky);
     bd_import_files_finish(&import);

@@ -108,6 +108,48 @@ def test_an_edit_sets_it_too(shared):
     assert texels(shared, scene)[:2] == (8, 2)
 
 
+def edit(daemon, scene, **environment):
+    return daemon.json("POST", f"/v1/scenes/{scene}/edits", {"ops": [{"set_environment": environment}]})
+
+
+def sky_in_export(daemon, scene):
+    status, _, exported = daemon.request("GET", f"/v1/scenes/{scene}/export")
+    assert status == 200
+    return exported, glb_check.check(exported)["extensions"]["BOUNCED_environment"]
+
+
+def test_a_sky_is_turned_alone_and_keeps_its_turn(shared):
+    scene = shared.add_scene()
+    sky = shared.put_blob(radiance_file(2))
+    assert edit(shared, scene, map=sky, radiance=[1, 2, 3])[0] == 200
+    assert "rotation" not in sky_in_export(shared, scene)[1]
+    assert edit(shared, scene, rotation=[0, 3, 0, 4])[0] == 200
+    exported, told = sky_in_export(shared, scene)
+    assert told["radiance"] == [1, 2, 3] and told["map"]["width"] == 8
+    assert told["rotation"] == pytest.approx([0, .6, 0, .8])
+    status, again = shared.json("POST", "/v1/scenes", {"blob": shared.put_blob(exported), "name": "again"})
+    assert status == 201, again
+    assert sky_in_export(shared, again["id"])[1]["rotation"] == pytest.approx([0, .6, 0, .8])
+    assert edit(shared, scene, map=sky)[0] == 200
+    assert "rotation" not in sky_in_export(shared, scene)[1]
+    assert shared.json("POST", f"/v1/scenes/{scene}/undo", {})[0] == 200
+    assert sky_in_export(shared, scene)[1]["rotation"] == pytest.approx([0, .6, 0, .8])
+
+
+@pytest.mark.parametrize("rotation,words", [([0, 0, 0, 0], "zero"), ([0, 1, 0], "four numbers, not 3"),
+                                            ([0, 1e16, 0, 1], "-1e+15 to 1e+15")])
+def test_turns_that_are_none(shared, rotation, words):
+    status, answer = edit(shared, shared.add_scene(), radiance=[1, 1, 1], rotation=rotation)
+    assert status == 400 and answer["details"]["field"] == "ops[0].set_environment.rotation", answer
+    assert words in answer["message"]
+
+
+def test_a_file_has_no_environment_to_turn(shared):
+    status, answer = shared.json("POST", "/v1/scenes", {
+        "blob": shared.put_blob((SCENES / "cornell.glb").read_bytes()), "environment": {"rotation": [0, 1, 0, 1]}})
+    assert status == 400 and answer["details"]["field"] == "environment.rotation", answer
+
+
 @pytest.mark.parametrize("damage,word", [
     (lambda f: f[:-1], "row 3"), (lambda f: f.replace(b"rgbe", b"xyze"), "xyze"),
     (lambda f: f.replace(b"-Y 4 +X 8", b"-Y 4 +X 9000"), "8192"),

@@ -38,6 +38,7 @@ EDITS = {
     "lit again": material(unlit=False),
     "alpha": material(alpha_mode="mask", alpha_cutoff=.5),
     "environment": lambda edit, objects: edit.set_environment(radiance=(.1, .1, .1)),
+    "sky turned": lambda edit, objects: edit.set_environment(rotation=(0, .6, 0, .8)),
     "object moved": moved("mesh", 0, (0, .01, 0)),
     "camera moved": moved("camera", 0, (0, 1, 3)),
     "light added": light_added,

@@ -428,15 +428,19 @@ class Edit:
     def remove_camera(self, camera: Reference) -> None:
         self._remove("remove_camera", camera)
 
-    def set_environment(self, radiance: Vector | None = None, map: PathLike | None = None) -> None:
+    def set_environment(self, radiance: Vector | None = None, map: PathLike | None = None,
+                        rotation: Vector | None = None) -> None:
         """Light from infinitely far away.
 
         radiance  RGB in cd/m^2; of a map, a factor on it
         map       an EXR or Radiance (.hdr) file: the whole sphere, zenith on top
+        rotation  how the map is turned: quaternion x y z w; alone, it turns what is there
         """
         fields: dict[str, Any] = {"radiance": radiance}
         if radiance is not None:
             fields["radiance"] = due.row("radiance", radiance, length=3)
+        if rotation is not None:
+            fields["rotation"] = due.row("rotation", rotation, length=4)
         if map is not None:
             content = file_content(map)
             self._contents.append(content)

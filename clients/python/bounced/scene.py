@@ -33,16 +33,21 @@ class Environment:
 
     radiance  RGB in cd/m^2; of a map, a factor on it
     map       an EXR or Radiance (.hdr) file: the whole sphere, zenith on top
+    rotation  how the map is turned: quaternion x y z w
     """
 
-    def __init__(self, radiance: Vector | None = None, map: PathLike | None = None) -> None:
+    def __init__(self, radiance: Vector | None = None, map: PathLike | None = None,
+                 rotation: Vector | None = None) -> None:
         self.radiance = None if radiance is None else due.row("radiance", radiance, length=3)
+        self.rotation = None if rotation is None else due.row("rotation", rotation, length=4)
         self.content: Content | None = None if map is None else file_content(map)
 
     def fill(self, message: Any) -> None:
         message.SetInParent()
         if self.radiance is not None:
             message.radiance.extend(self.radiance)
+        if self.rotation is not None:
+            message.rotation.extend(self.rotation)
         if self.content is not None:
             message.map = self.content.blob
 
