@@ -45,10 +45,10 @@ f3 bd_lamp_flux(const struct bd_light_uniform *lamp)
 
 static struct bd_ray ray_of(f3 origin, f3 direction)
 {
-    return (struct bd_ray){{origin.x, origin.y, origin.z},
-                           BD_NO_TRIANGLE,
-                           {direction.x, direction.y, direction.z},
-                           INFINITY};
+    return (struct bd_ray){.origin = {origin.x, origin.y, origin.z},
+                           .from_triangle = BD_NO_TRIANGLE,
+                           .direction = {direction.x, direction.y, direction.z},
+                           .far = INFINITY};
 }
 
 struct bd_ray bd_lamp_ray(const struct bd_light_uniform *lamp, const float number[2])

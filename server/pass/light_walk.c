@@ -273,7 +273,10 @@ static struct bd_ray ray_from(const struct bd_surface_point *point, const float 
     const f3 at = point->position;
     const struct bd_basis basis = bd_basis_of(point->normal);
     const f3 d = bd_from_basis(&basis, point->normal, bd_cosine_direction(number));
-    return (struct bd_ray){{at.x, at.y, at.z}, point->triangle, {d.x, d.y, d.z}, INFINITY};
+    return (struct bd_ray){.origin = {at.x, at.y, at.z},
+                           .from_triangle = point->triangle,
+                           .direction = {d.x, d.y, d.z},
+                           .far = INFINITY};
 }
 
 // `flux`: of all that is sent.

@@ -23,16 +23,19 @@ uint32_t bd_rays_number(const struct bd_rays *rays, const struct bd_rays_level *
                       (uint64_t)(kept->place - run->first_instance) * run->triangles_per_instance);
 }
 
+const struct bd_triangle_run *bd_rays_run(const struct bd_rays *rays, uint32_t number,
+                                          uint32_t *triangle)
+{
+    const struct bd_triangle_run *run =
+        &rays->order.runs[bd_triangle_order_run(&rays->order, number)];
+    *triangle = (uint32_t)((number - run->first_triangle) % run->triangles_per_instance);
+    return run;
+}
+
 const struct bd_primitive *bd_rays_primitive(const struct bd_rays *rays, uint32_t number,
                                              uint32_t *triangle)
 {
-    uint32_t begin = 0, end = rays->order.run_count;
-    while (end - begin > 1) {
-        const uint32_t middle = begin + (end - begin) / 2;
-        *(rays->order.runs[middle].first_triangle <= number ? &begin : &end) = middle;
-    }
-    const struct bd_triangle_run *run = &rays->order.runs[begin];
-    *triangle = (uint32_t)((number - run->first_triangle) % run->triangles_per_instance);
+    const struct bd_triangle_run *run = bd_rays_run(rays, number, triangle);
     return &rays->scene->meshes[run->mesh]->primitives[run->primitive];
 }
 
@@ -60,7 +63,7 @@ static struct bd_ray_device *create_device(uint32_t thread_count, struct bd_faul
     }
     free(device);
     (void)bd_fault_set(fault, BD_ERR_UNSUPPORTED, "rays", "Embree does not start: %d",
-                        (int)rtcGetDeviceError(NULL));
+                       (int)rtcGetDeviceError(NULL));
     return NULL;
 }
 

@@ -158,6 +158,9 @@ bool bd_rays_same_mesh(const struct bd_scene *a, uint32_t mesh_a, const struct b
 // The number of what Embree found in a level; BD_NO_TRIANGLE for nothing, and for what is no more.
 uint32_t bd_rays_number(const struct bd_rays *rays, const struct bd_rays_level *level,
                         const struct RTCHit *hit);
+// In which run that triangle is, and which of its primitive's triangles.
+const struct bd_triangle_run *bd_rays_run(const struct bd_rays *rays, uint32_t number,
+                                          uint32_t *triangle);
 // Whose triangle that is, and which of its triangles.
 const struct bd_primitive *bd_rays_primitive(const struct bd_rays *rays, uint32_t number,
                                              uint32_t *triangle);

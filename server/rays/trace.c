@@ -20,6 +20,7 @@ struct context {
     float origin[3], direction[3];
     uint32_t excluded[2];
     float far;
+    bool passes_backs;
     struct bd_ray_hit first; // of what was met so far
 };
 
@@ -45,6 +46,21 @@ static void filter_occluded(const struct RTCFilterFunctionNArguments *arguments)
         arguments->valid[0] = 0;
 }
 
+// The ray is in the space of the triangle: placed, one of a mirrored instance has its winding
+// turned round, in its mesh's own frame it has not.
+static bool is_passed_back(const struct context *context, const struct RTCRay *ray,
+                           const struct RTCHit *hit, uint32_t number)
+{
+    const bool turned =
+        hit->Ng_x * ray->dir_x + hit->Ng_y * ray->dir_y + hit->Ng_z * ray->dir_z > 0;
+    uint32_t triangle;
+    const struct bd_triangle_run *run = bd_rays_run(context->rays, number, &triangle);
+    const bool mirrored = run->mirrored && hit->instID[0] == RTC_INVALID_GEOMETRY_ID;
+    const struct bd_scene *scene = context->rays->scene;
+    const int32_t material = scene->meshes[run->mesh]->primitives[run->primitive].material;
+    return turned != mirrored && !scene->materials[material].double_sided;
+}
+
 // A triangle's distance is rounded otherwise than that of the box that it is in: behind a triangle
 // that is as near, a box is passed over or not, and which of them comes first is the tree's. So
 // rays go on by as much as the two may differ, and what counts is decided by triangles alone.
@@ -60,7 +76,8 @@ static void filter_nearest(const struct RTCFilterFunctionNArguments *arguments)
     const uint32_t number = bd_rays_number(context->rays, context->level, hit);
     const struct bd_ray_hit *first = &context->first;
     if (is_passed_over(context, number) || distance > first->distance ||
-        (distance == first->distance && number > first->triangle)) {
+        (distance == first->distance && number > first->triangle) ||
+        (context->passes_backs && is_passed_back(context, ray, hit, number))) {
         arguments->valid[0] = 0;
         return;
     }
@@ -225,8 +242,9 @@ static struct bd_ray_hit nearest(const struct bd_rays *rays, enum bd_rays_alpha 
     const float bias = BD_RAY_BIAS * largest(q->origin) / length_of(q->direction);
     struct RTCRayHit query = {.hit.geomID = RTC_INVALID_GEOMETRY_ID,
                               .hit.instID = {RTC_INVALID_GEOMETRY_ID}};
-    if (!make_ray(q->origin, q->direction, bias, q->far, &query.ray)) return none;
+    if (!make_ray(q->origin, q->direction, fmaxf(q->near, bias), q->far, &query.ray)) return none;
     struct context context = context_for(rays, alpha, &query.ray, q->from_triangle, BD_NO_TRIANGLE);
+    context.passes_backs = q->passes_backs;
     context.embree.filter = filter_nearest;
     for (uint32_t l = 0; l < rays->level_count; l++) {
         context.level = &rays->levels[l];

@@ -93,3 +93,13 @@ void bd_triangle_order_finish(struct bd_triangle_order *order)
     free(order->instances);
     *order = (struct bd_triangle_order){0};
 }
+
+uint32_t bd_triangle_order_run(const struct bd_triangle_order *order, uint64_t number)
+{
+    uint32_t begin = 0, end = order->run_count;
+    while (end - begin > 1) {
+        const uint32_t middle = begin + (end - begin) / 2;
+        *(order->runs[middle].first_triangle <= number ? &begin : &end) = middle;
+    }
+    return begin;
+}

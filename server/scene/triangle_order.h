@@ -36,4 +36,7 @@ struct bd_triangle_order {
 void bd_triangle_order_init(struct bd_triangle_order *order, const struct bd_scene *scene);
 void bd_triangle_order_finish(struct bd_triangle_order *order);
 
+// The run in which a number is, which must be one of the order's.
+uint32_t bd_triangle_order_run(const struct bd_triangle_order *order, uint64_t number);
+
 #endif

@@ -154,11 +154,12 @@ static void make_coherent(struct work *work)
         const double z = 1 - 2 * ((double)(i / width) + 0.5) / (double)width;
         const double angle = 2 * 3.14159265358979 * ((double)(i % width) + 0.5) / width;
         const double across = sqrt(fmax(1 - z * z, 0));
-        work->queries[i] =
-            (struct bd_ray){{0.01f, 0.02f, 0.03f},
-                            BD_NO_TRIANGLE,
-                            {(float)(across * cos(angle)), (float)(across * sin(angle)), (float)z},
-                            INFINITY};
+        work->queries[i] = (struct bd_ray){
+            .origin = {0.01f, 0.02f, 0.03f},
+            .from_triangle = BD_NO_TRIANGLE,
+            .direction = {(float)(across * cos(angle)), (float)(across * sin(angle)), (float)z},
+            .far = INFINITY,
+        };
     }
 }
 

@@ -65,12 +65,15 @@ static struct stage *create_soup(double size, double offset)
 {
     struct stage *stage = stage_create();
     const int32_t material = stage_material(stage, 0.5f);
-    add_soup(stage, material, 200);
+    const int32_t single_sided = stage_material(stage, 0.5f);
+    stage_material_at(stage, single_sided)->double_sided = false;
+    add_soup(stage, single_sided, 200);
     add_soup(stage, material, 150);
     stage->scene->nodes[0].parent_from_node = somewhere(1, 1);
     stage->scene->nodes[1].parent_from_node = somewhere(0.5, 1);
     for (int i = 0; i < 5; i++) add_instance(stage, 0)->parent_from_node = somewhere(0.7, 1);
     add_instance(stage, 0)->parent_from_node = somewhere(-0.6, 1);
+    add_instance(stage, 0)->parent_from_node = somewhere(-0.8, 1);
     add_instance(stage, 0)->parent_from_node = somewhere(0.3, 12);
     for (uint32_t n = 0; n < stage->scene->node_count; n++) {
         double *m = stage->scene->nodes[n].parent_from_node.m;
@@ -94,21 +97,26 @@ static struct bd_rays *create_rays(struct bd_scene *scene, uint64_t repeated_max
 
 // --- one by one -------------------------------------------------------------------------------
 
-// All triangles in render space, by number.
-static bd_dvec3 *list_triangles(const struct bd_scene *scene, uint64_t *count)
+// All triangles in render space, by number, counter-clockwise as who faces them sees them.
+// `has_back` (or NULL): which of them only that side is seen of.
+static bd_dvec3 *list_triangles(const struct bd_scene *scene, uint64_t *count, bool **has_back)
 {
     struct bd_triangle_order order;
     const struct bd_render_space space = bd_render_space_of(scene);
     bd_triangle_order_init(&order, scene);
     bd_dvec3 *corners = calloc(3 * order.triangle_count, sizeof *corners), *to = corners;
+    if (has_back) *has_back = calloc(order.triangle_count, sizeof **has_back);
     for (uint32_t r = 0; r < order.run_count; r++) {
         const struct bd_triangle_run *run = &order.runs[r];
         const struct bd_primitive *p = &scene->meshes[run->mesh]->primitives[run->primitive];
         assert_int_equal(to - corners, 3 * run->first_triangle);
         for (uint32_t i = 0; i < run->instance_count; i++) {
             const uint32_t instance = order.instances[run->first_instance + i];
+            for (uint32_t t = 0; has_back && t < p->index_count / 3; t++)
+                (*has_back)[(to - corners) / 3 + t] = !scene->materials[p->material].double_sided;
             for (uint32_t c = 0; c < p->index_count; c++) {
-                const float *at = p->position + 3 * (size_t)p->index[c];
+                const uint32_t turned = run->mirrored ? c - c % 3 + (3 - c % 3) % 3 : c;
+                const float *at = p->position + 3 * (size_t)p->index[turned];
                 *to++ = bd_render_from_world(
                     &space, bd_dmat4_point(&scene->instances[instance].world_from_mesh,
                                            (bd_dvec3){at[0], at[1], at[2]}));
@@ -147,17 +155,28 @@ struct judged {
     bool is_close; // to an edge or an end, or two triangles are as near
 };
 
-static struct judged judge(const bd_dvec3 *corners, uint64_t count, const float origin[3],
-                           const float direction[3], double far)
+static bool is_back(const bd_dvec3 corner[3], const float direction[3])
 {
+    const bd_dvec3 normal =
+        bd_dvec3_cross(bd_dvec3_sub(corner[1], corner[0]), bd_dvec3_sub(corner[2], corner[0]));
+    return bd_dvec3_dot(normal, wide(direction)) > 0;
+}
+
+static struct judged judge_ray(const bd_dvec3 *corners, const bool *has_back, uint64_t count,
+                               const struct bd_ray *ray)
+{
+    const float *origin = ray->origin, *direction = ray->direction;
+    const double near = ray->near, far = ray->far;
     struct judged found = {BD_NO_TRIANGLE, far, false};
     double second = INFINITY;
     for (uint32_t t = 0; t < count; t++) {
         double distance, margin;
         if (!meets(corners + 3 * (size_t)t, wide(origin), wide(direction), &distance, &margin))
             continue;
-        if (fabs(distance) < 1e-4 || fabs(distance - far) < 1e-4) found.is_close = true;
-        if (distance <= 0 || distance >= far) continue;
+        const bool is_passed = ray->passes_backs && has_back && has_back[t];
+        if (is_passed && is_back(corners + 3 * (size_t)t, direction)) continue;
+        if (fabs(distance - near) < 1e-4 || fabs(distance - far) < 1e-4) found.is_close = true;
+        if (distance <= near || distance >= far) continue;
         if (margin < 1e-3) found.is_close = true;
         if (margin < 0) continue;
         second = fmin(second, fmax(distance, found.distance));
@@ -167,6 +186,15 @@ static struct judged judge(const bd_dvec3 *corners, uint64_t count, const float 
     }
     if (second - found.distance < 1e-4) found.is_close = true;
     return found;
+}
+
+static struct judged judge(const bd_dvec3 *corners, uint64_t count, const float origin[3],
+                           const float direction[3], double far)
+{
+    struct bd_ray ray = {.far = (float)far};
+    memcpy(ray.origin, origin, sizeof ray.origin);
+    memcpy(ray.direction, direction, sizeof ray.direction);
+    return judge_ray(corners, NULL, count, &ray);
 }
 
 // --- tests ------------------------------------------------------------------------------------
@@ -187,19 +215,21 @@ struct soup {
     struct bd_rays *rays;
     uint64_t count;
     bd_dvec3 *corners;
+    bool *has_back;
 };
 
 static struct soup begin_soup(size_t w)
 {
     struct soup soup = {.stage = create_soup(worlds[w].size, worlds[w].offset)};
     soup.rays = create_rays(soup.stage->scene, w % 2 ? BD_RAYS_REPEATED_MAX : 0);
-    soup.corners = list_triangles(soup.stage->scene, &soup.count);
+    soup.corners = list_triangles(soup.stage->scene, &soup.count, &soup.has_back);
     return soup;
 }
 
 static void end_soup(struct soup *soup)
 {
     free(soup->corners);
+    free(soup->has_back);
     bd_rays_destroy(&soup->rays);
     stage_destroy(&soup->stage);
 }
@@ -219,12 +249,13 @@ static void first_triangles_are_those_of_all_asked_one_by_one(void **unused)
             for (int c = 0; c < 3; c++) queries[i].direction[c] = to[c] - queries[i].origin[c];
             queries[i].from_triangle = BD_NO_TRIANGLE;
             queries[i].far = i % 2 ? INFINITY : 1;
+            queries[i].near = i % 3 ? 0 : 0.1f;
+            queries[i].passes_backs = i % 5 < 2;
         }
         bd_rays_nearest(soup.rays, pool, BD_RAYS_ALPHA_MASK, queries, RAYS, hits);
         int sure = 0, met = 0;
         for (int i = 0; i < RAYS; i++) {
-            const struct judged j = judge(soup.corners, soup.count, queries[i].origin,
-                                          queries[i].direction, queries[i].far);
+            const struct judged j = judge_ray(soup.corners, soup.has_back, soup.count, &queries[i]);
             if (j.is_close) continue;
             sure++, met += j.number != BD_NO_TRIANGLE;
             if (hits[i].triangle != j.number)
@@ -303,7 +334,7 @@ static void no_surface_blocks_what_starts_or_ends_on_it(void **unused)
         assert_int_equal(bd_scene_finish(stage->scene, &fault), 0);
         struct bd_rays *rays = create_rays(stage->scene, w % 2 ? BD_RAYS_REPEATED_MAX : 0);
         uint64_t count;
-        bd_dvec3 *corners = list_triangles(stage->scene, &count);
+        bd_dvec3 *corners = list_triangles(stage->scene, &count, NULL);
         for (int i = 0; i < RAYS; i++) {
             segments[i].from_triangle = (uint32_t)(chance() * (double)count);
             segments[i].to_triangle = (uint32_t)(chance() * (double)count);
@@ -360,7 +391,7 @@ static void rays_that_cannot_be_traced_meet_nothing(void **unused)
     for (size_t o = 0; o < sizeof odd / sizeof *odd; o++) {
         for (int field = 0; field < 6; field++) {
             struct bd_segment s = {{0}, BD_NO_TRIANGLE, {0}, BD_NO_TRIANGLE};
-            struct bd_ray q = {{0}, BD_NO_TRIANGLE, {0}, odd[o]};
+            struct bd_ray q = {.from_triangle = BD_NO_TRIANGLE, .far = odd[o]};
             (field < 3 ? s.from : s.to)[field % 3] = odd[o];
             (field < 3 ? q.origin : q.direction)[field % 3] = odd[o];
             uint32_t bit = 7;
