@@ -14,8 +14,8 @@
 struct building {
     struct bd_scene *scene;
     const struct bd_rays *earlier; // NULL: none is followed
-    uint64_t device_bytes_max;  // of a buffer; 0: the processor is to be asked
-    struct bd_ray_nodes *nodes; // either
+    uint64_t device_bytes_max;     // of a buffer; 0: the processor is to be asked
+    struct bd_ray_nodes *nodes;    // either
     struct bd_rays *rays;
     struct bd_fault fault;
     enum bd_err err;
@@ -41,7 +41,10 @@ static enum bd_err build_either(struct building *building)
         if (err != BD_ERR_UNSUPPORTED) return err;
         building->fault = (struct bd_fault){0};
     }
-    return bd_rays_create(building->scene, &how, &building->rays, &building->fault);
+    return building->earlier
+               ? bd_rays_follow(building->earlier, building->scene, &how, &building->rays,
+                                &building->fault)
+               : bd_rays_create(building->scene, &how, &building->rays, &building->fault);
 }
 
 static void *build(void *user)
@@ -64,8 +67,7 @@ static bool wait_a_turn(struct building *building)
     until.tv_sec += until.tv_nsec / 1000000000;
     until.tv_nsec %= 1000000000;
     pthread_mutex_lock(&building->mutex);
-    if (!building->has_ended)
-        pthread_cond_timedwait(&building->ended, &building->mutex, &until);
+    if (!building->has_ended) pthread_cond_timedwait(&building->ended, &building->mutex, &until);
     const bool has_ended = building->has_ended;
     pthread_mutex_unlock(&building->mutex);
     return has_ended;
@@ -115,9 +117,8 @@ enum bd_err bd_run_rays(struct bd_frame *frame, struct bd_frame_light *light)
         bd_occluders_on_device(gpu, frame->renderer->rays_on))
         building.device_bytes_max = bd_gpu_caps(gpu)->storage_block_max_bytes;
     if (!frame->anew)
-        earlier = bd_memo_find_fitting(frame->renderer->memo,
-                                       bd_stage_rows[BD_STAGE_RAYS].destroy, could_be_followed,
-                                       frame->snapshot, &earlier_key);
+        earlier = bd_memo_find_fitting(frame->renderer->memo, bd_stage_rows[BD_STAGE_RAYS].destroy,
+                                       could_be_followed, frame->snapshot, &earlier_key);
     if (earlier) building.earlier = earlier->rays;
     bd_renderer_pool(frame->renderer);
     enum bd_err err = build_apart(frame, &building);
