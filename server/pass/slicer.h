@@ -17,7 +17,7 @@
 #include "base/err.h"
 #include "gpu/gpu.h"
 
-#define BD_SLICER_KIND_MAX 48
+#define BD_SLICER_KIND_MAX 96
 
 struct bd_slicer {
     struct bd_gpu *gpu;
