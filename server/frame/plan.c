@@ -45,6 +45,43 @@ static uint64_t count_vpls(const struct bd_plan *plan, const struct bd_scene *sc
     return count + bd_plan_light_path_count(plan);
 }
 
+// --- what is found by rays --------------------------------------------------------------------
+
+bool bd_plan_traces(const struct bd_plan *plan, uint64_t samples)
+{
+    if (plan->tracing == BD_TRACING_WHERE_MANY) return plan->triangle_count > samples;
+    return plan->tracing == BD_TRACING_ALL;
+}
+
+// A frame whose rays have no structure yet is drawn: to build one takes as long as drawing two or
+// three times.
+static enum bd_tracing tracing_of(const struct bd_plan *plan)
+{
+    if (plan->technique->is_reference || plan->params.drawing == BD_DRAWING_RASTER)
+        return BD_TRACING_NONE;
+    if (plan->params.drawing == BD_DRAWING_RAYS) return BD_TRACING_ALL;
+    const bool has_rays = plan->rays || plan->area_lights || plan->light_paths;
+    return has_rays && !plan->params.paper_mode && plan->triangle_count > BD_PLAN_DRAWN_MAX
+               ? BD_TRACING_WHERE_MANY
+               : BD_TRACING_NONE;
+}
+
+static uint32_t traced_stages_of(const struct bd_plan *plan, const struct bd_scene *scene,
+                                 const struct bd_frame_request *request)
+{
+    const uint64_t pixels = (uint64_t)request->width_px * request->height_px;
+    uint32_t stages = bd_plan_traces(plan, pixels) ? BD_STAGE_BIT(GBUFFER) : 0;
+    for (uint32_t i = 0; i < scene->placed_light_count; i++) {
+        if (!bd_plan_light_shines(plan, scene, i)) continue;
+        const struct bd_light_setup setup = bd_light_setup_of(scene, i);
+        const uint32_t side = bd_plan_rsm_size(plan, &setup, bd_plan_grid_side(plan, &setup));
+        if (bd_plan_traces(plan, bd_light_setup_texels(&setup, plan->params.shadow_size)))
+            stages |= BD_STAGE_BIT(SHADOW_MAP);
+        if (bd_plan_traces(plan, bd_light_setup_texels(&setup, side))) stages |= BD_STAGE_BIT(RSM);
+    }
+    return stages & plan->stages;
+}
+
 static bool some_map_is_reduced(const struct bd_plan *plan, const struct bd_scene *scene)
 {
     for (uint32_t i = 0; i < scene->placed_light_count; i++) {
@@ -321,8 +358,11 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
     out->emission = f->has_emissive || f->has_unlit;
     out->unoccluded = has_indirect(out) && !model_of(out).indirect_visibility;
     out->layers = layers_of(out, request);
+    out->triangle_count = f->triangle_count;
+    out->tracing = tracing_of(out);
     for (enum bd_stage stage = 0; stage < BD_STAGE_COUNT; stage++)
         if (bd_stage_rows[stage].is_needed(out)) out->stages |= 1u << stage;
+    out->traced_stages = traced_stages_of(out, scene, request);
     report->unoccluded = out->unoccluded;
     describe_request(out, scene, request, report);
     if (out->indirect) report->counts.vpls = count_vpls(out, scene);
@@ -416,8 +456,21 @@ static bool is_native_by_itself(bool device_is_software)
     return forced ? strcmp(forced, "native") == 0 : device_is_software;
 }
 
+// Other devices draw faster than the processor traces.
+static void place_tracing(struct bd_plan *plan, bool device_is_software, struct bd_report *report)
+{
+    if (!device_is_software && plan->tracing == BD_TRACING_WHERE_MANY) {
+        plan->tracing = BD_TRACING_NONE;
+        plan->traced_stages = 0;
+    }
+    for (enum bd_stage stage = 0; stage < BD_STAGE_COUNT; stage++)
+        omit(report, plan->traced_stages >> stage & 1, bd_stage_rows[stage].pass,
+             "drawing triangles: rays find those that are seen");
+}
+
 void bd_plan_place(struct bd_plan *plan, bool device_is_software, struct bd_report *report)
 {
+    place_tracing(plan, device_is_software, report);
     if (!bd_plan_reads(plan, BD_PARAM_EXECUTOR)) return;
     const enum bd_executor asked = (enum bd_executor)plan->params.executor;
     plan->native = asked == BD_EXECUTOR_NATIVE ||

@@ -14,6 +14,13 @@
 #include "technique/technique.h"
 #include "upload/light_setup.h"
 
+// Of what cameras and lights see, what is found by rays.
+enum bd_tracing {
+    BD_TRACING_NONE,
+    BD_TRACING_WHERE_MANY, // triangles are: more than samples
+    BD_TRACING_ALL,
+};
+
 struct bd_plan {
     const struct bd_technique *technique;
     struct bd_params params;
@@ -36,6 +43,9 @@ struct bd_plan {
     uint32_t layers;      // that are made: the request's, beauty, and what auto exposure reads
     uint32_t light_count; // that are punctual and shine: shadow maps and direct run
     double flux_lm;       // of all of them
+    enum bd_tracing tracing;
+    uint32_t traced_stages;  // bits of those that do it, of some light
+    uint64_t triangle_count; // of the scene, instanced
 };
 
 // Also fills the parts of `report` that are known now: request, parameters, planned passes, what
@@ -44,8 +54,17 @@ BD_MUST_CHECK
 enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_request *request,
                          struct bd_plan *out, struct bd_report *report, struct bd_fault *fault);
 
-// Decides who does the arithmetic, on that kind of device. BD_EXECUTOR of the environment, "device"
-// or "native", is what `auto` means: so every test runs with either.
+// Triangles of a scene up to which they are drawn, however few samples there are: that takes a
+// software device less than a tenth of a second.
+#define BD_PLAN_DRAWN_MAX (UINT64_C(1) << 18)
+
+// Whether what so many samples see is found by rays. Counts alone decide: the same request has the
+// same bytes, whatever was made before.
+bool bd_plan_traces(const struct bd_plan *plan, uint64_t samples);
+
+// Decides who does the arithmetic, on that kind of device; until then the plan is a software one's.
+// BD_EXECUTOR of the environment, "device" or "native", is what `auto` means: so every test runs
+// with either.
 void bd_plan_place(struct bd_plan *plan, bool device_is_software, struct bd_report *report);
 
 static inline bool bd_plan_reads(const struct bd_plan *plan, enum bd_param param)
@@ -65,10 +84,11 @@ uint32_t bd_plan_grid_side(const struct bd_plan *plan, const struct bd_light_set
 uint32_t bd_plan_tree_root_side(const struct bd_plan *plan, const struct bd_light_setup *light,
                                 uint32_t grid_side);
 
-// Rays that look for lights, and light paths', ask the processor, whatever the device.
+// Rays that look for lights, or for what is seen, and light paths', ask the processor, whatever the
+// device.
 static inline bool bd_plan_asks_processor(const struct bd_plan *plan)
 {
-    return plan->area_lights || plan->light_paths;
+    return plan->area_lights || plan->light_paths || plan->tracing != BD_TRACING_NONE;
 }
 
 // VPLs of light paths; 0 where there are none. For trees a square

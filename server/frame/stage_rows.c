@@ -235,7 +235,7 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
                          .why_not = no_filter,
                          .is_keyless = true},
     [BD_STAGE_SEEN] = {.is_needed = is_rendered,
-                       .reads = READS_PLACES | READS_FACING | BD_READ_VIEW},
+                       .reads = READS_PLACES | READS_FACING | BD_READ_VIEW | BD_READ_VIEW_TRACING},
     [BD_STAGE_GBUFFER] =
         {
             .pass = "gbuffer",
@@ -252,7 +252,7 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
             .is_of_light = true,
             .is_needed = is_lit,
             .why_not = no_light,
-            .reads = READS_PLACES | BD_READ_LIGHT_SHAPE,
+            .reads = READS_PLACES | BD_READ_LIGHT_SHAPE | BD_READ_SHADOW_TRACING,
             .params = PARAM(SHADOW_SIZE),
             KEEPS(shadow_map, frame_light, bd_run_shadow_map),
         },
@@ -273,6 +273,7 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
             .is_needed = has_rays,
             .why_not = no_rays,
             .reads = READS_PLACES,
+            .tracing = ASPECT(SIDES),
             KEEPS(occluders, frame, bd_run_rays),
         },
     [BD_STAGE_EMITTERS] =
@@ -301,7 +302,7 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
             .is_needed = has_map,
             .why_not = no_map,
             .reads = READS_PLACES | READS_FACING | ASPECT(COLOUR) | ASPECT(METALNESS) |
-                     BD_READ_LIGHT_SHAPE | BD_READ_LIGHT_SIDES,
+                     BD_READ_LIGHT_SHAPE | BD_READ_LIGHT_SIDES | BD_READ_RSM_TRACING,
             .params = PARAM(BRDF) | PARAM(PAPER_MODE),
             KEEPS(rsm, frame_light, bd_run_rsm),
         },
@@ -511,6 +512,12 @@ static uint64_t key_light(uint64_t key, const struct bd_subject *subject, uint32
     if (reads & BD_READ_LIGHT_POWER) key = key_power(key, &light->setup, subject->unit_cd_m2);
     if (reads & BD_READ_LIGHT_SIDES)
         key = bd_key_number(key, (uint64_t)light->rsm_size << 32 | light->grid_side);
+    const struct bd_plan *plan = subject->plan;
+    const uint64_t shadow_texels = bd_light_setup_texels(&light->setup, plan->params.shadow_size);
+    const uint64_t rsm_texels = bd_light_setup_texels(&light->setup, light->rsm_size);
+    if (reads & BD_READ_SHADOW_TRACING)
+        key = bd_key_number(key, bd_plan_traces(plan, shadow_texels));
+    if (reads & BD_READ_RSM_TRACING) key = bd_key_number(key, bd_plan_traces(plan, rsm_texels));
     return key;
 }
 
@@ -536,6 +543,9 @@ static uint64_t key_reads(uint64_t key, const struct bd_subject *subject, uint32
     for (uint32_t i = 0; i < (light ? 1 : subject->light_count); i++)
         key = key_light(key, subject, reads, light ? light : &subject->lights[i]);
     if (reads & BD_READ_VIEW) key = key_view(key, &subject->viewpoint);
+    const uint64_t pixels = (uint64_t)subject->viewpoint.width_px * subject->viewpoint.height_px;
+    if (reads & BD_READ_VIEW_TRACING)
+        key = bd_key_number(key, bd_plan_traces(subject->plan, pixels));
     if (reads & BD_READ_SEED && subject->plan->chosen) key = bd_key_number(key, subject->seed);
     if (reads & BD_READ_LIGHT_SEED) key = bd_key_number(key, subject->seed);
     if (reads & BD_READ_PATH_COUNT)
@@ -572,7 +582,8 @@ uint64_t bd_stage_key(const struct bd_subject *subject, enum bd_stage stage,
     const struct bd_plan *plan = subject->plan;
     const struct bd_stage_row *row = &bd_stage_rows[stage];
     const uint32_t walking = plan->bounces > 1 ? row->walking : 0;
-    const uint32_t glossy = (plan->glossy ? row->glossy : 0) | walking;
+    const uint32_t tracing = plan->tracing != BD_TRACING_NONE ? row->tracing : 0;
+    const uint32_t glossy = (plan->glossy ? row->glossy : 0) | walking | tracing;
     uint64_t key = bd_key_begin(row->reads_all_params ? plan->technique->name : "");
     key = bd_key_number(key, (uint64_t)stage << 32 | glossy);
     key = key_reads(key, subject, row->reads | glossy, light);

@@ -56,6 +56,10 @@ enum bd_stage_read {
     BD_READ_LIGHT_SEED = 64u << BD_ASPECT_COUNT,    // of rays to lights
     BD_READ_UNIT = 128u << BD_ASPECT_COUNT,         // the frame's, whatever emits
     BD_READ_PATH_COUNT = 256u << BD_ASPECT_COUNT,   // of light paths, and whether in a tree
+    // Whether rays find what is seen: by the camera, in a shadow map, in a reflective one.
+    BD_READ_VIEW_TRACING = 512u << BD_ASPECT_COUNT,
+    BD_READ_SHADOW_TRACING = 1024u << BD_ASPECT_COUNT,
+    BD_READ_RSM_TRACING = 2048u << BD_ASPECT_COUNT,
 };
 
 struct bd_frame;
@@ -94,6 +98,7 @@ struct bd_stage_row {
     uint32_t reads;        // bits of aspects and enum bd_stage_read
     uint32_t glossy;       // the same, where receivers are glossy
     uint32_t walking;      // the same, where light is sent on more than once
+    uint32_t tracing;      // the same, where rays find what is seen
     uint64_t params;       // bits of enum bd_param
     bool reads_all_params; // that the technique reads
     bool is_keyless;       // it runs in every frame

@@ -55,7 +55,8 @@ struct bd_frame {
     bool anew;           // what earlier frames made is not taken over; set side by side
     struct bd_gpu_scene *scene;
     struct bd_occluders *occluders;
-    struct bd_area_lights *emitters; // and the sky
+    struct bd_tracer tracer;            // of them
+    struct bd_area_lights *emitters;    // and the sky
     struct bd_light_paths *light_paths; // from them
     struct bd_vpl_list *order;          // the VPLs of all lights
     uint64_t rests_on; // the key of what the stage that runs makes its output of; 0: of nothing
@@ -107,6 +108,9 @@ enum bd_err bd_run_share(struct bd_frame *frame, struct bd_frame_light *light);
 // are this frame's alone until kept, or destroyed where they are not `whole`.
 enum bd_err bd_stage_take_sums(struct bd_frame *frame, struct bd_frame_sums **out);
 void bd_stage_keep_sums(struct bd_frame *frame, struct bd_frame_sums **sums, bool whole);
+
+// Who finds what so many samples see; NULL: all is drawn.
+const struct bd_tracer *bd_stage_tracer(struct bd_frame *frame, uint64_t samples);
 
 // Rays that look for lights with a size.
 struct bd_visibility_inputs bd_stage_light_visibility(const struct bd_frame *frame);

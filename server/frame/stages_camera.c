@@ -13,11 +13,13 @@
 enum bd_err bd_run_gbuffer(struct bd_frame *frame, struct bd_frame_light *light)
 {
     (void)light;
+    const struct bd_viewpoint *viewpoint = &frame->subject.viewpoint;
     const struct bd_gbuffer_inputs inputs = {
         .scene = frame->scene,
-        .viewpoint = &frame->subject.viewpoint,
+        .viewpoint = viewpoint,
         .lambert = frame->plan->params.lambert,
         .emission = frame->plan->emission,
+        .tracer = bd_stage_tracer(frame, (uint64_t)viewpoint->width_px * viewpoint->height_px),
     };
     return bd_gbuffer_render(&frame->context, &inputs, &frame->gbuffer, frame->fault);
 }

@@ -15,8 +15,11 @@ static void release_weights(void *owner, void *output)
 
 enum bd_err bd_run_shadow_map(struct bd_frame *frame, struct bd_frame_light *light)
 {
-    return bd_shadow_map_render(&frame->context, frame->scene, &light->setup,
-                                frame->plan->params.shadow_size, &light->shadow_map, frame->fault);
+    const uint32_t side = frame->plan->params.shadow_size;
+    const struct bd_tracer *tracer =
+        bd_stage_tracer(frame, bd_light_setup_texels(&light->setup, side));
+    return bd_shadow_map_render(&frame->context, frame->scene, &light->setup, side, tracer,
+                                &light->shadow_map, frame->fault);
 }
 
 // What a moved light keeps, and one whose scene changes: no pass of its own. Directional weights
@@ -50,6 +53,7 @@ enum bd_err bd_run_rsm(struct bd_frame *frame, struct bd_frame_light *light)
         .side_px = light->rsm_size,
         .lambert = params->lambert,
         .paper_mode = params->paper_mode,
+        .tracer = bd_stage_tracer(frame, bd_light_setup_texels(&light->setup, light->rsm_size)),
     };
     enum bd_err err = find_weights(frame, &inputs);
     return err ? err : bd_rsm_render(&frame->context, &inputs, &light->rsm, frame->fault);

@@ -104,6 +104,13 @@ static enum bd_err build_apart(struct bd_frame *frame, struct building *building
     return building->err;
 }
 
+const struct bd_tracer *bd_stage_tracer(struct bd_frame *frame, uint64_t samples)
+{
+    if (!bd_plan_traces(frame->plan, samples)) return NULL;
+    frame->tracer = (struct bd_tracer){frame->occluders->rays, bd_renderer_pool(frame->renderer)};
+    return &frame->tracer;
+}
+
 enum bd_err bd_run_rays(struct bd_frame *frame, struct bd_frame_light *light)
 {
     (void)light;

@@ -59,6 +59,7 @@ static enum bd_err draw(const struct bd_pass_context *context,
         .emission = inputs->emission,
         .cull_single_sided = true,
         .lambert = inputs->lambert,
+        .tracer = inputs->tracer,
     };
     bd_gpu_target_begin(context->gpu, target);
     enum bd_err err = bd_scene_draws_record(context->gpu, &draws, context->slicer, fault);

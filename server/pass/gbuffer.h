@@ -8,14 +8,16 @@
 
 #include <stdbool.h>
 
+#include "pass/first_hits.h"
 #include "pass/pass.h"
 #include "upload/gpu_scene.h"
 
 struct bd_gbuffer_inputs {
     const struct bd_gpu_scene *scene;
     const struct bd_viewpoint *viewpoint;
-    bool lambert;  // brdf=lambert
-    bool emission; // some surface emits or is unlit
+    bool lambert;                   // brdf=lambert
+    bool emission;                  // some surface emits or is unlit
+    const struct bd_tracer *tracer; // who finds what is seen; NULL: all is drawn
 };
 
 struct bd_gbuffer {

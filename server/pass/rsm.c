@@ -23,8 +23,8 @@ static enum bd_err create_array(struct bd_gpu *gpu, const char *name, enum bd_fo
 static enum bd_err create_textures(struct bd_gpu *gpu, struct bd_rsm *rsm, struct bd_fault *fault)
 {
     uint32_t side = rsm->side_px, faces = rsm->face_count;
-    enum bd_err err = create_array(gpu, "rsm position", BD_FORMAT_RGBA32F, side, faces,
-                                   &rsm->position, fault);
+    enum bd_err err =
+        create_array(gpu, "rsm position", BD_FORMAT_RGBA32F, side, faces, &rsm->position, fault);
     if (!err)
         err = create_array(gpu, "rsm normals", BD_FORMAT_RG32UI, side, faces, &rsm->normals, fault);
     if (!err)
@@ -100,6 +100,7 @@ static enum bd_err draw_face(const struct bd_pass_context *context,
         .fragment = "pass/rsm/rsm.frag",
         .surface = true,
         .lambert = inputs->lambert,
+        .tracer = inputs->tracer,
     };
     const struct bd_target target = {
         .color = {{rsm->position, face}, {rsm->normals, face}, {rsm->albedo, face}},

@@ -6,6 +6,7 @@
 
 #include <stdbool.h>
 
+#include "pass/first_hits.h"
 #include "pass/pass.h"
 #include "upload/gpu_scene.h"
 #include "upload/light_setup.h"
@@ -22,8 +23,9 @@ struct bd_rsm_inputs {
     const struct bd_gpu_scene *scene;
     const struct bd_light_setup *light;
     uint32_t side_px;
-    bool lambert;    // brdf=lambert: metals reflect their base colour diffusely
-    bool paper_mode; // equal solid angles
+    bool lambert;                   // brdf=lambert: metals reflect their base colour diffusely
+    bool paper_mode;                // equal solid angles
+    const struct bd_tracer *tracer; // who finds what is seen; NULL: all is drawn
     // Of a light of this shape, at this side and mode; NULL: made for this map.
     struct bd_rsm_weight_map *weights;
 };

@@ -2,11 +2,12 @@
 
 #include <math.h>
 
+#include "pass/scene_material.h"
 #include "pass/scene_parts.h"
+#include "pass/scene_points.h"
 #include "pass/scene_spans.h"
 #include "shared/bindings.h"
 #include "shared/instance.h"
-#include "shared/material.h"
 
 // In the slicer's unit, an evaluation of a VPL; measured on the software device on Sponza and the
 // dragon.
@@ -30,119 +31,6 @@
 // would have lasted a slice at that one's pace.
 #define SLICES_AT_WORST 16.0
 #define SLICE_GROWTH    4.0
-
-static bool needs_alpha(const struct bd_material *m)
-{
-    return m->alpha_mode != BD_ALPHA_OPAQUE;
-}
-
-static bool needs_color(const struct bd_scene_draws *draws, const struct bd_material *m)
-{
-    return draws->surface || needs_alpha(m);
-}
-
-static struct bd_defines defines_of(const struct bd_scene_draws *draws,
-                                    const struct bd_scene_draw *draw, bool is_listed)
-{
-    const struct bd_material *m = draw->material;
-    const struct bd_gpu_scene *scene = draws->scene;
-    struct bd_defines defines = {0};
-    if (is_listed) bd_define(&defines, "BD_TRIANGLE_LIST", 1);
-    if (draws->surface) bd_define(&defines, "BD_SURFACE", 1);
-    if (draws->emission) bd_define(&defines, "BD_EMISSION", 1);
-    if (draws->lambert) bd_define(&defines, "BD_LAMBERT", 1);
-    if (needs_alpha(m)) bd_define(&defines, "BD_ALPHA_MASK", 1);
-    if (needs_color(draws, m) && bd_gpu_scene_texture(scene, &m->base_color_map, true))
-        bd_define(&defines, "BD_BASE_COLOR_MAP", 1);
-    if (needs_color(draws, m) && draw->primitive->has[BD_STREAM_COLOR])
-        bd_define(&defines, "BD_VERTEX_COLOR", 1);
-    if (!draws->surface) return defines;
-    if (!draws->lambert && bd_gpu_scene_texture(scene, &m->metallic_roughness_map, false))
-        bd_define(&defines, "BD_METALLIC_ROUGHNESS_MAP", 1);
-    if (draw->primitive->has[BD_STREAM_TANGENT] &&
-        bd_gpu_scene_texture(scene, &m->normal_map, false))
-        bd_define(&defines, "BD_NORMAL_MAP", 1);
-    if (draws->emission && bd_gpu_scene_texture(scene, &m->emissive_map, true))
-        bd_define(&defines, "BD_EMISSIVE_MAP", 1);
-    return defines;
-}
-
-static void set_uv_rows(struct bd_vec4 rows[2], const struct bd_texture_ref *ref)
-{
-    const float *m = ref->uv_transform;
-    rows[0] = (struct bd_vec4){m[0], m[1], m[2], (float)ref->uv_set};
-    rows[1] = (struct bd_vec4){m[3], m[4], m[5], 0};
-}
-
-// Reflectance at normal incidence of a dielectric of that index against air.
-static float f0_of_ior(float ior)
-{
-    float r = (ior - 1) / (ior + 1);
-    return r * r;
-}
-
-static float alpha_cutoff_of(const struct bd_material *m)
-{
-    return m->alpha_mode == BD_ALPHA_BLEND ? 0.5f : m->alpha_cutoff;
-}
-
-static struct bd_material_uniform material_uniform(const struct bd_scene_draws *draws,
-                                                   const struct bd_scene_draw *draw)
-{
-    const struct bd_material *m = draw->material;
-    float per_unit = (float)(1 / draws->scene->space.unit_cd_m2);
-    const float unlit[3] = {1, 1, 1}; // an unlit surface shows its colour as 1 cd/m^2
-    const float *e = m->unlit ? unlit : m->emissive;
-    struct bd_material_uniform u = {
-        .base_color = {m->base_color[0], m->base_color[1], m->base_color[2], m->base_color[3]},
-        .emissive = {e[0] * per_unit, e[1] * per_unit, e[2] * per_unit, alpha_cutoff_of(m)},
-        .surface = {m->metallic, m->roughness, m->normal_scale, f0_of_ior(m->ior)},
-        .flags = {(m->double_sided ? BD_MATERIAL_DOUBLE_SIDED : 0) |
-                      (m->unlit ? BD_MATERIAL_UNLIT : 0) |
-                      (draw->run->mirrored ? BD_MATERIAL_MIRRORED : 0),
-                  0, 0, 0},
-        .triangles = {(uint32_t)draw->run->first_triangle, draw->run->triangles_per_instance, 0, 0},
-    };
-    set_uv_rows(u.base_color_uv, &m->base_color_map);
-    set_uv_rows(u.metallic_roughness_uv, &m->metallic_roughness_map);
-    set_uv_rows(u.normal_uv, &m->normal_map);
-    set_uv_rows(u.emissive_uv, &m->emissive_map);
-    return u;
-}
-
-static enum bd_tex_wrap tex_wrap(enum bd_wrap wrap)
-{
-    switch (wrap) {
-    case BD_WRAP_REPEAT:
-        return BD_TEX_REPEAT;
-    case BD_WRAP_CLAMP:
-        return BD_TEX_CLAMP;
-    case BD_WRAP_MIRROR:
-        return BD_TEX_MIRROR;
-    }
-    return BD_TEX_REPEAT;
-}
-
-static void bind_map(struct bd_bindings *bindings, uint32_t unit, const struct bd_gpu_scene *scene,
-                     const struct bd_texture_ref *ref, bool srgb)
-{
-    const struct bd_tex *tex = bd_gpu_scene_texture(scene, ref, srgb);
-    if (!tex) return;
-    const struct bd_texture *texture = &scene->scene->textures[ref->texture];
-    bindings->textures[unit].tex = tex;
-    bindings->textures[unit].sampling = texture->nearest ? BD_SAMPLE_NEAREST : BD_SAMPLE_LINEAR;
-    bindings->textures[unit].wrap_s = tex_wrap(texture->wrap_s);
-    bindings->textures[unit].wrap_t = tex_wrap(texture->wrap_t);
-}
-
-static void bind_maps(struct bd_bindings *bindings, const struct bd_gpu_scene *scene,
-                      const struct bd_material *m)
-{
-    bind_map(bindings, BD_UNIT_BASE_COLOR, scene, &m->base_color_map, true);
-    bind_map(bindings, BD_UNIT_METALLIC_ROUGHNESS, scene, &m->metallic_roughness_map, false);
-    bind_map(bindings, BD_UNIT_NORMAL, scene, &m->normal_map, false);
-    bind_map(bindings, BD_UNIT_EMISSIVE, scene, &m->emissive_map, true);
-}
 
 static void set_attributes(struct bd_attribute attributes[BD_ATTRIBUTE_MAX],
                            const struct bd_seen *seen, const struct bd_scene_draw *draw)
@@ -195,18 +83,19 @@ static enum bd_err record_part(struct bd_gpu *gpu, const struct bd_scene_draws *
                                const struct bd_scene_part *part, struct bd_fault *fault)
 {
     const struct bd_scene_draw *draw = &draws->scene->draws[span->run];
-    const struct bd_program_source source = {
+    struct bd_program_source source = {
         .vertex = "pass/gbuffer/scene.vert",
         .fragment = draws->fragment,
-        .defines = defines_of(draws, draw, span->is_listed),
+        .defines = bd_material_defines(draws, draw),
     };
-    struct bd_material_uniform material = material_uniform(draws, draw);
+    struct bd_material_uniform material = bd_material_uniform_of(draws, draw);
     struct bd_draw call = {
         .index_count = 3 * part->triangle_count,
         .instance_count = part->instance_count,
         .base_instance = span->first_instance + part->first_instance,
         .mirrored = draw->run->mirrored,
     };
+    if (span->is_listed) bd_define(&source.defines, "BD_TRIANGLE_LIST", 1);
     enum bd_err err = bd_program_get(gpu, &source, (struct bd_program **)&call.program, fault);
     if (err) return err;
     set_triangles(seen, span, draw, span->first_triangle + part->first_triangle, &call, &material);
@@ -217,7 +106,7 @@ static enum bd_err record_part(struct bd_gpu *gpu, const struct bd_scene_draws *
     call.bindings.uniforms[BD_UNIFORM_VIEW].size_bytes = sizeof seen->view;
     call.bindings.uniforms[BD_UNIFORM_MATERIAL].bytes = &material;
     call.bindings.uniforms[BD_UNIFORM_MATERIAL].size_bytes = sizeof material;
-    bind_maps(&call.bindings, draws->scene, draw->material);
+    bd_material_bind_maps(&call.bindings, draws->scene, draw->material);
     set_attributes(call.attributes, &seen->seen, draw);
     bd_gpu_draw(gpu, &call);
     return BD_ERR_OK;
@@ -375,6 +264,7 @@ enum bd_err bd_scene_draws_record(struct bd_gpu *gpu, const struct bd_scene_draw
 {
     const uint32_t height = draws->viewpoint->height_px;
     struct seen_scene seen = {0};
+    if (draws->tracer) return bd_scene_points_record(gpu, draws, slicer, fault);
     bd_slicer_work(slicer, draws->surface ? "draws surface" : "draws ids");
     enum bd_err err = look(gpu, draws, slicer, &seen, fault);
     // Of a view of nothing the target's clearing is all.

@@ -1,4 +1,5 @@
-// Draws a scene into the current target with the variant of a shader that each material needs.
+// Draws a scene into the current target with the variant of a shader that each material needs: its
+// triangles, or for each pixel a point of the triangle that a ray met (pass/scene_points.h).
 //
 // The three raster passes (gbuffer, shadow_map, rsm) share this: same vertices, same materials,
 // different fragment shader. A define is set only for what the material has, so that an
@@ -12,17 +13,19 @@
 #include <stdbool.h>
 
 #include "gpu/gpu.h"
+#include "pass/first_hits.h"
 #include "pass/slicer.h"
 #include "upload/gpu_scene.h"
 
 struct bd_scene_draws {
     const struct bd_gpu_scene *scene;
     const struct bd_viewpoint *viewpoint;
-    const char *fragment; // under shaders/
-    bool surface;         // reads normals, colours and maps; otherwise positions and masks only
-    bool emission;        // reads emission
+    const char *fragment;   // under shaders/
+    bool surface;           // reads normals, colours and maps; otherwise positions and masks only
+    bool emission;          // reads emission
     bool cull_single_sided; // back faces of single-sided materials: camera rays only
-    bool lambert;         // brdf=lambert: no metallic and roughness
+    bool lambert;           // brdf=lambert: no metallic and roughness
+    const struct bd_tracer *tracer; // who finds what is seen; NULL: all is drawn
 };
 
 BD_MUST_CHECK

@@ -3,27 +3,21 @@
 #include <stdlib.h>
 
 #include "base/assert.h"
+#include "base/large.h"
 #include "pass/scene_draws.h"
+#include "pass/scene_material.h"
 
-static enum bd_err create_textures(struct bd_gpu *gpu, uint32_t side_px, uint32_t face_count,
-                                   struct bd_tex **ids, struct bd_tex **depth,
-                                   struct bd_fault *fault)
+static enum bd_err create_ids(struct bd_gpu *gpu, uint32_t side_px, uint32_t face_count,
+                              struct bd_tex **ids, struct bd_fault *fault)
 {
-    const struct bd_tex_desc ids_desc = {
+    const struct bd_tex_desc desc = {
         .name = "shadow ids",
         .format = BD_FORMAT_R32UI,
         .width_px = side_px,
         .height_px = side_px,
         .layer_count = face_count,
     };
-    const struct bd_tex_desc depth_desc = {
-        .name = "shadow z",
-        .format = BD_FORMAT_DEPTH32F,
-        .width_px = side_px,
-        .height_px = side_px,
-    };
-    enum bd_err err = bd_tex_create(gpu, &ids_desc, ids, fault);
-    return err ? err : bd_tex_create(gpu, &depth_desc, depth, fault);
+    return bd_tex_create(gpu, &desc, ids, fault);
 }
 
 static enum bd_err draw_face(const struct bd_pass_context *context,
@@ -41,19 +35,72 @@ static enum bd_err draw_face(const struct bd_pass_context *context,
     return err;
 }
 
-enum bd_err bd_shadow_map_render(const struct bd_pass_context *context,
-                                 const struct bd_gpu_scene *scene,
-                                 const struct bd_light_setup *light, uint32_t side_px,
-                                 struct bd_shadow_map **out, struct bd_fault *fault)
+// --- by rays ----------------------------------------------------------------------------------
+
+#define ROWS_PER_PIECE 64u
+#define MASKED         (UINT32_C(1) << 31)
+
+static uint32_t id_of(const struct bd_gpu_scene *scene, uint32_t number)
 {
-    struct bd_shadow_map *map = calloc(1, sizeof *map);
-    BD_ASSERT(map);
-    map->side_px = side_px;
-    struct bd_tex *depth = NULL;
-    enum bd_err err =
-        create_textures(context->gpu, side_px, light->face_count, &map->ids, &depth, fault);
+    if (number == BD_NO_TRIANGLE) return 0;
+    const struct bd_features *features = &scene->scene->features;
+    if (!features->has_mask && !features->has_blend) return number + 1;
+    const uint32_t run = bd_triangle_order_run(&scene->order, number);
+    return (number + 1) | (bd_material_has_holes(scene->draws[run].material) ? MASKED : 0);
+}
+
+static enum bd_err send_rows(const struct bd_pass_context *context,
+                             const struct bd_gpu_scene *scene, uint32_t *numbers, uint32_t side_px,
+                             struct bd_tex *to, uint32_t face)
+{
+    enum bd_err err = BD_ERR_OK;
+    for (uint32_t row = 0; !err && row < side_px; row += ROWS_PER_PIECE) {
+        const uint32_t left = side_px - row, rows = left < ROWS_PER_PIECE ? left : ROWS_PER_PIECE;
+        uint32_t *ids = numbers + (size_t)row * side_px;
+        const size_t count = (size_t)rows * side_px;
+        for (size_t i = 0; i < count; i++) ids[i] = id_of(scene, ids[i]);
+        bd_tex_upload_rows(context->gpu, to, face, row, rows, ids, count * sizeof *ids);
+        err = bd_slicer_pause(context->slicer);
+    }
+    return err;
+}
+
+static enum bd_err trace_faces(const struct bd_pass_context *context,
+                               const struct bd_gpu_scene *scene, const struct bd_light_setup *light,
+                               const struct bd_tracer *tracer, struct bd_shadow_map *map,
+                               struct bd_fault *fault)
+{
+    const uint32_t side = map->side_px;
+    uint32_t *numbers = bd_large_alloc((size_t)side * side * sizeof *numbers);
+    if (!numbers)
+        return bd_fault_set(fault, BD_ERR_NO_MEMORY, "shadow_size",
+                            "no memory for what %u x %u texels see", side, side);
+    enum bd_err err = BD_ERR_OK;
     for (uint32_t face = 0; !err && face < light->face_count; face++) {
-        const struct bd_viewpoint viewpoint = bd_light_setup_viewpoint(light, face, side_px);
+        const struct bd_viewpoint viewpoint = bd_light_setup_viewpoint(light, face, side);
+        err = bd_first_hits(tracer, &viewpoint, &scene->space, false, context->slicer, numbers);
+        if (!err) err = send_rows(context, scene, numbers, side, map->ids, face);
+    }
+    free(numbers);
+    return err;
+}
+
+// --- by drawing -------------------------------------------------------------------------------
+
+static enum bd_err draw_faces(const struct bd_pass_context *context,
+                              const struct bd_gpu_scene *scene, const struct bd_light_setup *light,
+                              struct bd_shadow_map *map, struct bd_fault *fault)
+{
+    const struct bd_tex_desc depth_desc = {
+        .name = "shadow z",
+        .format = BD_FORMAT_DEPTH32F,
+        .width_px = map->side_px,
+        .height_px = map->side_px,
+    };
+    struct bd_tex *depth = NULL;
+    enum bd_err err = bd_tex_create(context->gpu, &depth_desc, &depth, fault);
+    for (uint32_t face = 0; !err && face < light->face_count; face++) {
+        const struct bd_viewpoint viewpoint = bd_light_setup_viewpoint(light, face, map->side_px);
         const struct bd_target target = {
             .color = {{map->ids, face}},
             .depth = {depth, 0},
@@ -61,6 +108,21 @@ enum bd_err bd_shadow_map_render(const struct bd_pass_context *context,
         err = draw_face(context, scene, &viewpoint, &target, fault);
     }
     bd_tex_destroy(context->gpu, &depth);
+    return err;
+}
+
+enum bd_err bd_shadow_map_render(const struct bd_pass_context *context,
+                                 const struct bd_gpu_scene *scene,
+                                 const struct bd_light_setup *light, uint32_t side_px,
+                                 const struct bd_tracer *tracer, struct bd_shadow_map **out,
+                                 struct bd_fault *fault)
+{
+    struct bd_shadow_map *map = calloc(1, sizeof *map);
+    BD_ASSERT(map);
+    map->side_px = side_px;
+    enum bd_err err = create_ids(context->gpu, side_px, light->face_count, &map->ids, fault);
+    if (!err && tracer) err = trace_faces(context, scene, light, tracer, map, fault);
+    if (!err && !tracer) err = draw_faces(context, scene, light, map, fault);
     if (err) {
         bd_shadow_map_destroy(context->gpu, &map);
         return err;

@@ -6,6 +6,7 @@
 #ifndef BD_PASS_SHADOW_MAP_H
 #define BD_PASS_SHADOW_MAP_H
 
+#include "pass/first_hits.h"
 #include "pass/pass.h"
 #include "upload/gpu_scene.h"
 #include "upload/light_setup.h"
@@ -15,11 +16,13 @@ struct bd_shadow_map {
     uint32_t side_px;
 };
 
+// `tracer` finds what the light sees; NULL: all is drawn.
 BD_MUST_CHECK
 enum bd_err bd_shadow_map_render(const struct bd_pass_context *context,
                                  const struct bd_gpu_scene *scene,
                                  const struct bd_light_setup *light, uint32_t side_px,
-                                 struct bd_shadow_map **out, struct bd_fault *fault);
+                                 const struct bd_tracer *tracer, struct bd_shadow_map **out,
+                                 struct bd_fault *fault);
 void bd_shadow_map_destroy(struct bd_gpu *gpu, struct bd_shadow_map **map);
 uint64_t bd_shadow_map_bytes(const struct bd_shadow_map *map);
 

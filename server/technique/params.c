@@ -149,6 +149,8 @@ static const struct param_row table[BD_PARAM_COUNT] = {
         {"indirect_bounces", PARAM_COUNT, FIELD(indirect_bounces), 1, 64, 1, {0}},
     [BD_PARAM_EXECUTOR] =
         {"executor", PARAM_CHOICE, FIELD(executor), 0, 0, 0, {"auto", "device", "native"}},
+    [BD_PARAM_DRAWING] =
+        {"drawing", PARAM_CHOICE, FIELD(drawing), 0, 0, 0, {"auto", "raster", "rays"}},
 };
 
 // Other words for choices. They are read, and never written.

@@ -91,6 +91,9 @@ enum bd_param {
     BD_PARAM_INDIRECT_BOUNCES,    // how often light is sent on by surfaces, at most
     BD_PARAM_EXECUTOR,            // auto | device | native: who does arithmetic; auto is native on
                                   // a software device alone
+    BD_PARAM_DRAWING,             // auto | raster | rays: how what cameras and lights see is found;
+                                  // auto is rays on a software device, where the frame has them
+                                  // anyway and triangles outnumber the samples of a map or picture
     BD_PARAM_COUNT,
 };
 
@@ -99,6 +102,9 @@ enum bd_visibility { BD_VISIBILITY_NONE, BD_VISIBILITY_RAYS };
 
 // Who does the arithmetic of passes that have a loop for the processor (pass/native).
 enum bd_executor { BD_EXECUTOR_AUTO, BD_EXECUTOR_DEVICE, BD_EXECUTOR_NATIVE };
+
+// How what a camera or a light sees is found (pass/first_hits.h).
+enum bd_drawing { BD_DRAWING_AUTO, BD_DRAWING_RASTER, BD_DRAWING_RAYS };
 
 // Whether each sub-frame has its own indirect light, or the first one's.
 enum bd_sub_frames { BD_SUB_FRAMES_SHARED, BD_SUB_FRAMES_OWN };
@@ -132,7 +138,7 @@ struct bd_params {
     uint32_t tree_roots;
     uint32_t model_of; // 0 = none, else 1 + the index of a technique
     uint32_t spp, first_sample;
-    uint32_t bounces; // UINT32_MAX = unlimited
+    uint32_t bounces;             // UINT32_MAX = unlimited
     uint32_t indirect_visibility; // enum bd_visibility
     uint32_t rays;
     uint32_t lights;         // enum bd_lights
@@ -146,7 +152,8 @@ struct bd_params {
     uint32_t light_rays;
     uint32_t indirect_bounces;
     uint32_t indirect_lights; // enum bd_lights
-    uint32_t executor; // enum bd_executor
+    uint32_t executor;        // enum bd_executor
+    uint32_t drawing;         // enum bd_drawing
 };
 
 // What clients are told about a parameter.

@@ -28,6 +28,12 @@ struct bd_light_setup {
 
 struct bd_light_setup bd_light_setup_of(const struct bd_scene *scene, uint32_t placed_light);
 
+// Of all faces of its map.
+static inline uint64_t bd_light_setup_texels(const struct bd_light_setup *setup, uint32_t side_px)
+{
+    return (uint64_t)setup->face_count * side_px * side_px;
+}
+
 // The viewpoint of one face's map of `side_px` squared texels.
 struct bd_viewpoint bd_light_setup_viewpoint(const struct bd_light_setup *setup, uint32_t face,
                                              uint32_t side_px);

@@ -4,7 +4,8 @@
 //   BD_BASE_COLOR_MAP BD_METALLIC_ROUGHNESS_MAP BD_NORMAL_MAP BD_EMISSIVE_MAP BD_VERTEX_COLOR
 //   BD_ALPHA_MASK
 //
-// BD_TRIANGLE_LIST: of one instance's triangles those of a list are drawn, not all.
+// BD_TRIANGLE_LIST: of one instance's triangles those of a list are drawn, not all. BD_POINTS: points
+// are, each of a triangle of its own.
 #include "common/array.glsl"
 #include "common/view.glsl"
 #include "shared/material.h"
@@ -101,18 +102,43 @@ uint triangle_in_instance()
 
 uint triangle_id()
 {
+#ifdef BD_POINTS
+    return material.triangles.x + instance_in_draw;
+#else
     return material.triangles.x + instance_in_draw * material.triangles.y + triangle_in_instance();
+#endif
 }
 
-// The triangle's own unit normal on the side of the viewer. From the triangle's edges, which were
-// subtracted in double precision: screen derivatives lose it on small and on grazing triangles.
-vec3 geometric_normal()
+vec3 to_viewer()
+{
+    return view_is_orthographic() ? view.axis_z.xyz : -render_from_view(position_vs);
+}
+
+// From the triangle's edges, which were subtracted in double precision: screen derivatives lose it
+// on small and on grazing triangles. Not unit, on the side that the winding says.
+vec3 triangle_normal()
 {
     uint at = 3u * triangle_id();
-    vec3 n = cross(BD_LOAD(triangles, at + 1u).xyz, BD_LOAD(triangles, at + 2u).xyz);
-    vec3 to_viewer = view_is_orthographic() ? view.axis_z.xyz : -render_from_view(position_vs);
-    n = dot(n, n) > 0.0 ? normalize(n) : normalize(to_viewer);
-    return dot(n, to_viewer) < 0.0 ? -n : n;
+    return cross(BD_LOAD(triangles, at + 1u).xyz, BD_LOAD(triangles, at + 2u).xyz);
+}
+
+// The triangle's own unit normal on the side of the viewer.
+vec3 geometric_normal()
+{
+    vec3 n = triangle_normal();
+    n = dot(n, n) > 0.0 ? normalize(n) : normalize(to_viewer());
+    return dot(n, to_viewer()) < 0.0 ? -n : n;
+}
+
+// Whether the viewer sees the triangle's back: points have two fronts.
+bool shows_back()
+{
+#ifdef BD_POINTS
+    bool mirrored = (material.flags.x & BD_MATERIAL_MIRRORED) != 0u;
+    return dot(triangle_normal(), to_viewer()) < 0.0 != mirrored;
+#else
+    return !gl_FrontFacing;
+#endif
 }
 
 // Shading normal on the side of `geometric` (why: struct bd_primitive, server/scene/scene.h).

@@ -1,5 +1,8 @@
 // Vertices of the scene for every raster pass: G-buffer, shadow map and reflective shadow map.
 //
+// BD_POINTS: of pixels whose triangle is known, a point each, interpolated over its corners already
+// (pass/scene_points.h).
+//
 // Depth is reversed with the far plane at infinity: z_clip = near, so that z_ndc = near / depth
 // keeps its relative precision over seven orders of magnitude in 32-bit float.
 #include "common/instance.glsl"
@@ -12,6 +15,9 @@ layout(location = 3) in vec2 uv0;
 layout(location = 4) in vec2 uv1;
 layout(location = 5) in vec4 color;
 layout(location = 6) in uvec2 instance; // shared/instance.h
+#ifdef BD_POINTS
+layout(location = 7) in uvec2 pixel;
+#endif
 
 layout(location = 0) out vec3 position_vs;
 layout(location = 1) out vec3 normal_rs;
@@ -34,16 +40,25 @@ vec4 clip_from_view(vec3 p)
     return vec4(scaled + shift * w, near, w);
 }
 
+// What is made unit at a triangle's corners is interpolated as it is.
 vec3 unit_or_zero(vec3 v)
 {
+#ifdef BD_POINTS
+    return v;
+#endif
     float length_squared = dot(v, v);
     return length_squared > 0.0 ? v * inversesqrt(length_squared) : vec3(0.0);
 }
 
 void main()
 {
+#ifdef BD_POINTS
+    position_vs = position;
+    gl_Position = vec4(ndc_of_place(vec2(pixel) + 0.5), 0.5, 1.0);
+#else
     position_vs = view_from_mesh_position(instance.x, position);
     gl_Position = clip_from_view(position_vs);
+#endif
 #ifdef BD_SURFACE
     normal_rs = unit_or_zero(render_from_mesh_normal(instance.x, normal));
     // A tangent is a direction on the surface: it transforms with the positions.
