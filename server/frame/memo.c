@@ -25,9 +25,10 @@ struct entry {
 struct bd_memo {
     void *owner;
     uint64_t budget_bytes, used_bytes;
-    uint64_t frame_count;                // begun so far
-    uint64_t frames[BD_MEMO_FRAMES_MAX]; // under way, the outermost first
-    uint32_t depth;                      // how many those are
+    uint64_t last_frame_bytes_max, last_frame; // that ended
+    uint64_t frame_count;                      // begun so far
+    uint64_t frames[BD_MEMO_FRAMES_MAX];       // under way, the outermost first
+    uint32_t depth;                            // how many those are
     size_t count, capacity;
     struct entry *entries;
 };
@@ -39,6 +40,11 @@ struct bd_memo *bd_memo_create(void *owner, uint64_t budget_bytes)
     memo->owner = owner;
     memo->budget_bytes = budget_bytes;
     return memo;
+}
+
+void bd_memo_keep_last_frame(struct bd_memo *memo, uint64_t bytes_max)
+{
+    memo->last_frame_bytes_max = bytes_max;
 }
 
 static uint64_t current_frame(const struct bd_memo *memo)
@@ -90,11 +96,18 @@ static size_t oldest_unused(const struct bd_memo *memo)
     return oldest;
 }
 
+// The next frame is likely to ask for it.
+static bool stays(const struct bd_memo *memo, const struct entry *entry)
+{
+    return entry->used_in_frame >= memo->last_frame && memo->count <= ENTRIES_MAX &&
+           memo->used_bytes <= memo->last_frame_bytes_max;
+}
+
 static void evict_to_budget(struct bd_memo *memo)
 {
     while (memo->used_bytes > memo->budget_bytes || memo->count > ENTRIES_MAX) {
         size_t index = oldest_unused(memo);
-        if (index == memo->count) return;
+        if (index == memo->count || stays(memo, &memo->entries[index])) return;
         remove_at(memo, index);
     }
 }
@@ -110,6 +123,7 @@ void bd_memo_end_frame(struct bd_memo *memo)
 {
     BD_ASSERT(memo->depth > 0);
     const uint32_t user = current_user(memo);
+    memo->last_frame = current_frame(memo);
     memo->depth--;
     for (size_t i = memo->count; i-- > 0;) {
         memo->entries[i].users &= ~user;

@@ -23,6 +23,9 @@ typedef void (*bd_memo_destroy_fn)(void *owner, void *output);
 
 struct bd_memo *bd_memo_create(void *owner, uint64_t budget_bytes);
 void bd_memo_destroy(struct bd_memo **memo);
+// What the last frame used stays beyond the budget, up to so many bytes in all; 0, as it begins:
+// nothing does. Views of a scene that is larger than the budget would make everything anew.
+void bd_memo_keep_last_frame(struct bd_memo *memo, uint64_t bytes_max);
 
 // Frames that may be under way at once.
 #define BD_MEMO_FRAMES_MAX 8

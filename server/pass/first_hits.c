@@ -6,8 +6,11 @@
 #include "base/assert.h"
 #include "kernel/pixel.h"
 
-#define RAYS_PER_PIECE 1024u
-#define RAYS_MAX       (1u << 17) // of a slice
+// Rays of a tile go through the same part of the structure, which is read once for all of them. A
+// tile is one piece of work.
+#define TILE_SIDE 32u
+#define TILE_RAYS (TILE_SIDE * TILE_SIDE)
+#define TILES_MAX 128u // of a slice
 
 struct bd_sample_ray bd_sample_ray_of(const struct bd_viewpoint *viewpoint,
                                       const struct bd_render_space *space, uint32_t x, uint32_t y)
@@ -22,16 +25,18 @@ struct bd_sample_ray bd_sample_ray_of(const struct bd_viewpoint *viewpoint,
     return (struct bd_sample_ray){{right * scale, up * scale, 0}, {0, 0, -1}};
 }
 
-// A slice of the picture's samples, row by row.
+// A slice of the picture's tiles, row by row; those at its right and lower border reach beyond it.
 struct hits_slice {
     const struct bd_viewpoint *viewpoint;
     const struct bd_render_space *space;
     bool passes_backs;
     bd_dvec3 position; // render space
-    uint64_t first;    // pixel
+    uint32_t tiles_along;
+    uint64_t first; // tile
     uint32_t count;
     struct bd_ray *rays;
     struct bd_ray_hit *hits;
+    uint32_t *numbers;
 };
 
 static bd_dvec3 turned(const struct bd_viewpoint *v, const double at[3])
@@ -41,11 +46,10 @@ static bd_dvec3 turned(const struct bd_viewpoint *v, const double at[3])
         bd_dvec3_add(bd_dvec3_scale(v->axis_y, at[1]), bd_dvec3_scale(v->axis_z, at[2])));
 }
 
-static struct bd_ray ray_through(const struct hits_slice *slice, uint64_t pixel)
+static struct bd_ray ray_through(const struct hits_slice *slice, uint32_t x, uint32_t y)
 {
     const struct bd_viewpoint *v = slice->viewpoint;
-    const struct bd_sample_ray sample = bd_sample_ray_of(
-        v, slice->space, (uint32_t)(pixel % v->width_px), (uint32_t)(pixel / v->width_px));
+    const struct bd_sample_ray sample = bd_sample_ray_of(v, slice->space, x, y);
     const bd_dvec3 from = bd_dvec3_add(slice->position, turned(v, sample.origin));
     const bd_dvec3 to = turned(v, sample.direction);
     const double scale = slice->space->render_per_m;
@@ -59,29 +63,55 @@ static struct bd_ray ray_through(const struct hits_slice *slice, uint64_t pixel)
     };
 }
 
+// Of one of the slice's tiles: where it begins, and how much of it is in the picture.
+static struct bd_tile tile_at(const struct hits_slice *slice, uint32_t i)
+{
+    const uint64_t tile = slice->first + i;
+    const uint32_t x = (uint32_t)(tile % slice->tiles_along) * TILE_SIDE;
+    const uint32_t y = (uint32_t)(tile / slice->tiles_along) * TILE_SIDE;
+    const uint32_t right = slice->viewpoint->width_px - x, below = slice->viewpoint->height_px - y;
+    return (struct bd_tile){x, y, right < TILE_SIDE ? right : TILE_SIDE,
+                            below < TILE_SIDE ? below : TILE_SIDE};
+}
+
+// Beyond the picture rays have no direction, and meet nothing.
 static void make_rays(void *user, uint32_t piece)
 {
     struct hits_slice *slice = user;
-    const uint32_t begin = piece * RAYS_PER_PIECE;
-    for (uint32_t i = begin; i < slice->count && i < begin + RAYS_PER_PIECE; i++)
-        slice->rays[i] = ray_through(slice, slice->first + i);
+    struct bd_ray *rays = slice->rays + (size_t)piece * TILE_RAYS;
+    const struct bd_tile tile = tile_at(slice, piece);
+    for (uint32_t i = 0; i < TILE_RAYS; i++) {
+        const uint32_t x = i % TILE_SIDE, y = i / TILE_SIDE;
+        rays[i] = x < tile.width && y < tile.height ? ray_through(slice, tile.x + x, tile.y + y)
+                                                    : (struct bd_ray){0};
+    }
 }
 
-static void trace(const struct bd_tracer *tracer, struct hits_slice *slice, uint32_t *numbers)
+static void take_hits(const struct hits_slice *slice)
 {
-    const uint32_t pieces = (slice->count + RAYS_PER_PIECE - 1) / RAYS_PER_PIECE;
-    if (bd_pool_run(tracer->pool, pieces, make_rays, NULL, slice)) return; // nobody stops it
-    bd_rays_nearest(tracer->rays, tracer->pool, BD_RAYS_ALPHA_MASK, slice->rays, slice->count,
-                    slice->hits);
-    for (uint32_t i = 0; i < slice->count; i++) numbers[slice->first + i] = slice->hits[i].triangle;
+    for (uint32_t t = 0; t < slice->count; t++) {
+        const struct bd_tile tile = tile_at(slice, t);
+        const struct bd_ray_hit *hits = slice->hits + (size_t)t * TILE_RAYS;
+        for (uint32_t y = 0; y < tile.height; y++) {
+            uint32_t *to =
+                slice->numbers + (size_t)(tile.y + y) * slice->viewpoint->width_px + tile.x;
+            for (uint32_t x = 0; x < tile.width; x++) to[x] = hits[y * TILE_SIDE + x].triangle;
+        }
+    }
 }
 
-// How many rays one slice takes, in whole pieces.
-static uint32_t rays_that_fit(const struct bd_slicer *slicer, uint64_t left)
+static void trace(const struct bd_tracer *tracer, struct hits_slice *slice)
 {
-    const double fit = fmin(bd_slicer_units(slicer), RAYS_MAX);
-    const uint32_t whole = (uint32_t)(fit / RAYS_PER_PIECE) * RAYS_PER_PIECE;
-    const uint32_t count = whole > RAYS_PER_PIECE ? whole : RAYS_PER_PIECE;
+    if (bd_pool_run(tracer->pool, slice->count, make_rays, NULL, slice)) return; // nobody stops it
+    bd_rays_nearest(tracer->rays, tracer->pool, BD_RAYS_ALPHA_MASK, slice->rays,
+                    (size_t)slice->count * TILE_RAYS, slice->hits);
+    take_hits(slice);
+}
+
+static uint32_t tiles_that_fit(const struct bd_slicer *slicer, uint64_t left)
+{
+    const double fit = fmin(bd_slicer_units(slicer) / TILE_RAYS, TILES_MAX);
+    const uint32_t count = fit > 1 ? (uint32_t)fit : 1;
     return left < count ? (uint32_t)left : count;
 }
 
@@ -89,20 +119,24 @@ enum bd_err bd_first_hits(const struct bd_tracer *tracer, const struct bd_viewpo
                           const struct bd_render_space *space, bool passes_backs,
                           struct bd_slicer *slicer, uint32_t *numbers)
 {
-    const uint64_t pixels = (uint64_t)viewpoint->width_px * viewpoint->height_px;
+    const uint32_t tiles_along = (viewpoint->width_px + TILE_SIDE - 1) / TILE_SIDE;
+    const uint64_t tiles =
+        (uint64_t)tiles_along * ((viewpoint->height_px + TILE_SIDE - 1) / TILE_SIDE);
     struct hits_slice slice = {.viewpoint = viewpoint,
                                .space = space,
                                .passes_backs = passes_backs,
                                .position = bd_render_from_world(space, viewpoint->position_m),
-                               .rays = calloc(RAYS_MAX, sizeof *slice.rays),
-                               .hits = calloc(RAYS_MAX, sizeof *slice.hits)};
+                               .tiles_along = tiles_along,
+                               .rays = calloc((size_t)TILES_MAX * TILE_RAYS, sizeof *slice.rays),
+                               .hits = calloc((size_t)TILES_MAX * TILE_RAYS, sizeof *slice.hits),
+                               .numbers = numbers};
     BD_ASSERT(slice.rays && slice.hits);
     enum bd_err err = BD_ERR_OK;
     bd_slicer_work(slicer, "first hits");
-    for (; !err && slice.first < pixels; slice.first += slice.count) {
-        slice.count = rays_that_fit(slicer, pixels - slice.first);
-        trace(tracer, &slice, numbers);
-        err = bd_slicer_checkpoint(slicer, slice.count);
+    for (; !err && slice.first < tiles; slice.first += slice.count) {
+        slice.count = tiles_that_fit(slicer, tiles - slice.first);
+        trace(tracer, &slice);
+        err = bd_slicer_checkpoint(slicer, (double)slice.count * TILE_RAYS);
     }
     free(slice.rays);
     free(slice.hits);

@@ -1,14 +1,19 @@
 #include "sched/sched_parts.h"
 
 #include <stdio.h>
+#include <unistd.h>
 
 #include "base/log.h"
+#include "frame/memo.h"
 
 #define GPU_MEMORY_UNKNOWN_MIB 2048
 // Share of the memory limit that may hold outputs for frames to come; and no more than so much of a
 // software device's, which is the host's own memory and shows as the daemon's.
 #define MEMO_SHARE        0.6
 #define MEMO_SOFTWARE_MIB 512
+// Of the machine's memory, what the last frame was made of may hold until the next: ten million
+// triangles and what rays ask of them are 1.6 GB.
+#define MEMO_LAST_FRAME_SHARE 0.125
 
 static uint64_t memory_limit_bytes(uint32_t limit_mib, const struct bd_gpu_caps *caps)
 {
@@ -22,6 +27,12 @@ static uint64_t memo_budget_bytes(uint64_t limit_bytes, bool software)
     uint64_t share = (uint64_t)((double)limit_bytes * MEMO_SHARE);
     const uint64_t software_max = (uint64_t)MEMO_SOFTWARE_MIB << 20;
     return software && share > software_max ? software_max : share;
+}
+
+static uint64_t last_frame_bytes(bool software)
+{
+    const double bytes = (double)sysconf(_SC_PHYS_PAGES) * (double)sysconf(_SC_PAGE_SIZE);
+    return software && bytes > 0 ? (uint64_t)(bytes * MEMO_LAST_FRAME_SHARE) : 0;
 }
 
 enum bd_err bd_sched_open_device(struct bd_sched *sched, uint32_t lose_after,
@@ -40,6 +51,7 @@ enum bd_err bd_sched_open_device(struct bd_sched *sched, uint32_t lose_after,
     uint64_t limit = memory_limit_bytes(sched->options.gpu_memory_mib, caps);
     bd_gpu_set_memory_limit(sched->gpu, limit);
     bd_renderer_init(&sched->renderer, sched->gpu, memo_budget_bytes(limit, caps->software));
+    bd_memo_keep_last_frame(sched->renderer.memo, last_frame_bytes(caps->software));
     pthread_mutex_lock(&sched->lock);
     snprintf(sched->stats.device_name, sizeof sched->stats.device_name, "%s", caps->name);
     snprintf(sched->stats.device_class, sizeof sched->stats.device_class, "%s", caps->device_class);

@@ -107,6 +107,13 @@ void __wrap_bd_renderer_init(struct bd_renderer *renderer, struct bd_gpu *gpu,
     *renderer = (struct bd_renderer){.gpu = gpu};
 }
 
+void __wrap_bd_memo_keep_last_frame(struct bd_memo *memo, uint64_t bytes_max);
+void __wrap_bd_memo_keep_last_frame(struct bd_memo *memo, uint64_t bytes_max)
+{
+    (void)bytes_max;
+    BD_ASSERT(!memo);
+}
+
 void __wrap_bd_renderer_finish(struct bd_renderer *renderer);
 void __wrap_bd_renderer_finish(struct bd_renderer *renderer)
 {

@@ -85,11 +85,43 @@ static void the_youngest_that_fits_is_found_and_kept_through_the_frame(void **un
     bd_memo_destroy(&memo);
 }
 
+static void make_together(struct bd_memo *memo, const int *made, int count)
+{
+    bd_memo_begin_frame(memo);
+    for (int i = 0; i < count; i++) {
+        alive |= 1u << made[i];
+        bd_memo_store(memo, 100 + (uint64_t)made[i], &outputs[made[i]], 10, destroy);
+    }
+    bd_memo_end_frame(memo);
+}
+
+static void what_the_last_frame_used_stays_up_to_a_limit(void **unused)
+{
+    (void)unused;
+    struct bd_memo *memo = bd_memo_create(NULL, 20);
+    make(memo, 0, destroy);
+    bd_memo_keep_last_frame(memo, 40);
+    make_together(memo, (const int[]){1, 2, 3}, 3);
+    assert_true(is_there(1) && is_there(2) && is_there(3));
+    assert_false(is_there(0)); // beyond the budget it is older
+    bd_memo_begin_frame(memo);
+    assert_non_null(bd_memo_find(memo, 101));
+    bd_memo_end_frame(memo);
+    assert_true(is_there(1) && !(is_there(2) && is_there(3)));
+    make_together(memo, (const int[]){4, 5, 6, 7, 0}, 5);
+    int left = 0;
+    for (int i = 0; i < 8; i++) left += is_there(i);
+    assert_int_equal(left, 4); // more than the limit did not stay
+    bd_memo_destroy(&memo);
+    assert_int_equal(alive, 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(what_others_rest_on_is_as_young_as_they),
         cmocka_unit_test(the_youngest_that_fits_is_found_and_kept_through_the_frame),
+        cmocka_unit_test(what_the_last_frame_used_stays_up_to_a_limit),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
