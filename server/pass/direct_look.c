@@ -81,14 +81,6 @@ static bool are_alike(const uint32_t *texels, size_t stride)
 
 // --- triangles ----------------------------------------------------------------------------------
 
-static void flush(struct looking *k)
-{
-    uint32_t said[BD_LANES];
-    if (k->count > 0) k->loops->ask(&k->pairs, said);
-    for (uint32_t i = 0; i < k->count; i++) k->said[k->lane[i]] |= said[i] & k->asked[i];
-    k->count = 0;
-}
-
 static void put(struct bd_lanes3 *lanes, uint32_t i, float x, float y, float z)
 {
     lanes->x[i] = x;
@@ -107,7 +99,22 @@ static void put_pair(struct looking *k, uint32_t i, uint32_t lane, const struct 
     k->pairs.texel_side[i] = k->aim->texel.side[lane];
 }
 
-// A triangle is asked once for a pixel, whatever many texels name it.
+static const struct bd_vec4 *triangle_of(const struct looking *k, uint32_t id)
+{
+    return &k->shadows->triangles[(size_t)3 * (id - 1)];
+}
+
+static void flush(struct looking *k)
+{
+    uint32_t said[BD_LANES];
+    for (uint32_t i = 0; i < k->count; i++) put_pair(k, i, k->lane[i], triangle_of(k, k->id[i]));
+    if (k->count > 0) k->loops->ask(&k->pairs, said);
+    for (uint32_t i = 0; i < k->count; i++) k->said[k->lane[i]] |= said[i] & k->asked[i];
+    k->count = 0;
+}
+
+// A triangle is asked once for a pixel, whatever many texels name it. Of millions each comes from
+// memory: all of them are on their way before the first is looked at.
 static void add_pair(struct looking *k, uint32_t lane, uint32_t id, uint32_t asked)
 {
     for (uint32_t i = k->count; i > 0 && k->lane[i - 1] == lane; i--) {
@@ -120,7 +127,8 @@ static void add_pair(struct looking *k, uint32_t lane, uint32_t id, uint32_t ask
     k->lane[i] = lane;
     k->id[i] = id;
     k->asked[i] = asked;
-    put_pair(k, i, lane, &k->shadows->triangles[(size_t)3 * (id - 1)]);
+    __builtin_prefetch(triangle_of(k, id));
+    __builtin_prefetch(triangle_of(k, id) + 2);
 }
 
 // A masked triangle has holes that only its own texel knows of.

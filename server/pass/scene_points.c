@@ -11,7 +11,7 @@
 #include "shared/instance.h"
 #include "upload/seen.h"
 
-#define POINTS_PER_PIECE 256u
+#define POINTS_PER_PIECE 128u
 #define POINTS_MAX       (1u << 16) // of a slice
 #define PIXELS_PER_PAUSE (1u << 14)
 #define ROW_FLOATS       (4 * BD_INSTANCE_VEC4S)
@@ -196,34 +196,61 @@ static void fill_surface(const struct bd_primitive *primitive, const float *rows
     mix_directions(rows, primitive->tangent, 4, corner, shares, to->tangent);
 }
 
-// A point that is nowhere is outside of the picture.
-static void fill_point(const struct points *batch, uint32_t pixel, struct point *to)
+// What a pixel sees, as the scene has it.
+struct seen_triangle {
+    uint32_t run, place, behind; // triangles behind the run's first
+    const struct bd_primitive *primitive;
+    const uint32_t *corner;
+};
+
+static struct seen_triangle triangle_of(const struct points *batch, uint32_t pixel)
 {
-    const struct bd_viewpoint *v = batch->draws->viewpoint;
     const struct bd_gpu_scene *scene = batch->draws->scene;
     const uint32_t number = batch->order->numbers[pixel];
     const uint32_t r = bd_triangle_order_run(&scene->order, number);
     const struct bd_triangle_run *run = &scene->order.runs[r];
     const uint32_t behind = number - (uint32_t)run->first_triangle;
-    const uint32_t place = run->first_instance + behind / run->triangles_per_instance;
-    *to = (struct point){.pixel = {UINT32_MAX, UINT32_MAX}};
-    if (!find_instance(batch->seen, r, place, &to->instance[0])) return;
     const struct bd_primitive *primitive =
         &scene->scene->meshes[run->mesh]->primitives[run->primitive];
-    const uint32_t *corner = primitive->index + 3 * (size_t)(behind % run->triangles_per_instance);
-    const bd_dmat4 *matrix =
-        &scene->scene->instances[scene->order.instances[place]].world_from_mesh;
-    bd_dvec3 at[3];
+    return (struct seen_triangle){
+        .run = r,
+        .place = run->first_instance + behind / run->triangles_per_instance,
+        .behind = behind,
+        .primitive = primitive,
+        .corner = primitive->index + 3 * (size_t)(behind % run->triangles_per_instance),
+    };
+}
+
+static void place_corners(const struct points *batch, const struct seen_triangle *triangle,
+                          bd_dvec3 corner[3])
+{
+    const struct bd_gpu_scene *scene = batch->draws->scene;
+    const uint32_t instance = scene->order.instances[triangle->place];
     for (int k = 0; k < 3; k++) {
-        const float *p = primitive->position + 3 * (size_t)corner[k];
-        at[k] = in_view(v, scene->space.render_per_m,
-                        bd_dmat4_point(matrix, (bd_dvec3){p[0], p[1], p[2]}));
+        const float *p = triangle->primitive->position + 3 * (size_t)triangle->corner[k];
+        const bd_dvec3 world = bd_dmat4_point(&scene->scene->instances[instance].world_from_mesh,
+                                              (bd_dvec3){p[0], p[1], p[2]});
+        corner[k] = in_view(batch->draws->viewpoint, scene->space.render_per_m, world);
     }
-    to->instance[1] = behind;
+}
+
+// A point that is nowhere is outside of the picture.
+static void fill_point(const struct points *batch, const struct seen_triangle *triangle,
+                       uint32_t pixel, struct point *to)
+{
+    const struct bd_viewpoint *v = batch->draws->viewpoint;
+    const struct bd_primitive *primitive = triangle->primitive;
+    const uint32_t *corner = triangle->corner;
+    *to = (struct point){.pixel = {UINT32_MAX, UINT32_MAX}};
+    if (!find_instance(batch->seen, triangle->run, triangle->place, &to->instance[0])) return;
+    to->instance[1] = triangle->behind;
     to->pixel[0] = pixel % v->width_px;
     to->pixel[1] = pixel / v->width_px;
-    const struct bd_sample_ray ray = bd_sample_ray_of(v, &scene->space, to->pixel[0], to->pixel[1]);
+    const struct bd_sample_ray ray =
+        bd_sample_ray_of(v, &batch->draws->scene->space, to->pixel[0], to->pixel[1]);
+    bd_dvec3 at[3];
     double shares[3];
+    place_corners(batch, triangle, at);
     meet(&ray, at, shares, to->position);
     mix(primitive->uv[0], 2, corner, shares, to->uv[0]);
     mix(primitive->uv[1], 2, corner, shares, to->uv[1]);
@@ -231,12 +258,27 @@ static void fill_point(const struct points *batch, uint32_t pixel, struct point 
     fill_surface(primitive, rows, corner, shares, to);
 }
 
+// Of millions of triangles each comes from memory: those of a piece are on their way before the
+// first is looked at, its corners' numbers and then what they name.
 static void fill_points(void *user, uint32_t piece)
 {
     struct points *batch = user;
-    const uint32_t begin = piece * POINTS_PER_PIECE;
-    for (uint32_t i = begin; i < batch->count && i < begin + POINTS_PER_PIECE; i++)
-        fill_point(batch, batch->order->pixels[batch->first + i], &batch->points[i]);
+    struct seen_triangle triangles[POINTS_PER_PIECE];
+    const uint32_t begin = piece * POINTS_PER_PIECE, left = batch->count - begin;
+    const uint32_t count = left < POINTS_PER_PIECE ? left : POINTS_PER_PIECE;
+    const uint32_t *pixels = batch->order->pixels + batch->first + begin;
+    for (uint32_t i = 0; i < count; i++) {
+        triangles[i] = triangle_of(batch, pixels[i]);
+        __builtin_prefetch(triangles[i].corner);
+    }
+    for (uint32_t i = 0; i < count; i++)
+        for (int k = 0; k < 3; k++) {
+            const size_t at = 3 * (size_t)triangles[i].corner[k];
+            __builtin_prefetch(triangles[i].primitive->position + at);
+            __builtin_prefetch(triangles[i].primitive->normal + at);
+        }
+    for (uint32_t i = 0; i < count; i++)
+        fill_point(batch, &triangles[i], pixels[i], &batch->points[begin + i]);
 }
 
 // --- draws ------------------------------------------------------------------------------------
