@@ -1,11 +1,14 @@
 """Frames by their number of triangles and of nodes: raster passes under a point light.
 
 usage: many_triangles.py BUILD_DIR -o RESULT.json [--runs 5] [--size 512] [--largest 10000000] [--before BOUNCED]
+                         [--ways raster rays] [--only waves]
 
 Waves on a floor, in sheets of a million triangles at most, lit by a point light above them, in technique
 `direct`: once wholly in view, and once by a camera that sees a corner of them. And one box shown by many
-nodes, at 256x256. Frames are made anew (`fresh=all`) and counted without loading, compiling and encoding;
-medians. `processor_ms` is what the daemon's process needed for a frame, which other work on the machine
+nodes, at 256x256. What cameras and lights see is drawn, or found by rays (`drawing`). Frames are made anew and
+counted without loading, compiling and encoding; medians. The structure that rays ask is kept from the first
+frame on, as it is while a light or a camera moves: so frames by rays ask for shadow maps of another size each.
+Its building is `bvh_ms`. `processor_ms` is what the daemon's process needed for a frame, which other work on the machine
 changes less. `first_s` is the scene's first frame, uploads included; `memory_mb` what the process holds in the end.
 `--before` names the daemon of an earlier build, which takes turns with this one, scene by scene.
 """
@@ -23,12 +26,14 @@ import by_hand
 from harness.bench.measure import times_of
 from harness.daemon import Daemon
 
+WAYS = ("raster", "rays")
+SHADOW_SIZE = 1024
 SHEET_MAX = 1000000  # triangles of a mesh
 TRIANGLES = (10000, 100000, 1000000, 10000000)
 NODES = (4096, 65542)
 NODES_SIZE = 256
 WIDTH_M = 10
-GOAL_PER_HUNDREDFOLD = 2.5
+GOAL_PER_HUNDREDFOLD = {"raster": 2.5, "rays": 1.5}
 GOAL_NODES_MS = 1000
 LOOKING_DOWN = (-.342, 0, 0, .94)  # 40 degrees below the horizon
 VIEWS = {"all": {"translation": [0, 9.5, 11], "rotation": LOOKING_DOWN},
@@ -136,7 +141,11 @@ def processor_ms(daemon):
     return 1000 * (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
-def measure(path, size, runs, bounced=None):
+def pass_ms(report, name):
+    return sum(each["ms"] for each in report["passes"] if each["name"] == name)
+
+
+def measure(path, size, runs, way, bounced=None):
     made = Daemon(arguments=["--device", "software"])
     made.bounced = str(bounced or made.bounced)
     with made as daemon:
@@ -144,34 +153,41 @@ def measure(path, size, runs, bounced=None):
         scene = daemon.hold(path)
         held_s = time.monotonic() - start
 
-        def frame():
-            return daemon.report(f"scene:{scene['id']}", "direct", size=(size, size), extra=("--fresh", "all"),
-                                 timeout_s=600)
+        def frame(turn):
+            settings = {"shadow_size": SHADOW_SIZE - turn} if way == "rays" else {}
+            if not bounced:
+                settings["drawing"] = way
+            return daemon.report(f"scene:{scene['id']}", "direct", settings, size=(size, size), timeout_s=600,
+                                 extra=("--fresh", "camera" if way == "rays" else "all"))
 
         start = time.monotonic()
-        first = frame()
+        first = frame(0)
         first_s = time.monotonic() - start
         before_ms = processor_ms(daemon)
-        frames = [frame() for _ in range(runs)]
+        frames = [frame(1 + turn) for turn in range(runs)]
         needed_ms = (processor_ms(daemon) - before_ms) / runs
         return {"import_s": held_s, "first_s": first_s, "first_load_ms": first["time_ms"]["load"],
+                "bvh_ms": pass_ms(first, "bvh"),
                 "time_ms": times_of(frames), "processor_ms": needed_ms, "memory_mb": memory_mb(daemon)}
 
 
-def cases(largest):
+def cases(largest, only):
     for count in NODES:
         for view in VIEWS:
-            yield f"boxes {count} {view}", save_boxes, count, view, NODES_SIZE
+            if only != "waves":
+                yield f"boxes {count} {view}", save_boxes, count, view, NODES_SIZE
     for count in TRIANGLES:
+        if only == "boxes":
+            return
         for view in VIEWS:
             if count <= largest:
                 yield f"waves {count} {view}", save_waves, count, view, None
 
 
-def growth(found, view):
+def growth(found, view, way):
     """Of what the process needs, by a hundredfold of triangles."""
-    needed = {count: found[f"waves {count} {view}"]["processor_ms"] for count in TRIANGLES
-              if f"waves {count} {view}" in found}
+    needed = {count: found[f"waves {count} {view} {way}"]["processor_ms"] for count in TRIANGLES
+              if f"waves {count} {view} {way}" in found}
     return {f"{count} to {100 * count}": needed[100 * count] / needed[count]
             for count in needed if 100 * count in needed}
 
@@ -185,15 +201,16 @@ def tell(name, entry):
 def run(options, keep):
     found, before = {}, {}
     with tempfile.TemporaryDirectory() as folder:
-        for name, save, count, view, own_size in cases(options.largest):
+        for name, save, count, view, own_size in cases(options.largest, options.only):
             path, size = pathlib.Path(folder) / "scene.glb", own_size or options.size
             scene = {"triangles": save(path, count, view), "size": size}
             runs = options.runs if count < max(TRIANGLES) else 1
-            found[name] = {**scene, **measure(path, size, runs)}
-            tell(name, found[name])
+            for way in options.ways:
+                found[f"{name} {way}"] = {**scene, **measure(path, size, runs, way)}
+                tell(f"{name} {way}", found[f"{name} {way}"])
             if options.before:
-                before[name] = {**scene, **measure(path, size, runs, options.before)}
-                tell(f"  before, {name}", before[name])
+                before[f"{name} raster"] = {**scene, **measure(path, size, runs, "raster", options.before)}
+                tell(f"  before, {name}", before[f"{name} raster"])
             keep(found, before)
 
 
@@ -203,17 +220,21 @@ def main(words=None):
     parser.add_argument("--runs", type=by_hand.count, default=5)
     parser.add_argument("--largest", type=int, default=max(TRIANGLES))
     parser.add_argument("--before", type=pathlib.Path, metavar="BOUNCED")
+    parser.add_argument("--ways", nargs="+", choices=WAYS, default=WAYS)
+    parser.add_argument("--only", choices=("waves", "boxes"))
     options = by_hand.parse(parser, words)
     command = (f"many_triangles.py BUILD -o RESULT --size {options.size} --runs {options.runs} "
-               f"--largest {options.largest}" + (" --before BOUNCED" if options.before else ""))
+               f"--largest {options.largest} --ways {' '.join(options.ways)}" +
+               (f" --only {options.only}" if options.only else "") + (" --before BOUNCED" if options.before else ""))
     result = {"machine": by_hand.machine(), "technique": "direct", "size": options.size, "runs": options.runs,
               "command": command,
               "goals": {"per_hundredfold": GOAL_PER_HUNDREDFOLD, f"boxes {max(NODES)}": GOAL_NODES_MS}}
 
     def keep(found, before):
-        result.update(growth={view: growth(found, view) for view in VIEWS}, scenes=found)
+        result.update(growth={way: {view: growth(found, view, way) for view in VIEWS} for way in options.ways},
+                      scenes=found)
         if before:
-            result["before"] = {"growth": {view: growth(before, view) for view in VIEWS}, "scenes": before}
+            result["before"] = {"growth": {view: growth(before, view, "raster") for view in VIEWS}, "scenes": before}
         by_hand.write(result, options.output)
 
     run(options, keep)

@@ -24,7 +24,8 @@ def states(frame):
 @pytest.mark.parametrize("technique,parameters", [
     ("hisr", {}), ("isr", {}), ("multires_splat", {}), ("rsm", {}),
     ("rsm", {"indirect_visibility": "rays", "rays": 9, "indirect_bounces": 3}),
-    ("multires_gather", {"indirect_visibility": "rays", "rays": 9}), ("hisr", {"indirect_visibility": "rays", "rays": 9})])
+    ("multires_gather", {"indirect_visibility": "rays", "rays": 9}), ("hisr", {"indirect_visibility": "rays", "rays": 9}),
+    ("direct", {"drawing": "rays"}), ("multires_gather", {"drawing": "rays"})])
 def test_the_renderer_does_what_the_dry_run_said(daemon, technique, parameters):
     look = {**LOOK, "technique": technique, "parameters": parameters}
     scene = daemon.scenes.add(SCENES / "two_lights.glb")
