@@ -11,6 +11,10 @@
 #define TILE_SIDE 32u
 #define TILE_RAYS (TILE_SIDE * TILE_SIDE)
 #define TILES_MAX 128u // of a slice
+// What rays cost shows when they are traced: thousands of surfaces may lie in one place. So a slice
+// may hold so many times what the last one did, from one tile on, or as many as would have lasted a
+// slice at that one's pace.
+#define SLICE_GROWTH 4.0
 
 struct bd_sample_ray bd_sample_ray_of(const struct bd_viewpoint *viewpoint,
                                       const struct bd_render_space *space, uint32_t x, uint32_t y)
@@ -108,9 +112,9 @@ static void trace(const struct bd_tracer *tracer, struct hits_slice *slice)
     take_hits(slice);
 }
 
-static uint32_t tiles_that_fit(const struct bd_slicer *slicer, uint64_t left)
+static uint32_t tiles_that_fit(const struct bd_slicer *slicer, double tiles_max, uint64_t left)
 {
-    const double fit = fmin(bd_slicer_units(slicer) / TILE_RAYS, TILES_MAX);
+    const double fit = fmin(bd_slicer_units(slicer) / TILE_RAYS, fmin(tiles_max, TILES_MAX));
     const uint32_t count = fit > 1 ? (uint32_t)fit : 1;
     return left < count ? (uint32_t)left : count;
 }
@@ -132,11 +136,13 @@ enum bd_err bd_first_hits(const struct bd_tracer *tracer, const struct bd_viewpo
                                .numbers = numbers};
     BD_ASSERT(slice.rays && slice.hits);
     enum bd_err err = BD_ERR_OK;
+    double tiles_max = 1;
     bd_slicer_work(slicer, "first hits");
     for (; !err && slice.first < tiles; slice.first += slice.count) {
-        slice.count = tiles_that_fit(slicer, tiles - slice.first);
+        slice.count = tiles_that_fit(slicer, tiles_max, tiles - slice.first);
         trace(tracer, &slice);
         err = bd_slicer_checkpoint(slicer, (double)slice.count * TILE_RAYS);
+        tiles_max = slice.count * fmin(1 / fmax(slicer->last_share, 1e-3), SLICE_GROWTH);
     }
     free(slice.rays);
     free(slice.hits);

@@ -87,7 +87,7 @@ struct bd_ray {
     uint32_t from_triangle; // or BD_NO_TRIANGLE
     float direction[3];     // of any length from 1e-18
     float far;              // in lengths of the direction; may be INFINITY
-    float near;             // the same; nothing before it is met
+    float near;             // the same; nothing before it is met. 0: within BD_RAY_BIAS, as above
     bool passes_backs;      // of single-sided triangles: rays of a camera
 };
 

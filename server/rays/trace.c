@@ -242,7 +242,8 @@ static struct bd_ray_hit nearest(const struct bd_rays *rays, enum bd_rays_alpha 
     const float bias = BD_RAY_BIAS * largest(q->origin) / length_of(q->direction);
     struct RTCRayHit query = {.hit.geomID = RTC_INVALID_GEOMETRY_ID,
                               .hit.instID = {RTC_INVALID_GEOMETRY_ID}};
-    if (!make_ray(q->origin, q->direction, fmaxf(q->near, bias), q->far, &query.ray)) return none;
+    const float near = q->near > 0 ? q->near : bias;
+    if (!make_ray(q->origin, q->direction, near, q->far, &query.ray)) return none;
     struct context context = context_for(rays, alpha, &query.ray, q->from_triangle, BD_NO_TRIANGLE);
     context.passes_backs = q->passes_backs;
     context.embree.filter = filter_nearest;
