@@ -121,3 +121,21 @@ def test_what_moves_is_found_again_and_nothing_else(client):
     assert all(after_camera[name] == "reused" for name in ("bvh", "shadow_map", "rsm"))
     assert after_camera["gbuffer"] == "ran"
     scene.remove()
+
+
+def test_a_back_that_is_shown_from_now_on_is_found(client):
+    """A wall before the camera that shows it its back: what rays pass by is a matter of materials, not of places alone."""
+    scene = client.scenes.add(SCENES / "two_lights.glb")
+    with scene.edit() as edit:
+        sides = edit.add_material(double_sided=False)
+        corners = numpy.array([[-3, 0, 0], [3, 0, 0], [0, 3, 0]], float) + [0, 0, 1.5]
+        edit.add_node(mesh=edit.add_mesh(bounced.Primitive(corners, [[0, 2, 1]], material=sides)))
+    look = {"drawing": "rays", "technique": "rsm"}
+    hidden = render(scene, **look)
+    material = max((o["id"] for o in scene.objects("material")))
+    with scene.edit() as edit:
+        edit.set_material(material, double_sided=True)
+    shown = render(scene, **look)
+    assert numpy.nanmean(shown.layers["depth"] < hidden.layers["depth"] - .1) > .1
+    assert pixels(shown) == pixels(render(scene, **look, fresh="all"))
+    scene.remove()
