@@ -220,12 +220,38 @@ static enum bd_err add_all(struct making *m)
     return err;
 }
 
+static struct bd_emitter_leaf leaf_of(const struct bd_area_light *light, float flux)
+{
+    const f3 *c = light->corner;
+    return (struct bd_emitter_leaf){
+        .node = {.least = f3_of(fminf(c[0].x, fminf(c[1].x, c[2].x)),
+                                fminf(c[0].y, fminf(c[1].y, c[2].y)),
+                                fminf(c[0].z, fminf(c[1].z, c[2].z))),
+                 .most = f3_of(fmaxf(c[0].x, fmaxf(c[1].x, c[2].x)),
+                               fmaxf(c[0].y, fmaxf(c[1].y, c[2].y)),
+                               fmaxf(c[0].z, fmaxf(c[1].z, c[2].z))),
+                 .flux = flux},
+        .middle = f3_scale(f3_add(c[0], f3_add(c[1], c[2])), 1.0f / 3),
+    };
+}
+
 static enum bd_err make_tree(struct making *m, struct bd_fault *fault)
 {
     struct bd_area_lights *lights = m->lights;
     if (lights->count <= BD_AREA_WEIGHED_MAX) return BD_ERR_OK;
-    return bd_emitter_tree_init(&lights->tree, lights->lights, m->flux, lights->count, m->pause,
-                                m->user, fault);
+    struct bd_emitter_leaf *leaves = malloc(lights->count * sizeof *leaves);
+    if (!leaves)
+        return bd_fault_set(fault, BD_ERR_NO_MEMORY, "scene", "no memory for a tree of %u emitters",
+                            lights->count);
+    enum bd_err err = BD_ERR_OK;
+    for (uint32_t i = 0; !err && i < lights->count; i++) {
+        leaves[i] = leaf_of(&lights->lights[i], m->flux[i]);
+        if (i % PAUSE_EVERY == 0) err = m->pause(m->user);
+    }
+    if (!err)
+        err = bd_emitter_tree_init(&lights->tree, leaves, lights->count, m->pause, m->user, fault);
+    free(leaves);
+    return err;
 }
 
 static enum bd_err make_emitters(struct making *m, struct bd_fault *fault)

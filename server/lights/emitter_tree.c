@@ -3,16 +3,13 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "lights/area_lights.h"
-
 #define PAUSE_EVERY 4096u
 #define DIGITS      256u
 #define PASSES      4u // of 8 bits each
 
 struct building {
     struct bd_emitter_tree *tree;
-    const struct bd_area_light *lights;
-    const float *flux;
+    const struct bd_emitter_leaf *leaves;
     uint32_t *codes, *spare;
     enum bd_err (*pause)(void *user);
     void *user;
@@ -26,18 +23,6 @@ static void rest(struct building *b)
 }
 
 // --- boxes --------------------------------------------------------------------------------------
-
-static struct bd_emitter_node node_of_light(const struct building *b, uint32_t light)
-{
-    const f3 *c = b->lights[light].corner;
-    return (struct bd_emitter_node){
-        .least = f3_of(fminf(c[0].x, fminf(c[1].x, c[2].x)), fminf(c[0].y, fminf(c[1].y, c[2].y)),
-                       fminf(c[0].z, fminf(c[1].z, c[2].z))),
-        .most = f3_of(fmaxf(c[0].x, fmaxf(c[1].x, c[2].x)), fmaxf(c[0].y, fmaxf(c[1].y, c[2].y)),
-                      fmaxf(c[0].z, fmaxf(c[1].z, c[2].z))),
-        .flux = b->flux[light],
-    };
-}
 
 static struct bd_emitter_node joined(const struct bd_emitter_node *a,
                                      const struct bd_emitter_node *b)
@@ -53,10 +38,9 @@ static struct bd_emitter_node joined(const struct bd_emitter_node *a,
 
 static struct bd_emitter_node box_of_all(struct building *b)
 {
-    struct bd_emitter_node all = node_of_light(b, 0);
+    struct bd_emitter_node all = b->leaves[0].node;
     for (uint32_t i = 1; i < b->tree->count && !b->err; i++) {
-        const struct bd_emitter_node one = node_of_light(b, i);
-        all = joined(&all, &one);
+        all = joined(&all, &b->leaves[i].node);
         rest(b);
     }
     return all;
@@ -83,8 +67,7 @@ static void find_codes(struct building *b)
     const f3 size = f3_sub(all.most, all.least);
     const float largest = fmaxf(size.x, fmaxf(size.y, size.z));
     for (uint32_t i = 0; i < b->tree->count && !b->err; i++) {
-        const f3 *c = b->lights[i].corner;
-        const f3 middle = f3_scale(f3_add(c[0], f3_add(c[1], c[2])), 1.0f / 3);
+        const f3 middle = b->leaves[i].middle;
         b->codes[i] = spread_by_three(place_in(middle.x, all.least.x, largest)) |
                       spread_by_three(place_in(middle.y, all.least.y, largest)) << 1 |
                       spread_by_three(place_in(middle.z, all.least.z, largest)) << 2;
@@ -116,7 +99,7 @@ static void build(struct building *b, uint32_t node, uint32_t begin, uint32_t en
     struct bd_emitter_node *nodes = b->tree->nodes;
     if (b->err) return;
     if (end - begin == 1) {
-        nodes[node] = node_of_light(b, b->tree->order[begin]);
+        nodes[node] = b->leaves[b->tree->order[begin]].node;
         b->tree->place[b->tree->order[begin]] = begin;
         rest(b);
         return;
@@ -127,13 +110,11 @@ static void build(struct building *b, uint32_t node, uint32_t begin, uint32_t en
     if (!b->err) nodes[node] = joined(&nodes[node + 1], &nodes[second]);
 }
 
-enum bd_err bd_emitter_tree_init(struct bd_emitter_tree *tree, const struct bd_area_light *lights,
-                                 const float *flux, uint32_t count,
-                                 enum bd_err (*pause)(void *user), void *user,
+enum bd_err bd_emitter_tree_init(struct bd_emitter_tree *tree, const struct bd_emitter_leaf *leaves,
+                                 uint32_t count, enum bd_err (*pause)(void *user), void *user,
                                  struct bd_fault *fault)
 {
-    struct building b = {
-        .tree = tree, .lights = lights, .flux = flux, .pause = pause, .user = user};
+    struct building b = {.tree = tree, .leaves = leaves, .pause = pause, .user = user};
     tree->count = count;
     tree->nodes = malloc((2 * (size_t)count - 1) * sizeof *tree->nodes);
     tree->order = malloc(count * sizeof *tree->order);

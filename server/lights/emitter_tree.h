@@ -1,4 +1,4 @@
-// A tree over many emitters, from which some are drawn about in proportion to what they may send to
+// A tree over many emitters, triangles or lamps, from which some are drawn about in proportion to what they may send to
 // a receiver. A cut of it is made for the receiver, finer where what is below a node is near; a
 // node of the cut is drawn, and from there a leaf, by the flux of both sides, how far away they are
 // and how high above the receiver's horizon.
@@ -17,8 +17,6 @@
 #include "base/err.h"
 #include "kernel/math.h"
 
-struct bd_area_light;
-
 // Of leaves begin to end: its first half's node is the next one, its other half's behind all of
 // that.
 struct bd_emitter_node {
@@ -33,11 +31,16 @@ struct bd_emitter_tree {
     uint32_t *place;               // the leaf of each emitter
 };
 
-// `flux` of each. BD_ERR_NO_MEMORY, or what `pause` returns (lights/area_lights.h).
+// An emitter: its box, the place that it is sorted by, and its flux.
+struct bd_emitter_leaf {
+    struct bd_emitter_node node;
+    f3 middle;
+};
+
+// BD_ERR_NO_MEMORY, or what `pause` returns (lights/area_lights.h).
 BD_MUST_CHECK
-enum bd_err bd_emitter_tree_init(struct bd_emitter_tree *tree, const struct bd_area_light *lights,
-                                 const float *flux, uint32_t count,
-                                 enum bd_err (*pause)(void *user), void *user,
+enum bd_err bd_emitter_tree_init(struct bd_emitter_tree *tree, const struct bd_emitter_leaf *leaves,
+                                 uint32_t count, enum bd_err (*pause)(void *user), void *user,
                                  struct bd_fault *fault);
 void bd_emitter_tree_finish(struct bd_emitter_tree *tree);
 
