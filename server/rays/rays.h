@@ -77,7 +77,8 @@ enum bd_rays_alpha {
 
 // Sets bit i % 32 of bits[i / 32] where something lies between the ends of segments[i], and clears
 // it where nothing does. `bits` has (count + 31) / 32 words; those behind the last are cleared.
-// Segments without a length are asked by nobody: returns how many of the others there are.
+// Segments without a length are asked by nobody: returns how many of the others there are. Without a
+// pool this thread alone asks.
 uint64_t bd_rays_occluded(const struct bd_rays *rays, struct bd_pool *pool,
                           enum bd_rays_alpha alpha, const struct bd_segment *segments, size_t count,
                           uint32_t *bits);

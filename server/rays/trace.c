@@ -221,6 +221,10 @@ static void run_pieces(struct bd_pool *pool, size_t count, void (*work)(void *us
                        void *user)
 {
     const size_t pieces = (count + RAYS_PER_PIECE - 1) / RAYS_PER_PIECE;
+    if (!pool) {
+        for (size_t i = 0; i < pieces; i++) work(user, (uint32_t)i);
+        return;
+    }
     if (bd_pool_run(pool, (uint32_t)pieces, work, NULL, user)) return; // nobody stops it
 }
 
