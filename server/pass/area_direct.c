@@ -8,6 +8,7 @@
 #include "image/light_filter.h"
 #include "pass/area_samples.h"
 #include "pass/filter_light.h"
+#include "pass/lamp_light.h"
 #include "pass/receivers.h"
 
 #define HALVES 2u
@@ -17,12 +18,18 @@
 #define FEW_RAYS 8u
 // Of the slicer, one for each evaluation of a VPL: what a ray takes to be chosen.
 #define UNITS_PER_RAY 60.0
+// Of a lamp's ray, which is traced too, and a pixel that lamps light.
+#define UNITS_PER_LAMP_RAY 200.0
+#define UNITS_PER_LIT      500.0
+// Pixels along a side of a block that lamps are found for.
+#define BLOCK_SIDE 8u
 
 struct area {
     struct bd_pass_context context;
     struct bd_processor processor;
     const struct bd_area_direct_inputs *inputs;
     struct bd_area_sampling sampling;
+    struct bd_lamp_light lamps;
     uint32_t width_px, height_px;
     bd_dvec3 eye; // render space
     // Of the picture.
@@ -67,7 +74,7 @@ static enum bd_err make_room(struct area *a, uint32_t group_count)
 {
     const size_t halves = (size_t)group_count * BD_LANES * HALVES;
     const size_t rays = halves * a->sampling.rays, lobes = halves * a->sampling.lobes;
-    if (a->segments) return BD_ERR_OK; // the first part is the largest
+    if (!a->inputs->lights || a->segments) return BD_ERR_OK; // the first part is the largest
     a->segments = malloc(rays * sizeof *a->segments);
     a->found = malloc(rays * sizeof *a->found);
     a->occluded = malloc((rays + 31) / 32 * sizeof *a->occluded);
@@ -163,6 +170,15 @@ static void keep_guides(const struct area *a, const struct bd_area_receiver *at)
 
 // --- a part -------------------------------------------------------------------------------------
 
+static void see_group(void *user, uint32_t group)
+{
+    const struct area *a = user;
+    for (uint32_t lane = 0; lane < BD_LANES; lane++) {
+        struct bd_area_receiver at;
+        if (receiver_at(a, group, lane, &at)) keep_guides(a, &at);
+    }
+}
+
 static void sample_group(void *user, uint32_t group)
 {
     const struct area *a = user;
@@ -171,7 +187,6 @@ static void sample_group(void *user, uint32_t group)
     for (uint32_t lane = 0; lane < BD_LANES; lane++) {
         struct bd_area_receiver at;
         const bool is_lit = receiver_at(a, group, lane, &at);
-        if (is_lit) keep_guides(a, &at);
         for (uint32_t half = 0; half < HALVES; half++) {
             const size_t i = ((size_t)group * BD_LANES + lane) * HALVES + half;
             memset(a->segments + i * rays, 0, rays * sizeof *a->segments);
@@ -268,12 +283,11 @@ static void sum_group(void *user, uint32_t group)
     }
 }
 
-static enum bd_err light_part(void *user, const struct bd_receiver_part *part)
+static enum bd_err light_by_areas(struct area *a)
 {
-    struct area *a = user;
+    const struct bd_receiver_part *part = a->part;
     struct bd_ray_counts traced = {0};
     const double rays = (double)BD_LANES * HALVES * (a->sampling.rays + a->sampling.lobes);
-    a->part = part;
     enum bd_err err = make_room(a, part->group_count);
     bd_slicer_work(a->context.slicer, "area sample");
     if (!err)
@@ -286,6 +300,67 @@ static enum bd_err light_part(void *user, const struct bd_receiver_part *part)
                                 a->occluded, &traced);
     bd_slicer_work(a->context.slicer, "area sum");
     if (!err) err = bd_receivers_each(&a->context, part->group_count, rays, sum_group, a);
+    return err;
+}
+
+// --- lamps --------------------------------------------------------------------------------------
+
+static f3 pixel_of(const struct bd_image *image, size_t pixel)
+{
+    return f3_of(image->pixels[3 * pixel], image->pixels[3 * pixel + 1],
+                 image->pixels[3 * pixel + 2]);
+}
+
+static void add_to_pixel(const struct area *a, const struct bd_area_receiver *at,
+                         const struct bd_area_light_found halves[HALVES])
+{
+    const size_t pixel = (size_t)at->y_px * a->width_px + at->x_px;
+    for (uint32_t h = 0; h < HALVES; h++) {
+        struct bd_image *irradiance = a->irradiance[h], *beyond = a->beyond[h];
+        keep(irradiance, pixel, f3_add(pixel_of(irradiance, pixel), halves[h].irradiance));
+        keep(beyond, pixel, f3_add(pixel_of(beyond, pixel), halves[h].beyond));
+    }
+}
+
+static uint32_t blocks_across(const struct area *a)
+{
+    return (a->part->slice.tile.width + BLOCK_SIDE - 1) / BLOCK_SIDE;
+}
+
+static void light_block(void *user, uint32_t block)
+{
+    const struct area *a = user;
+    const struct bd_tile *tile = &a->part->slice.tile;
+    const uint32_t left = block % blocks_across(a) * BLOCK_SIDE;
+    const uint32_t top = block / blocks_across(a) * BLOCK_SIDE;
+    struct bd_area_receiver at[BD_LAMP_BLOCK] = {0};
+    struct bd_area_light_found halves[BD_LAMP_BLOCK][HALVES] = {0};
+    uint32_t count = 0;
+    for (uint32_t y = top; y < top + BLOCK_SIDE && y < tile->height; y++)
+        for (uint32_t x = left; x < left + BLOCK_SIDE && x < tile->width; x++) {
+            const uint32_t index = y * tile->width + x;
+            count += receiver_at(a, index / BD_LANES, index % BD_LANES, &at[count]);
+        }
+    bd_lamp_light_block(&a->lamps, at, count, halves);
+    for (uint32_t i = 0; i < count; i++) add_to_pixel(a, &at[i], halves[i]);
+}
+
+static enum bd_err light_by_lamps(struct area *a)
+{
+    const uint32_t down = (a->part->slice.tile.height + BLOCK_SIDE - 1) / BLOCK_SIDE;
+    const double units =
+        BD_LAMP_BLOCK * (UNITS_PER_LIT + UNITS_PER_LAMP_RAY * (double)a->lamps.rays);
+    bd_slicer_work(a->context.slicer, "lamps");
+    return bd_receivers_each(&a->context, blocks_across(a) * down, units, light_block, a);
+}
+
+static enum bd_err light_part(void *user, const struct bd_receiver_part *part)
+{
+    struct area *a = user;
+    a->part = part;
+    enum bd_err err = bd_receivers_each(&a->context, part->group_count, BD_LANES, see_group, a);
+    if (!err && a->inputs->lights) err = light_by_areas(a);
+    if (!err && a->inputs->lamps) err = light_by_lamps(a);
     return err;
 }
 
@@ -339,9 +414,9 @@ static f3 light_of(const struct area *a, size_t pixel)
 
 static f3 sky_of(const struct area *a, size_t pixel)
 {
-    const struct bd_sky_light *sky = &a->inputs->lights->sky;
-    if (!sky->shines) return f3_of(0, 0, 0);
-    return f3_scale(bd_sky_light_radiance(sky, direction_of(a->inputs->viewpoint, pixel)),
+    const struct bd_area_lights *lights = a->inputs->lights;
+    if (!lights || !lights->sky.shines) return f3_of(0, 0, 0);
+    return f3_scale(bd_sky_light_radiance(&lights->sky, direction_of(a->inputs->viewpoint, pixel)),
                     a->sampling.from_cd_m2);
 }
 
@@ -403,6 +478,11 @@ static struct area area_of(const struct bd_pass_context *context,
         .processor = {inputs->visibility.pool, NULL},
         .inputs = inputs,
         .sampling = bd_area_sampling_of(inputs->lights, inputs->rays, inputs->seed),
+        .lamps = {.lamps = inputs->lamps,
+                  .occluders = inputs->visibility.occluders->rays,
+                  .alpha = inputs->visibility.alpha,
+                  .rays = inputs->rays,
+                  .lambert = inputs->lambert},
         .width_px = viewpoint->width_px,
         .height_px = viewpoint->height_px,
         .eye = bd_render_from_world(space, viewpoint->position_m),
@@ -411,6 +491,7 @@ static struct area area_of(const struct bd_pass_context *context,
     a.sampling.reach = 1.01f * (float)space->radius;
     a.sampling.from_cd_m2 = (float)(1 / space->unit_cd_m2);
     a.sampling.lambert = inputs->lambert;
+    a.lamps.seed = a.sampling.seed;
     return a;
 }
 
@@ -423,7 +504,7 @@ enum bd_err bd_area_direct_run(const struct bd_pass_context *context,
                                      .format = BD_FORMAT_RGBA32F,
                                      .width_px = a.width_px,
                                      .height_px = a.height_px};
-    const bool shines = bd_area_lights_shine(inputs->lights);
+    const bool shines = inputs->lamps || (inputs->lights && bd_area_lights_shine(inputs->lights));
     struct bd_tex *radiance = NULL;
     a.context.processor = &a.processor;
     enum bd_err err = shines ? light_all(&a) : BD_ERR_OK;

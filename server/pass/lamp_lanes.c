@@ -1,0 +1,112 @@
+#include "pass/lamp_lanes.h"
+
+#include "kernel/brdf.h"
+#include "kernel/light.h"
+
+// --- of a block ---------------------------------------------------------------------------------
+
+void bd_lamp_lanes_put(struct bd_lamp_lanes *l, uint32_t i, const struct bd_light_uniform *lamp)
+{
+    const bool parallel = lamp->kind.x == BD_LIGHT_KIND_DIRECTIONAL;
+    l->x[i] = lamp->position.x;
+    l->y[i] = lamp->position.y;
+    l->z[i] = lamp->position.z;
+    l->ahead_x[i] = lamp->direction.x;
+    l->ahead_y[i] = lamp->direction.y;
+    l->ahead_z[i] = lamp->direction.z;
+    l->cos_outer[i] = lamp->cone.x;
+    l->per_cosine[i] = lamp->cone.y;
+    l->inverse_range[i] = parallel ? 0 : lamp->position.w;
+    l->parallel[i] = parallel;
+    l->brightest[i] = f_max(lamp->intensity.x, f_max(lamp->intensity.y, lamp->intensity.z));
+}
+
+// Parallel light comes as from a unit away.
+void bd_lamp_lanes_weigh(const struct bd_lamp_lanes *restrict l, uint32_t count,
+                         const struct bd_area_receiver *at, float *restrict weight)
+{
+    const f3 position = at->position, normal = at->normal, n_geometric = at->normal_geometric;
+    for (size_t i = 0; i < count; i++) {
+        const f3 ahead = f3_of(l->ahead_x[i], l->ahead_y[i], l->ahead_z[i]);
+        const f3 from_place = f3_sub(f3_of(l->x[i], l->y[i], l->z[i]), position);
+        const f3 span = f3_select(l->parallel[i] != 0, f3_scale(ahead, -1), from_place);
+        const float part =
+            irradiance_at(span, ahead, l->cos_outer[i], l->per_cosine[i], l->inverse_range[i]);
+        const float across = f3_dot(normal, span);
+        const float cosine = across / f_sqrt(f_max(f3_dot(span, span), 1e-30f));
+        const bool is_above = b_and(across > 0, f3_dot(n_geometric, span) > 0);
+        weight[i] = f_select(is_above, l->brightest[i] * part * cosine, 0);
+    }
+}
+
+// --- pairs --------------------------------------------------------------------------------------
+
+static void put3(struct bd_lanes3 *lanes, uint32_t i, f3 v)
+{
+    lanes->x[i] = v.x;
+    lanes->y[i] = v.y;
+    lanes->z[i] = v.z;
+}
+
+static inline f3 at3(const struct bd_lanes3 *lanes, size_t i)
+{
+    return f3_of(lanes->x[i], lanes->y[i], lanes->z[i]);
+}
+
+void bd_lamp_pairs_put(struct bd_lamp_pairs *p, uint32_t i, const struct bd_area_receiver *at,
+                       const struct bd_light_uniform *lamp)
+{
+    const bool parallel = lamp->kind.x == BD_LIGHT_KIND_DIRECTIONAL;
+    const f3 ahead = f3_of(lamp->direction.x, lamp->direction.y, lamp->direction.z);
+    const f3 place = f3_of(lamp->position.x, lamp->position.y, lamp->position.z);
+    put3(&p->span, i, parallel ? f3_scale(ahead, -1) : f3_sub(place, at->position));
+    put3(&p->ahead, i, ahead);
+    put3(&p->intensity, i, f3_of(lamp->intensity.x, lamp->intensity.y, lamp->intensity.z));
+    put3(&p->normal, i, at->normal);
+    put3(&p->viewer, i, at->viewer);
+    put3(&p->base_color, i, at->base_color);
+    p->cos_outer[i] = lamp->cone.x;
+    p->per_cosine[i] = lamp->cone.y;
+    p->inverse_range[i] = parallel ? 0 : lamp->position.w;
+    p->metallic[i] = at->metallic;
+    p->roughness[i] = at->roughness;
+    p->f0_dielectric[i] = at->f0_dielectric;
+}
+
+static inline __attribute__((always_inline)) void light(struct bd_lamp_pairs *restrict p,
+                                                        struct bd_lanes3 *restrict irradiance,
+                                                        struct bd_lanes3 *restrict beyond,
+                                                        bool lambert)
+{
+    for (size_t i = 0; i < BD_LANES; i++) {
+        const f3 span = at3(&p->span, i), normal = at3(&p->normal, i),
+                 color = at3(&p->base_color, i);
+        const f3 l = f3_unit(span);
+        const float part = irradiance_at(span, at3(&p->ahead, i), p->cos_outer[i], p->per_cosine[i],
+                                         p->inverse_range[i]);
+        const f3 arrived = f3_scale(at3(&p->intensity, i), part * f3_dot(normal, l));
+        const f3 viewer = at3(&p->viewer, i);
+        const f3 f = lambert ? lambert_brdf(color)
+                             : gltf_brdf(color, p->metallic[i], p->roughness[i],
+                                         p->f0_dielectric[i], normal, l, viewer);
+        const float albedo = lambert ? 1 : 1 - p->metallic[i];
+        const f3 more = f3_mul(f3_sub(f, f3_scale(color, albedo * (1 / F_PI))), arrived);
+        irradiance->x[i] = arrived.x;
+        irradiance->y[i] = arrived.y;
+        irradiance->z[i] = arrived.z;
+        beyond->x[i] = more.x;
+        beyond->y[i] = more.y;
+        beyond->z[i] = more.z;
+    }
+}
+
+void bd_lamp_pairs_light(struct bd_lamp_pairs *pairs, bool lambert)
+{
+    struct bd_lanes3 irradiance, beyond;
+    if (lambert)
+        light(pairs, &irradiance, &beyond, true);
+    else
+        light(pairs, &irradiance, &beyond, false);
+    pairs->irradiance = irradiance;
+    pairs->beyond = beyond;
+}

@@ -1,0 +1,271 @@
+#include "pass/lamp_light.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/assert.h"
+#include "pass/lamp_lanes.h"
+
+// What sequences are for; others have those below (pass/area_samples.c).
+#define OF_LAMPS 64u
+// Rays that are asked at once, unless a receiver alone has more.
+#define ROOM 1024u
+
+// A ray, and what share of the lamp's light it brings to each half.
+struct pick {
+    uint32_t lamp, receiver;
+    float share[2];
+};
+
+struct block {
+    const struct bd_lamp_light *light;
+    const struct bd_area_receiver *at; // of the block
+    struct bd_area_light_found (*halves)[2];
+    struct bd_sequence sequence;
+    struct bd_lamp_cut cut;
+    struct bd_lamp_lanes lanes;
+    struct bd_lamp_pairs pairs;
+    uint32_t room, count; // of rays
+    struct bd_segment *segments;
+    struct pick *picks;
+    uint32_t *occluded;
+};
+
+// --- who may light it ---------------------------------------------------------------------------
+
+static void find_lamps(struct block *b, uint32_t count)
+{
+    f3 least = b->at[0].position, most = least;
+    for (uint32_t i = 1; i < count; i++) {
+        const f3 p = b->at[i].position;
+        least = f3_of(f_min(least.x, p.x), f_min(least.y, p.y), f_min(least.z, p.z));
+        most = f3_of(f_max(most.x, p.x), f_max(most.y, p.y), f_max(most.z, p.z));
+    }
+    bd_lamp_tree_cut(b->light->lamps, least, most, &b->cut);
+}
+
+static uint32_t lamp_of(const struct block *b, uint32_t i)
+{
+    return b->light->lamps->tree.order[b->cut.nodes[i].begin];
+}
+
+static const struct bd_light_uniform *lamp_at(const struct block *b, uint32_t i)
+{
+    return &b->light->lamps->lamps[lamp_of(b, i)];
+}
+
+static void lay_out(struct block *b)
+{
+    for (uint32_t i = 0; i < b->cut.lamp_count; i++) bd_lamp_lanes_put(&b->lanes, i, lamp_at(b, i));
+}
+
+// --- what they would give -----------------------------------------------------------------------
+
+// What a lobe makes of it is its weight, too, or a mirror's rays would go where it sends none.
+static void weigh_lobes(struct block *b, const struct bd_area_receiver *at, float *weight)
+{
+    const uint32_t count = b->cut.lamp_count;
+    if (!at->has_lobe || b->light->lambert) return;
+    for (uint32_t first = 0; first < count; first += BD_LANES) {
+        const uint32_t end = first + BD_LANES < count ? first + BD_LANES : count;
+        for (uint32_t i = first; i < end; i++)
+            bd_lamp_pairs_put(&b->pairs, i - first, at, lamp_at(b, i));
+        bd_lamp_pairs_light(&b->pairs, false);
+        const struct bd_lanes3 *beyond = &b->pairs.beyond;
+        for (uint32_t i = first, lane = 0; i < end; i++, lane++)
+            if (weight[i] > 0)
+                weight[i] += F_PI * f_max(f_abs(beyond->x[lane]),
+                                          f_max(f_abs(beyond->y[lane]), f_abs(beyond->z[lane])));
+    }
+}
+
+// --- rays ---------------------------------------------------------------------------------------
+
+static struct bd_segment segment_to(const struct bd_area_receiver *at,
+                                    const struct bd_light_uniform *lamp)
+{
+    const f3 ahead = f3_of(lamp->direction.x, lamp->direction.y, lamp->direction.z);
+    const bool parallel = lamp->kind.x == BD_LIGHT_KIND_DIRECTIONAL;
+    const f3 to = parallel ? f3_sub(at->position, f3_scale(ahead, lamp->direction.w))
+                           : f3_of(lamp->position.x, lamp->position.y, lamp->position.z);
+    return (struct bd_segment){.from = {at->position.x, at->position.y, at->position.z},
+                               .from_triangle = at->triangle,
+                               .to = {to.x, to.y, to.z},
+                               .to_triangle = BD_NO_TRIANGLE};
+}
+
+static void add(struct bd_area_light_found *to, const struct bd_lamp_pairs *pairs, uint32_t i,
+                float share)
+{
+    const struct bd_lanes3 *irradiance = &pairs->irradiance, *beyond = &pairs->beyond;
+    to->irradiance =
+        f3_add(to->irradiance,
+               f3_scale(f3_of(irradiance->x[i], irradiance->y[i], irradiance->z[i]), share));
+    to->beyond =
+        f3_add(to->beyond, f3_scale(f3_of(beyond->x[i], beyond->y[i], beyond->z[i]), share));
+}
+
+// Of picks that nothing hides.
+static void light_pairs(struct block *b, const struct pick *const picks[BD_LANES], uint32_t count)
+{
+    bd_lamp_pairs_light(&b->pairs, b->light->lambert);
+    for (uint32_t i = 0; i < count; i++)
+        for (int h = 0; h < 2; h++)
+            add(&b->halves[picks[i]->receiver][h], &b->pairs, i, picks[i]->share[h]);
+}
+
+static void follow(struct block *b)
+{
+    const struct bd_lamp_light *light = b->light;
+    const struct bd_light_uniform *lamps = light->lamps->lamps;
+    const struct pick *seen[BD_LANES];
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < b->count; i++)
+        b->segments[i] = segment_to(&b->at[b->picks[i].receiver], &lamps[b->picks[i].lamp]);
+    (void)bd_rays_occluded(light->occluders, NULL, light->alpha, b->segments, b->count,
+                           b->occluded);
+    for (uint32_t i = 0; i < b->count; i++) {
+        const struct pick *pick = &b->picks[i];
+        if (b->occluded[i / 32] >> i % 32 & 1) continue;
+        bd_lamp_pairs_put(&b->pairs, count, &b->at[pick->receiver], &lamps[pick->lamp]);
+        seen[count++] = pick;
+        if (count == BD_LANES) {
+            light_pairs(b, seen, count);
+            count = 0;
+        }
+    }
+    if (count > 0) light_pairs(b, seen, count);
+    b->count = 0;
+}
+
+static void ask(struct block *b, uint32_t receiver, uint32_t lamp, float first, float second)
+{
+    BD_ASSERT(b->count < b->room);
+    b->picks[b->count++] = (struct pick){lamp, receiver, {first, second}};
+}
+
+// --- choosing -----------------------------------------------------------------------------------
+
+struct choice {
+    float weight[BD_LAMP_CUT_MAX]; // 0 of what is asked for sure
+    uint32_t rays;                 // that are left for others
+    float left;                    // weight of those
+};
+
+static float sum_of(const float *weight, uint32_t count)
+{
+    float sum = 0;
+    for (uint32_t i = 0; i < count; i++) sum += weight[i];
+    return sum;
+}
+
+// Lamps that even steps through all of the weight would meet each time.
+static void ask_for_sure(struct block *b, uint32_t receiver, struct choice *c)
+{
+    bool goes_on = true;
+    while (goes_on && c->rays > 0) {
+        const float step = sum_of(c->weight, b->cut.count) / (float)c->rays;
+        goes_on = false;
+        for (uint32_t i = 0; i < b->cut.lamp_count && c->rays > 0; i++) {
+            if (!(c->weight[i] > 0) || c->weight[i] < step) continue;
+            ask(b, receiver, lamp_of(b, i), 1, 1);
+            c->weight[i] = 0;
+            c->rays--;
+            goes_on = true;
+        }
+    }
+    c->left = sum_of(c->weight, b->cut.count);
+}
+
+static void draw(struct block *b, uint32_t receiver, const struct choice *c, uint32_t i,
+                 float number, uint32_t half, float step)
+{
+    const struct bd_area_receiver *at = &b->at[receiver];
+    uint32_t lamp;
+    float chance = 1;
+    if (i < b->cut.lamp_count)
+        lamp = lamp_of(b, i);
+    else if (!bd_lamp_tree_draw(b->light->lamps, &b->cut.nodes[i], at->position, at->normal, number,
+                                &lamp, &chance))
+        return;
+    const float share = step / (c->weight[i] * chance);
+    if (isfinite(share)) ask(b, receiver, lamp, half ? 0 : share, half ? share : 0);
+}
+
+static void draw_half(struct block *b, uint32_t receiver, const struct choice *c, uint32_t half,
+                      float start)
+{
+    const uint32_t count = c->rays > 1 ? c->rays / 2 : 1;
+    const float step = c->left / (float)count;
+    float before = 0;
+    uint32_t next = 0;
+    for (uint32_t i = 0; i < b->cut.count; i++) {
+        const float weight = c->weight[i];
+        while (weight > 0 && next < count && ((float)next + start) * step < before + weight) {
+            const float number = (((float)next + start) * step - before) / weight;
+            draw(b, receiver, c, i, number, half, step);
+            next++;
+        }
+        before += weight;
+    }
+}
+
+static void choose(struct block *b, uint32_t receiver)
+{
+    const struct bd_area_receiver *at = &b->at[receiver];
+    struct choice c = {.rays = b->light->rays};
+    float number[2];
+    uint32_t lit = 0;
+    bd_lamp_lanes_weigh(&b->lanes, b->cut.lamp_count, at, c.weight);
+    for (uint32_t i = 0; i < b->cut.lamp_count; i++) lit += c.weight[i] > 0;
+    if (lit <= c.rays && b->cut.lamp_count == b->cut.count) {
+        for (uint32_t i = 0; i < b->cut.lamp_count; i++)
+            if (c.weight[i] > 0) ask(b, receiver, lamp_of(b, i), 1, 1);
+        return;
+    }
+    weigh_lobes(b, at, c.weight);
+    for (uint32_t i = b->cut.lamp_count; i < b->cut.count; i++)
+        c.weight[i] =
+            bd_lamp_tree_weight(b->light->lamps, b->cut.nodes[i].node, at->position, at->normal);
+    ask_for_sure(b, receiver, &c);
+    if (!(c.left > 0)) return;
+    bd_sequence_pair(&b->sequence, at->place, number);
+    for (uint32_t half = 0; half < 2; half++) draw_half(b, receiver, &c, half, number[half]);
+}
+
+// --- a block ------------------------------------------------------------------------------------
+
+static void light_all(struct block *b, uint32_t count)
+{
+    find_lamps(b, count);
+    lay_out(b);
+    for (uint32_t i = 0; i < count; i++) {
+        if (b->count + b->light->rays + 2 > b->room) follow(b);
+        choose(b, i);
+    }
+    follow(b);
+}
+
+void bd_lamp_light_block(const struct bd_lamp_light *light, const struct bd_area_receiver *at,
+                         uint32_t count, struct bd_area_light_found (*halves)[2])
+{
+    const uint32_t room = light->rays + 2 > ROOM ? light->rays + 2 : ROOM;
+    if (count == 0) return;
+    struct block *b = calloc(1, sizeof *b);
+    BD_ASSERT(b);
+    b->light = light;
+    b->at = at;
+    b->halves = halves;
+    b->sequence = bd_sequence_of(light->seed, OF_LAMPS);
+    b->room = room;
+    b->segments = malloc(room * sizeof *b->segments);
+    b->picks = malloc(room * sizeof *b->picks);
+    b->occluded = malloc((room / 32 + 1) * sizeof *b->occluded);
+    BD_ASSERT(b->segments && b->picks && b->occluded);
+    light_all(b, count);
+    free(b->segments);
+    free(b->picks);
+    free(b->occluded);
+    free(b);
+}
