@@ -14,7 +14,10 @@
 #define POINTS_PER_VPL 16u
 #define POINTS_LEAST   16384u
 #define POINTS_MOST    131072u
-#define RAYS_PER_POINT 4u
+// Photons of lamps are as many as points, and more of them tell little: 8,192 VPLs of 256 spots in
+// Sponza, 12.9 and 12.0 % of the indirect light, 285 and 150 ms.
+#define POINTS_MOST_OF_LAMPS 65536u
+#define RAYS_PER_POINT       4u
 // Points whose rays are on their way at once.
 #define POINTS_AT_ONCE 4096u
 // Of the slicer, one for each evaluation of a VPL.
@@ -104,7 +107,8 @@ static enum bd_err spread_points(struct paths *p)
 {
     uint32_t count = POINTS_PER_VPL * p->inputs->count;
     if (count < POINTS_LEAST) count = POINTS_LEAST;
-    if (count > POINTS_MOST) count = POINTS_MOST;
+    const uint32_t most = p->inputs->lamps_fall ? POINTS_MOST_OF_LAMPS : POINTS_MOST;
+    if (count > most) count = most;
     bd_slicer_work(p->context.slicer, "surface points");
     return bd_surface_points_init(&p->points, p->inputs->snapshot, count, p->inputs->lambert,
                                   bd_slicer_pause, p->context.slicer, p->fault);
@@ -174,6 +178,7 @@ static enum bd_err walk(struct paths *p)
         .visibility = p->inputs->visibility,
         .lamps = p->inputs->lamps,
         .lamp_count = p->inputs->lamp_count,
+        .lamps_fall = p->inputs->lamps_fall,
         .reflections = p->inputs->reflections,
         .lambert = p->inputs->lambert,
     };
@@ -185,7 +190,7 @@ static enum bd_err find_points(struct paths *p)
     enum bd_err err = spread_points(p);
     if (!err) err = make_room(p);
     if (!err && p->inputs->lights) err = light_points(p);
-    if (!err && p->inputs->reflections > 0) err = walk(p);
+    if (!err && (p->inputs->reflections > 0 || p->inputs->lamps_fall)) err = walk(p);
     return err ? err : bd_slicer_pause(p->context.slicer);
 }
 

@@ -1,11 +1,14 @@
-// Light that surfaces send on and no lamp's map holds, as VPLs: where that of emissive surfaces and
-// the sky first falls (the *first* set of light paths), and where any light falls after further
-// reflections (the *walk* set, pass/light_walk.h). One description for all techniques, beside the
-// maps of punctual lights.
+// Light that surfaces send on and no lamp's map holds, as VPLs: where that of emissive surfaces, the
+// sky and lamps without maps first falls (the *first* set of light paths), and where any light falls
+// after further reflections (the *walk* set, pass/light_walk.h). One description for all techniques,
+// beside the maps of punctual lights.
 //
 // Points are spread over all surfaces by area (lights/surface_points.h), each is lit by a few rays
 // as pixels are (pass/area_samples.h) and by what walks, and those that are lit are divided into
 // patches (pass/light_patches.h).
+//
+// Lamps' light comes as photons: a spot may light less than what lies between two points, and all of
+// it falls somewhere.
 //
 // Why from the surfaces and not from the lights: a sky's light that comes in by a window is found
 // by every point that the window sees, and of paths from the sky few would come in; and the area
@@ -36,8 +39,9 @@ struct bd_light_paths_inputs {
     const struct bd_gpu_scene *scene;
     const struct bd_scene *snapshot;
     const struct bd_area_lights *lights;  // NULL: none
-    const struct bd_light_uniform *lamps; // punctual, for `reflections`
+    const struct bd_light_uniform *lamps; // punctual, for `reflections` and `lamps_fall`
     uint32_t lamp_count;
+    bool lamps_fall;                        // no maps hold where their light first falls
     uint32_t reflections;                   // of the walk, as in pass/light_walk.h; 0: none
     struct bd_visibility_inputs visibility; // of the processor
     uint32_t count;                         // of VPLs, 1 to BD_LIGHT_PATHS_MAX

@@ -332,8 +332,11 @@ static enum bd_err walk_on(struct walk *w, f3 *irradiance)
     enum bd_err err = plant_tree(w);
     if (!err) err = shine_all(w);
     if (err) return err;
-    for (uint32_t i = 0; i < w->at_first; i++)
-        w->arrived[i] = f3_add(w->arrived[i], f3_scale(irradiance[i], points->area));
+    for (uint32_t i = 0; i < points->count; i++) {
+        const f3 of_others = irradiance[i], of_lamps = f3_scale(w->arrived[i], 1 / points->area);
+        if (w->inputs->lamps_fall) irradiance[i] = f3_add(of_others, of_lamps);
+        w->arrived[i] = f3_add(w->arrived[i], f3_scale(of_others, points->area));
+    }
     reflect(w, NULL);
     const double at_first = flux_sent(w);
     for (w->round = 1; !err && w->round <= w->inputs->reflections; w->round++) {

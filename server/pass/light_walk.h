@@ -6,7 +6,7 @@
 // (lights/point_tree.h) and send their part of that on in the next round. Each round's photons are
 // chosen anew, in even steps through the flux of all points: as many as the flux that is left
 // (Russian roulette, stratified). Lamps' own light is brought to the points in the same way, and is
-// not told: their maps send it on.
+// told only where they have no maps that send it on.
 //
 // Where none of those sees where it came from, the surface is so small that no point stands for it:
 // the place itself becomes a point. Flux is conserved to rounding but for what leaves the scene and
@@ -35,7 +35,8 @@ struct bd_light_walk_inputs {
     struct bd_visibility_inputs visibility; // of the processor
     const struct bd_light_uniform *lamps;   // render space, frame's unit
     uint32_t lamp_count;
-    uint32_t reflections; // that light takes at most on its way to a point; 1 to 63
+    bool lamps_fall;      // where their own light arrives is told, too
+    uint32_t reflections; // that light takes at most on its way to a point; 0 to 63
     bool lambert;         // as in lights/surface_points.h
 };
 
