@@ -54,8 +54,9 @@ static enum bd_err run_light_side(struct bd_frame *frame)
     frame->anew = frame->request->fresh == BD_FRESH_ALL;
     enum bd_err built = bd_stage_run(frame, BD_STAGE_RAYS, NULL);
     if (!built) built = bd_stage_run(frame, BD_STAGE_EMITTERS, NULL);
+    if (!built) built = bd_stage_run(frame, BD_STAGE_LAMPS, NULL);
     if (built) return built;
-    for (uint32_t i = 0; i < frame->subject.light_count; i++) {
+    for (uint32_t i = 0; !frame->plan->lamps_by_rays && i < frame->subject.light_count; i++) {
         struct bd_frame_light *light = &frame->subject.lights[i];
         enum bd_err err = bd_stage_run(frame, BD_STAGE_SHADOW_MAP, light);
         if (!err) err = bd_stage_run(frame, BD_STAGE_RSM, light);

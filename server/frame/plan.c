@@ -36,7 +36,7 @@ static uint32_t count_lights(const struct bd_plan *plan, const struct bd_scene *
 static uint64_t count_vpls(const struct bd_plan *plan, const struct bd_scene *scene)
 {
     uint64_t count = 0;
-    for (uint32_t i = 0; i < scene->placed_light_count; i++) {
+    for (uint32_t i = 0; !plan->lamps_by_rays && i < scene->placed_light_count; i++) {
         if (!bd_plan_light_shines(plan, scene, i)) continue;
         const struct bd_light_setup setup = bd_light_setup_of(scene, i);
         uint64_t side = bd_plan_grid_side(plan, &setup);
@@ -60,7 +60,8 @@ static enum bd_tracing tracing_of(const struct bd_plan *plan)
     if (plan->technique->is_reference || plan->params.drawing == BD_DRAWING_RASTER)
         return BD_TRACING_NONE;
     if (plan->params.drawing == BD_DRAWING_RAYS) return BD_TRACING_ALL;
-    const bool has_rays = plan->rays || plan->area_lights || plan->light_paths;
+    const bool has_rays =
+        plan->rays || plan->area_lights || plan->lamps_by_rays || plan->light_paths;
     return has_rays && !plan->params.paper_mode && plan->triangle_count > BD_PLAN_DRAWN_MAX
                ? BD_TRACING_WHERE_MANY
                : BD_TRACING_NONE;
@@ -71,7 +72,7 @@ static uint32_t traced_stages_of(const struct bd_plan *plan, const struct bd_sce
 {
     const uint64_t pixels = (uint64_t)request->width_px * request->height_px;
     uint32_t stages = bd_plan_traces(plan, pixels) ? BD_STAGE_BIT(GBUFFER) : 0;
-    for (uint32_t i = 0; i < scene->placed_light_count; i++) {
+    for (uint32_t i = 0; !plan->lamps_by_rays && i < scene->placed_light_count; i++) {
         if (!bd_plan_light_shines(plan, scene, i)) continue;
         const struct bd_light_setup setup = bd_light_setup_of(scene, i);
         const uint32_t side = bd_plan_rsm_size(plan, &setup, bd_plan_grid_side(plan, &setup));
@@ -99,6 +100,46 @@ static double total_flux_lm(const struct bd_plan *plan, const struct bd_scene *s
     for (uint32_t i = 0; i < scene->placed_light_count; i++)
         if (bd_plan_light_shines(plan, scene, i)) flux_lm += bd_light_setup_of(scene, i).flux_lm;
     return flux_lm;
+}
+
+// --- lamps by maps or by rays ---------------------------------------------------------------
+
+// So few are always by maps, which last while cameras move.
+#define LAMPS_FEW 16u
+// What rays take, in texels of a shadow map: a texel is drawn and looked up, a ray is chosen and
+// traced.
+#define TEXELS_PER_RAY 8.0
+
+static double map_texels(const struct bd_plan *plan, const struct bd_scene *scene)
+{
+    const double side = plan->params.shadow_size;
+    uint64_t faces = 0;
+    for (uint32_t i = 0; i < scene->placed_light_count; i++)
+        if (bd_plan_light_shines(plan, scene, i)) faces += bd_light_setup_of(scene, i).face_count;
+    return (double)faces * side * side;
+}
+
+// Sub-frames behind the first send fewer.
+static double ray_count(const struct bd_plan *plan, const struct bd_frame_request *request)
+{
+    const double pixels = (double)request->width_px * request->height_px;
+    return pixels * plan->params.light_rays * (1 + 0.25 * (request->aa - 1));
+}
+
+// Techniques that know punctual lights alone have no other place for what those send on; papers
+// know lights one by one.
+static bool are_by_rays(const struct bd_plan *plan, const struct bd_scene *scene,
+                        const struct bd_frame_request *request)
+{
+    const struct bd_params *params = &plan->params;
+    const bool has_place =
+        !plan->technique->indirect || bd_plan_reads(plan, BD_PARAM_INDIRECT_BOUNCES);
+    if (plan->technique->is_reference || plan->light_count == 0 || params->light_rays == 0 ||
+        !has_place || params->lamps == BD_LAMPS_MAPS)
+        return false;
+    if (params->lamps == BD_LAMPS_RAYS) return true;
+    return !params->paper_mode && plan->light_count > LAMPS_FEW &&
+           map_texels(plan, scene) > TEXELS_PER_RAY * ray_count(plan, request);
 }
 
 // --- the report's share ---------------------------------------------------------------------
@@ -338,12 +379,14 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
         !out->technique->is_reference && ((f->has_emissive && lights & BD_LIGHTS_EMISSIVE) ||
                                           (f->has_environment && lights & BD_LIGHTS_ENVIRONMENT));
     out->light_count = count_lights(out, scene);
+    out->lamps_by_rays = are_by_rays(out, scene, request);
     const bool reflects = out->technique->indirect != NULL;
     const bool reflects_areas = reflects && out->area_lights &&
                                 model_of(out).indirect_lights & ~(uint32_t)BD_LIGHTS_PUNCTUAL;
     out->indirect = reflects_areas || (reflects && out->light_count > 0);
     out->bounces = model_of(out).indirect_bounces;
-    out->light_paths = reflects_areas || (out->indirect && out->bounces > 1);
+    out->light_paths =
+        reflects_areas || (out->indirect && (out->bounces > 1 || out->lamps_by_rays));
     out->glossy = out->indirect && out->technique->model.glossy_receivers && !out->params.lambert &&
                   f->has_glossy;
     out->flux_lm = total_flux_lm(out, scene);
@@ -398,7 +441,8 @@ static double vpl_budget_of(const struct bd_plan *plan)
 uint32_t bd_plan_light_path_count(const struct bd_plan *plan)
 {
     if (!plan->light_paths) return 0;
-    const double share = vpl_budget_of(plan) / (plan->light_count > 0 ? 4 : 1);
+    const bool has_maps = plan->light_count > 0 && !plan->lamps_by_rays;
+    const double share = vpl_budget_of(plan) / (has_maps ? 4 : 1);
     const double most = fmin(share, BD_LIGHT_PATHS_MAX);
     const double count = fmax(fmin(plan->params.vpls, most), 1);
     if (!(plan->technique->inputs & BD_INPUT_VPL_TREE)) return (uint32_t)count;

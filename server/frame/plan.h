@@ -41,7 +41,8 @@ struct bd_plan {
     bool emission;        // some surface emits or is unlit
     bool unoccluded;      // there is indirect light, and nothing in the scene hides any of it
     uint32_t layers;      // that are made: the request's, beauty, and what auto exposure reads
-    uint32_t light_count; // that are punctual and shine: shadow maps and direct run
+    uint32_t light_count; // that are punctual and shine
+    bool lamps_by_rays;   // without maps: area_light has their light, light_paths what is sent on
     double flux_lm;       // of all of them
     enum bd_tracing tracing;
     uint32_t traced_stages;  // bits of those that do it, of some light
@@ -84,11 +85,14 @@ uint32_t bd_plan_grid_side(const struct bd_plan *plan, const struct bd_light_set
 uint32_t bd_plan_tree_root_side(const struct bd_plan *plan, const struct bd_light_setup *light,
                                 uint32_t grid_side);
 
+// Where lamps are many their maps take longer than rays do: `lamps=auto` asks by counts alone.
+//
 // Rays that look for lights, or for what is seen, and light paths', ask the processor, whatever the
 // device.
 static inline bool bd_plan_asks_processor(const struct bd_plan *plan)
 {
-    return plan->area_lights || plan->light_paths || plan->tracing != BD_TRACING_NONE;
+    return plan->area_lights || plan->lamps_by_rays || plan->light_paths ||
+           plan->tracing != BD_TRACING_NONE;
 }
 
 // VPLs of light paths; 0 where there are none. For trees a square

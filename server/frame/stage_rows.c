@@ -26,7 +26,7 @@ static bool is_rendered(const struct bd_plan *plan)
 
 static bool is_lit(const struct bd_plan *plan)
 {
-    return plan->light_count > 0 && is_rendered(plan);
+    return plan->light_count > 0 && is_rendered(plan) && !plan->lamps_by_rays;
 }
 
 static bool is_indirect(const struct bd_plan *plan)
@@ -44,6 +44,16 @@ static bool has_area_lights(const struct bd_plan *plan)
     return plan->area_lights;
 }
 
+static bool has_lamps(const struct bd_plan *plan)
+{
+    return plan->lamps_by_rays;
+}
+
+static bool is_lit_by_rays(const struct bd_plan *plan)
+{
+    return plan->area_lights || plan->lamps_by_rays;
+}
+
 static bool is_shared(const struct bd_plan *plan)
 {
     return plan->shared;
@@ -56,7 +66,7 @@ static bool takes(const struct bd_plan *plan, uint32_t inputs)
 
 static bool reflects_lamps(const struct bd_plan *plan)
 {
-    return plan->indirect && plan->light_count > 0;
+    return plan->indirect && plan->light_count > 0 && !plan->lamps_by_rays;
 }
 
 static bool has_light_paths(const struct bd_plan *plan)
@@ -97,6 +107,7 @@ static bool has_fragments(const struct bd_plan *plan)
 
 static const char *no_light(const struct bd_plan *plan)
 {
+    if (plan->lamps_by_rays) return "many punctual lights: by rays";
     return is_rendered(plan) ? "no punctual light shines" : NULL;
 }
 
@@ -126,7 +137,7 @@ static const char *no_indirect(const struct bd_plan *plan)
 
 static const char *no_map(const struct bd_plan *plan)
 {
-    return plan->indirect ? "no punctual light shines" : no_indirect(plan);
+    return plan->indirect ? no_light(plan) : no_indirect(plan);
 }
 
 static const char *no_light_paths(const struct bd_plan *plan)
@@ -199,6 +210,18 @@ static void destroy_emitters(void *renderer, void *output)
     (void)renderer;
     struct bd_area_lights *own = output;
     bd_area_lights_destroy(&own);
+}
+
+static uint64_t lamps_bytes(const void *output)
+{
+    return bd_lamp_tree_bytes(output);
+}
+
+static void destroy_lamps(void *renderer, void *output)
+{
+    (void)renderer;
+    struct bd_lamp_tree *own = output;
+    bd_lamp_tree_destroy(&own);
 }
 
 #define KEEPS(what, in, run_it)                                                                    \
@@ -284,13 +307,20 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
             .reads = READS_PLACES | ASPECT(SIDES) | ASPECT(EMISSION) | ASPECT(ENVIRONMENT),
             KEEPS(emitters, frame, bd_run_emitters),
         },
+    [BD_STAGE_LAMPS] =
+        {
+            .pass = "lamps",
+            .is_needed = has_lamps,
+            .reads = READS_PLACES | BD_READ_LIGHT_SHAPE | BD_READ_LIGHT_POWER,
+            KEEPS(lamps, frame, bd_run_lamps),
+        },
     [BD_STAGE_AREA_LIGHT] =
         {
             .pass = "area_light",
             .is_of_each = true,
-            .is_needed = has_area_lights,
+            .is_needed = is_lit_by_rays,
             .why_not = no_area_light,
-            .from = STAGE(SEEN) | STAGE(RAYS) | STAGE(EMITTERS),
+            .from = STAGE(SEEN) | STAGE(RAYS) | STAGE(EMITTERS) | STAGE(LAMPS),
             .reads = READS_BRDF | BD_READ_LIGHT_SEED | BD_READ_UNIT,
             .params = PARAM(BRDF) | PARAM(LIGHT_RAYS) | PARAM(NOISE_FILTER) | PARAM(ALPHA),
             KEEPS(area_light, frame, bd_run_area_light),
@@ -344,7 +374,7 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
             .pass = "light_paths",
             .is_needed = has_light_paths,
             .why_not = no_light_paths,
-            .from = STAGE(RAYS) | STAGE(EMITTERS),
+            .from = STAGE(RAYS) | STAGE(EMITTERS) | STAGE(LAMPS),
             .reads = READS_PLACES | ASPECT(SIDES) | ASPECT(COLOUR) | ASPECT(METALNESS) |
                      BD_READ_UNIT | BD_READ_PATH_COUNT,
             .walking = BD_READ_LIGHT_SHAPE | BD_READ_LIGHT_POWER,

@@ -26,6 +26,7 @@ enum bd_stage {
     BD_STAGE_DIRECT,
     BD_STAGE_RAYS,
     BD_STAGE_EMITTERS, // and the sky
+    BD_STAGE_LAMPS,    // that are too many for maps
     BD_STAGE_AREA_LIGHT,
     BD_STAGE_RSM,
     BD_STAGE_VPL_GRID,

@@ -9,6 +9,7 @@
 #include "frame/frame.h"
 #include "frame/stage_rows.h"
 #include "lights/area_lights.h"
+#include "lights/lamp_tree.h"
 #include "pass/composite.h"
 #include "pass/direct.h"
 #include "pass/fragments.h"
@@ -57,6 +58,7 @@ struct bd_frame {
     struct bd_occluders *occluders;
     struct bd_tracer tracer;            // of them
     struct bd_area_lights *emitters;    // and the sky
+    struct bd_lamp_tree *lamps;         // that have no maps
     struct bd_light_paths *light_paths; // from them
     struct bd_vpl_list *order;          // the VPLs of all lights
     uint64_t rests_on; // the key of what the stage that runs makes its output of; 0: of nothing
@@ -90,6 +92,7 @@ enum bd_err bd_run_shadow_map(struct bd_frame *frame, struct bd_frame_light *lig
 enum bd_err bd_run_direct(struct bd_frame *frame, struct bd_frame_light *light);
 enum bd_err bd_run_rays(struct bd_frame *frame, struct bd_frame_light *light);
 enum bd_err bd_run_emitters(struct bd_frame *frame, struct bd_frame_light *light);
+enum bd_err bd_run_lamps(struct bd_frame *frame, struct bd_frame_light *light);
 enum bd_err bd_run_area_light(struct bd_frame *frame, struct bd_frame_light *light);
 enum bd_err bd_run_rsm(struct bd_frame *frame, struct bd_frame_light *light);
 enum bd_err bd_run_vpl_grid(struct bd_frame *frame, struct bd_frame_light *light);
@@ -114,7 +117,8 @@ const struct bd_tracer *bd_stage_tracer(struct bd_frame *frame, uint64_t samples
 
 // Rays that look for lights with a size.
 struct bd_visibility_inputs bd_stage_light_visibility(const struct bd_frame *frame);
-// How many lists of VPLs there are: one a light, and that of the light paths, which is the last.
+// How many lists of VPLs there are: one a light that has maps, and that of the light paths, which is
+// the last.
 uint32_t bd_stage_list_count(const struct bd_frame *frame);
 void bd_stage_lists(const struct bd_frame *frame, const struct bd_vpl_list **lists);
 

@@ -83,6 +83,7 @@ enum bd_err bd_run_area_light(struct bd_frame *frame, struct bd_frame_light *lig
         .viewpoint = &frame->subject.viewpoint,
         .gbuffer = frame->gbuffer,
         .lights = frame->emitters,
+        .lamps = frame->lamps,
         .visibility = bd_stage_light_visibility(frame),
         .rays = light_rays_of(frame),
         .seed = seed_of_sub_frame(&frame->subject),
@@ -143,7 +144,7 @@ static enum bd_err with_inputs(struct bd_frame *frame,
                                enum bd_err (*run)(struct bd_frame *frame,
                                                   const struct bd_technique_inputs *inputs))
 {
-    const uint32_t lights = frame->subject.light_count;
+    const uint32_t lights = frame->plan->lamps_by_rays ? 0 : frame->subject.light_count;
     const struct bd_vpl_list **lists = calloc(lights + 1, sizeof *lists);
     const struct bd_vpl_tree **trees = calloc(lights + 1, sizeof *trees);
     BD_ASSERT(lists && trees);

@@ -137,6 +137,14 @@ static struct bd_light_uniform *lamps_of(const struct bd_frame *frame)
     return lamps;
 }
 
+enum bd_err bd_run_lamps(struct bd_frame *frame, struct bd_frame_light *light)
+{
+    (void)light;
+    bd_slicer_work(frame->context.slicer, "emitters");
+    return bd_lamp_tree_create(lamps_of(frame), frame->subject.light_count, bd_slicer_pause,
+                           frame->context.slicer, &frame->lamps, frame->fault);
+}
+
 enum bd_err bd_run_light_paths(struct bd_frame *frame, struct bd_frame_light *light)
 {
     (void)light;
@@ -148,6 +156,7 @@ enum bd_err bd_run_light_paths(struct bd_frame *frame, struct bd_frame_light *li
         .lights = frame->emitters,
         .lamps = lamps,
         .lamp_count = frame->subject.light_count,
+        .lamps_fall = plan->lamps_by_rays,
         .reflections = plan->bounces - 1,
         .visibility = bd_stage_light_visibility(frame),
         .count = bd_plan_light_path_count(plan),
@@ -164,14 +173,15 @@ enum bd_err bd_run_light_paths(struct bd_frame *frame, struct bd_frame_light *li
 
 uint32_t bd_stage_list_count(const struct bd_frame *frame)
 {
-    return frame->subject.light_count + (frame->light_paths != NULL);
+    const uint32_t with_maps = frame->plan->lamps_by_rays ? 0 : frame->subject.light_count;
+    return with_maps + (frame->light_paths != NULL);
 }
 
 void bd_stage_lists(const struct bd_frame *frame, const struct bd_vpl_list **lists)
 {
-    const struct bd_subject *subject = &frame->subject;
-    for (uint32_t i = 0; i < subject->light_count; i++) lists[i] = subject->lights[i].vpls;
-    if (frame->light_paths) lists[subject->light_count] = frame->light_paths->vpls;
+    const uint32_t with_maps = frame->plan->lamps_by_rays ? 0 : frame->subject.light_count;
+    for (uint32_t i = 0; i < with_maps; i++) lists[i] = frame->subject.lights[i].vpls;
+    if (frame->light_paths) lists[with_maps] = frame->light_paths->vpls;
 }
 
 enum bd_err bd_run_vpl_order(struct bd_frame *frame, struct bd_frame_light *light)

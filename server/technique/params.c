@@ -138,6 +138,7 @@ static const struct param_row table[BD_PARAM_COUNT] = {
     [BD_PARAM_NOISE_FILTER] = {"noise_filter", PARAM_CHOICE, FIELD(noise_filter), 0, 0, 1, OFF_ON},
     [BD_PARAM_LIGHT_RAYS] =
         {"light_rays", PARAM_EVEN, FIELD(light_rays), 0, BD_LIGHT_RAYS_MAX, 16, {0}},
+    [BD_PARAM_LAMPS] = {"lamps", PARAM_CHOICE, FIELD(lamps), 0, 0, 0, {"auto", "maps", "rays"}},
     [BD_PARAM_INDIRECT_LIGHTS] = {"indirect_lights",
                                   PARAM_LIGHTS,
                                   FIELD(indirect_lights),

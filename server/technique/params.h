@@ -87,6 +87,8 @@ enum bd_param {
     BD_PARAM_NOISE_FILTER,        // off | on (image/light_filter.h)
     BD_PARAM_LIGHT_RAYS,          // of a pixel to emissive surfaces and the sky, even; 0: those
                                   // light nothing
+    BD_PARAM_LAMPS,               // auto | maps | rays: what hides direct light of punctual lights;
+                                  // auto is rays where they are many (frame/plan.h)
     BD_PARAM_INDIRECT_LIGHTS,     // as LIGHTS: those whose light is sent on by surfaces
     BD_PARAM_INDIRECT_BOUNCES,    // how often light is sent on by surfaces, at most
     BD_PARAM_EXECUTOR,            // auto | device | native: who does arithmetic; auto is native on
@@ -105,6 +107,9 @@ enum bd_executor { BD_EXECUTOR_AUTO, BD_EXECUTOR_DEVICE, BD_EXECUTOR_NATIVE };
 
 // How what a camera or a light sees is found (pass/first_hits.h).
 enum bd_drawing { BD_DRAWING_AUTO, BD_DRAWING_RASTER, BD_DRAWING_RAYS };
+
+// What hides direct light of punctual lights, and finds where it first falls.
+enum bd_lamps_by { BD_LAMPS_AUTO, BD_LAMPS_MAPS, BD_LAMPS_RAYS };
 
 // Whether each sub-frame has its own indirect light, or the first one's.
 enum bd_sub_frames { BD_SUB_FRAMES_SHARED, BD_SUB_FRAMES_OWN };
@@ -150,6 +155,7 @@ struct bd_params {
     uint32_t light_vertices;
     uint32_t noise_filter;
     uint32_t light_rays;
+    uint32_t lamps; // enum bd_lamps_by
     uint32_t indirect_bounces;
     uint32_t indirect_lights; // enum bd_lights
     uint32_t executor;        // enum bd_executor

@@ -33,10 +33,11 @@ enum bd_frame_input {
 #define BD_DEFAULT_VISIBILITY                                                                      \
     {BD_PARAM_INDIRECT_VISIBILITY, BD_VISIBILITY_NONE}, {BD_PARAM_ALPHA, BD_RAYS_ALPHA_MASK}
 // clang-format on
-// Of direct light; what is of area lights is left out by light_rays=0.
+// Of direct light; what is of area lights, and lamps by rays, is left out by light_rays=0.
 #define BD_READS_DIRECT                                                                            \
     (BD_READS(BD_PARAM_BRDF) | BD_READS(BD_PARAM_SHADOW_SIZE) | BD_READS(BD_PARAM_LIGHT_RAYS) |    \
-     BD_READS(BD_PARAM_NOISE_FILTER) | BD_READS(BD_PARAM_EXECUTOR) | BD_READS(BD_PARAM_DRAWING))
+     BD_READS(BD_PARAM_LAMPS) | BD_READS(BD_PARAM_NOISE_FILTER) | BD_READS(BD_PARAM_EXECUTOR) |    \
+     BD_READS(BD_PARAM_DRAWING))
 #define BD_READS_VPL_GRID                                                                          \
     (BD_READS_DIRECT | BD_READS(BD_PARAM_VPLS) | BD_READS(BD_PARAM_VPL_BUDGET) |                   \
      BD_READS(BD_PARAM_RSM_SIZE) | BD_READS(BD_PARAM_VPL_KERNEL) | BD_READS(BD_PARAM_NEAR_FIELD) | \
