@@ -20,12 +20,13 @@ def states(frame):
     return {p["name"]: p["state"] for p in frame.report["passes"]}
 
 
-# A tree, clusters, glossy receivers by blocks and by pixels, and rays: between them every stage.
+# A tree, clusters, glossy receivers by blocks and by pixels, rays, lamps without maps: between them every stage.
 @pytest.mark.parametrize("technique,parameters", [
     ("hisr", {}), ("isr", {}), ("multires_splat", {}), ("rsm", {}),
     ("rsm", {"indirect_visibility": "rays", "rays": 9, "indirect_bounces": 3}),
     ("multires_gather", {"indirect_visibility": "rays", "rays": 9}), ("hisr", {"indirect_visibility": "rays", "rays": 9}),
-    ("direct", {"drawing": "rays"}), ("multires_gather", {"drawing": "rays"})])
+    ("direct", {"drawing": "rays"}), ("multires_gather", {"drawing": "rays"}),
+    ("multires_gather", {"lamps": "rays", "light_rays": 2}), ("hisr", {"lamps": "rays", "indirect_bounces": 2, "vpls": 1024})])
 def test_the_renderer_does_what_the_dry_run_said(daemon, technique, parameters):
     look = {**LOOK, "technique": technique, "parameters": parameters}
     scene = daemon.scenes.add(SCENES / "two_lights.glb")
@@ -73,6 +74,26 @@ def test_what_is_not_read_is_not_run_again(daemon):
         with scene.edit(dry_run=True, frame=look) as edit:
             EDITS[name](edit, objects)
         assert passes <= set(edit.result.keeps), name
+    scene.remove()
+
+
+# Nor is geometry where lamps have no maps.
+def test_lamps_by_rays_run_no_geometry_again(daemon):
+    scene = daemon.scenes.add(SCENES / "two_lights.glb")
+    objects = scene.objects()
+    look = {**LOOK, "technique": "multires_gather", "parameters": {"lamps": "rays"}}
+    passes = states(scene.render(**look))
+    assert {"lamps", "area_light", "light_paths", "bvh"} <= set(passes)
+    assert not {"shadow_map", "direct", "rsm", "vpl_grid"} & set(passes)
+    seen = {"bvh", "gbuffer", "discontinuity", "fragments", "surfaces"}
+    lit = {"lamps", "area_light", "light_paths", "gather"}
+    for name, run, kept in (("light's power", lit, seen), ("light moved", lit, seen),
+                            ("camera moved", {"area_light", "gather"}, {"bvh", "lamps", "light_paths"}),
+                            ("roughness", {"area_light"}, {"lamps", "light_paths", "bvh"})):
+        with scene.edit(dry_run=True, frame=look) as edit:
+            EDITS[name](edit, objects)
+        assert run <= set(edit.result.invalidates), name
+        assert kept <= set(edit.result.keeps), name
     scene.remove()
 
 
