@@ -106,9 +106,9 @@ static double total_flux_lm(const struct bd_plan *plan, const struct bd_scene *s
 
 // So few are always by maps, which last while cameras move.
 #define LAMPS_FEW 16u
-// What rays take, in texels of a shadow map: a texel is drawn and looked up, a ray is chosen and
-// traced.
-#define TEXELS_PER_RAY 8.0
+// What a ray of a pixel takes, chosen and traced, in texels of a shadow map, drawn and looked up: 100
+// by 10 ns in a hall of boxes, 200 by 20 in Sponza.
+#define TEXELS_PER_RAY 10.0
 
 static double map_texels(const struct bd_plan *plan, const struct bd_scene *scene)
 {

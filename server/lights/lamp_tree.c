@@ -86,48 +86,72 @@ static struct bd_lamp_bound joined(const struct bd_lamp_bound *a, const struct b
     return both;
 }
 
-// --- making -------------------------------------------------------------------------------------
-
-static void bound_below(struct bd_lamp_tree *lamps, uint32_t node, uint32_t begin, uint32_t end)
+static void set_box(struct bd_lamp_bound *bound, const struct bd_emitter_node *node)
 {
-    if (end - begin == 1) {
-        lamps->bounds[node] = bound_of(&lamps->lamps[lamps->tree.order[begin]]);
-        return;
-    }
-    const uint32_t middle = begin + (end - begin) / 2, second = node + 2 * (middle - begin);
-    bound_below(lamps, node + 1, begin, middle);
-    bound_below(lamps, second, middle, end);
-    lamps->bounds[node] = joined(&lamps->bounds[node + 1], &lamps->bounds[second]);
+    bound->half = f3_scale(f3_sub(node->most, node->least), 0.5f);
+    bound->middle = f3_add(node->least, bound->half);
+    bound->radius = f3_length(bound->half);
 }
 
-static enum bd_err make_leaves(const struct bd_lamp_tree *lamps, struct bd_emitter_leaf *leaves,
-                               enum bd_err (*pause)(void *user), void *user)
+// --- making -------------------------------------------------------------------------------------
+
+struct making {
+    struct bd_lamp_tree *lamps;
+    enum bd_err (*pause)(void *user);
+    void *user;
+    uint32_t done;
+    enum bd_err err;
+};
+
+static void rest(struct making *m)
 {
-    enum bd_err err = BD_ERR_OK;
-    for (uint32_t i = 0; !err && i < lamps->count; i++) {
+    if (!m->err && ++m->done % PAUSE_EVERY == 0) m->err = m->pause(m->user);
+}
+
+static void bound_below(struct making *m, uint32_t node, uint32_t begin, uint32_t end)
+{
+    const struct bd_lamp_tree *lamps = m->lamps;
+    struct bd_lamp_bound *bounds = lamps->bounds;
+    if (end - begin == 1) {
+        bounds[node] = bound_of(&lamps->lamps[lamps->tree.order[begin]]);
+        rest(m);
+    } else {
+        const uint32_t middle = begin + (end - begin) / 2, second = node + 2 * (middle - begin);
+        if (!m->err) bound_below(m, node + 1, begin, middle);
+        if (!m->err) bound_below(m, second, middle, end);
+        if (m->err) return;
+        bounds[node] = joined(&bounds[node + 1], &bounds[second]);
+    }
+    set_box(&bounds[node], &lamps->tree.nodes[node]);
+}
+
+static void make_leaves(struct making *m, struct bd_emitter_leaf *leaves)
+{
+    const struct bd_lamp_tree *lamps = m->lamps;
+    for (uint32_t i = 0; !m->err && i < lamps->count; i++) {
         const struct bd_light_uniform *lamp = &lamps->lamps[i];
         const f3 at = f3_from(lamp->position);
         leaves[i] = (struct bd_emitter_leaf){
             {at, at, is_parallel(lamp) ? 0 : brightest(lamp->intensity)}, at};
-        if (i % PAUSE_EVERY == 0) err = pause(user);
+        rest(m);
     }
-    return err;
 }
 
 static enum bd_err make(struct bd_lamp_tree *lamps, enum bd_err (*pause)(void *user), void *user,
                         struct bd_fault *fault)
 {
+    struct making m = {.lamps = lamps, .pause = pause, .user = user};
     struct bd_emitter_leaf *leaves = malloc(lamps->count * sizeof *leaves);
     lamps->bounds = malloc((2 * (size_t)lamps->count - 1) * sizeof *lamps->bounds);
-    enum bd_err err = BD_ERR_OK;
     if (!leaves || !lamps->bounds)
-        err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "scene", "no memory for a tree of %u lamps",
-                           lamps->count);
-    if (!err) err = make_leaves(lamps, leaves, pause, user);
-    if (!err) err = bd_emitter_tree_init(&lamps->tree, leaves, lamps->count, pause, user, fault);
-    if (!err) bound_below(lamps, 0, 0, lamps->count);
+        m.err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "scene", "no memory for a tree of %u lamps",
+                             lamps->count);
+    if (!m.err) make_leaves(&m, leaves);
+    if (!m.err)
+        m.err = bd_emitter_tree_init(&lamps->tree, leaves, lamps->count, pause, user, fault);
+    if (!m.err) bound_below(&m, 0, 0, lamps->count);
     free(leaves);
-    return err ? err : pause(user);
+    return m.err;
 }
 
 enum bd_err bd_lamp_tree_create(struct bd_light_uniform *lamps, uint32_t count,
@@ -199,14 +223,12 @@ struct way {
 static bool find_way(const struct bd_lamp_tree *lamps, uint32_t node, const struct box *box,
                      struct way *way)
 {
-    const struct bd_emitter_node *n = &lamps->tree.nodes[node];
     const struct bd_lamp_bound *bound = &lamps->bounds[node];
-    const struct box own = box_of(n->least, n->most);
-    const f3 to = f3_sub(box->middle, own.middle);
-    const f3 off = f3_max(f3_sub(f3_abs(to), f3_add(own.half, box->half)), 0);
-    *way = (struct way){to, f3_dot(to, to), own.radius * own.radius, f3_dot(off, off)};
+    const f3 to = f3_sub(box->middle, bound->middle);
+    const f3 off = f3_max(f3_sub(f3_abs(to), f3_add(bound->half, box->half)), 0);
+    *way = (struct way){to, f3_dot(to, to), bound->radius * bound->radius, f3_dot(off, off)};
     if (way->nearest2 > bound->reach * bound->reach * (1 + SLACK)) return false;
-    return !looks_elsewhere(bound, to, f_sqrt(way->distance2), own.radius + box->radius);
+    return !looks_elsewhere(bound, to, f_sqrt(way->distance2), bound->radius + box->radius);
 }
 
 // The most that a point of the box gets, held to where the distance tells nothing.
@@ -226,8 +248,7 @@ float bd_lamp_tree_weight(const struct bd_lamp_tree *lamps, uint32_t node, f3 po
     const struct box at = {.middle = point};
     const float even = lamps->bounds[node].even;
     if (!(n->flux > 0) || !find_way(lamps, node, &at, &way)) return even;
-    const f3 half = f3_scale(f3_sub(n->most, n->least), 0.5f);
-    const float height = f3_dot(f3_abs(normal), half) - f3_dot(normal, way.to);
+    const float height = f3_dot(f3_abs(normal), lamps->bounds[node].half) - f3_dot(normal, way.to);
     if (!(height > 0)) return even;
     const float far2 = f_max(f_max(way.distance2, way.radius2), 1e-30f);
     const float cosine = f_min(height / f_sqrt(far2), 1);
@@ -241,6 +262,7 @@ static void add(const struct bd_lamp_tree *lamps, const struct box *box, struct 
 {
     node.most = most_in(lamps, node.node, box);
     if (!(node.most > 0)) return;
+    cut->below += node.end - node.begin;
     struct bd_lamp_node *to = &cut->nodes[cut->count++];
     if (node.end - node.begin == 1) {
         *to = cut->nodes[cut->lamp_count];
@@ -249,9 +271,11 @@ static void add(const struct bd_lamp_tree *lamps, const struct box *box, struct 
     *to = node;
 }
 
-// Who may light the box most, of those that are several; `count` where there is none.
+// Who may light the box most, of those that are several; any where there is room for all; `count`
+// where there is none.
 static uint32_t next_to_split(const struct bd_lamp_cut *cut)
 {
+    if (cut->below <= BD_LAMP_CUT_MAX) return cut->lamp_count;
     uint32_t next = cut->count;
     float most = 0;
     for (uint32_t i = cut->lamp_count; i < cut->count; i++) {
@@ -273,13 +297,14 @@ static void split(const struct bd_lamp_node *node, struct bd_lamp_node half[2])
 void bd_lamp_tree_cut(const struct bd_lamp_tree *lamps, f3 least, f3 most, struct bd_lamp_cut *cut)
 {
     const struct box box = box_of(least, most);
-    cut->count = cut->lamp_count = 0;
+    cut->count = cut->lamp_count = cut->below = 0;
     add(lamps, &box, (struct bd_lamp_node){.end = lamps->count}, cut);
     while (cut->count < BD_LAMP_CUT_MAX) {
         const uint32_t at = next_to_split(cut);
         if (at == cut->count) return;
         struct bd_lamp_node half[2];
         split(&cut->nodes[at], half);
+        cut->below -= cut->nodes[at].end - cut->nodes[at].begin;
         cut->nodes[at] = cut->nodes[--cut->count];
         for (int i = 0; i < 2; i++) add(lamps, &box, half[i], cut);
     }

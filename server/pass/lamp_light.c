@@ -25,6 +25,7 @@ struct block {
     struct bd_sequence sequence;
     struct bd_lamp_cut cut;
     struct bd_lamp_lanes lanes;
+    float weight[BD_LAMP_CUT_MAX]; // of lamps, for a receiver
     struct bd_lamp_pairs pairs;
     uint32_t room, count; // of rays
     struct bd_segment *segments;
@@ -58,26 +59,6 @@ static const struct bd_light_uniform *lamp_at(const struct block *b, uint32_t i)
 static void lay_out(struct block *b)
 {
     for (uint32_t i = 0; i < b->cut.lamp_count; i++) bd_lamp_lanes_put(&b->lanes, i, lamp_at(b, i));
-}
-
-// --- what they would give -----------------------------------------------------------------------
-
-// What a lobe makes of it is its weight, too, or a mirror's rays would go where it sends none.
-static void weigh_lobes(struct block *b, const struct bd_area_receiver *at, float *weight)
-{
-    const uint32_t count = b->cut.lamp_count;
-    if (!at->has_lobe || b->light->lambert) return;
-    for (uint32_t first = 0; first < count; first += BD_LANES) {
-        const uint32_t end = first + BD_LANES < count ? first + BD_LANES : count;
-        for (uint32_t i = first; i < end; i++)
-            bd_lamp_pairs_put(&b->pairs, i - first, at, lamp_at(b, i));
-        bd_lamp_pairs_light(&b->pairs, false);
-        const struct bd_lanes3 *beyond = &b->pairs.beyond;
-        for (uint32_t i = first, lane = 0; i < end; i++, lane++)
-            if (weight[i] > 0)
-                weight[i] += F_PI * f_max(f_abs(beyond->x[lane]),
-                                          f_max(f_abs(beyond->y[lane]), f_abs(beyond->z[lane])));
-    }
 }
 
 // --- rays ---------------------------------------------------------------------------------------
@@ -147,16 +128,19 @@ static void ask(struct block *b, uint32_t receiver, uint32_t lamp, float first, 
 
 // --- choosing -----------------------------------------------------------------------------------
 
+// Of the cut what gives the receiver anything.
 struct choice {
-    float weight[BD_LAMP_CUT_MAX]; // 0 of what is asked for sure
-    uint32_t rays;                 // that are left for others
-    float left;                    // weight of those
+    uint32_t count, lamp_count;      // lamps come first
+    uint32_t place[BD_LAMP_CUT_MAX]; // in the cut
+    float weight[BD_LAMP_CUT_MAX];   // 0 of what is asked for sure
+    uint32_t rays;                   // that are left for others
+    float left;                      // weight of those
 };
 
-static float sum_of(const float *weight, uint32_t count)
+static float sum_of(const struct choice *c)
 {
     float sum = 0;
-    for (uint32_t i = 0; i < count; i++) sum += weight[i];
+    for (uint32_t i = 0; i < c->count; i++) sum += c->weight[i];
     return sum;
 }
 
@@ -165,17 +149,17 @@ static void ask_for_sure(struct block *b, uint32_t receiver, struct choice *c)
 {
     bool goes_on = true;
     while (goes_on && c->rays > 0) {
-        const float step = sum_of(c->weight, b->cut.count) / (float)c->rays;
+        const float step = sum_of(c) / (float)c->rays;
         goes_on = false;
-        for (uint32_t i = 0; i < b->cut.lamp_count && c->rays > 0; i++) {
+        for (uint32_t i = 0; i < c->lamp_count && c->rays > 0; i++) {
             if (!(c->weight[i] > 0) || c->weight[i] < step) continue;
-            ask(b, receiver, lamp_of(b, i), 1, 1);
+            ask(b, receiver, lamp_of(b, c->place[i]), 1, 1);
             c->weight[i] = 0;
             c->rays--;
             goes_on = true;
         }
     }
-    c->left = sum_of(c->weight, b->cut.count);
+    c->left = sum_of(c);
 }
 
 static void draw(struct block *b, uint32_t receiver, const struct choice *c, uint32_t i,
@@ -184,10 +168,10 @@ static void draw(struct block *b, uint32_t receiver, const struct choice *c, uin
     const struct bd_area_receiver *at = &b->at[receiver];
     uint32_t lamp;
     float chance = 1;
-    if (i < b->cut.lamp_count)
-        lamp = lamp_of(b, i);
-    else if (!bd_lamp_tree_draw(b->light->lamps, &b->cut.nodes[i], at->position, at->normal, number,
-                                &lamp, &chance))
+    if (i < c->lamp_count)
+        lamp = lamp_of(b, c->place[i]);
+    else if (!bd_lamp_tree_draw(b->light->lamps, &b->cut.nodes[c->place[i]], at->position,
+                                at->normal, number, &lamp, &chance))
         return;
     const float share = step / (c->weight[i] * chance);
     if (isfinite(share)) ask(b, receiver, lamp, half ? 0 : share, half ? share : 0);
@@ -200,7 +184,7 @@ static void draw_half(struct block *b, uint32_t receiver, const struct choice *c
     const float step = c->left / (float)count;
     float before = 0;
     uint32_t next = 0;
-    for (uint32_t i = 0; i < b->cut.count; i++) {
+    for (uint32_t i = 0; i < c->count; i++) {
         const float weight = c->weight[i];
         while (weight > 0 && next < count && ((float)next + start) * step < before + weight) {
             const float number = (((float)next + start) * step - before) / weight;
@@ -211,23 +195,52 @@ static void draw_half(struct block *b, uint32_t receiver, const struct choice *c
     }
 }
 
+static void keep(struct choice *c, uint32_t place, float weight)
+{
+    if (!(weight > 0)) return;
+    c->place[c->count] = place;
+    c->weight[c->count++] = weight;
+}
+
+static void weigh(struct block *b, const struct bd_area_receiver *at, struct choice *c)
+{
+    const struct bd_lamp_tree *lamps = b->light->lamps;
+    bd_lamp_lanes_weigh(&b->lanes, b->cut.lamp_count, at, b->weight);
+    for (uint32_t i = 0; i < b->cut.lamp_count; i++) keep(c, i, b->weight[i]);
+    c->lamp_count = c->count;
+    for (uint32_t i = b->cut.lamp_count; i < b->cut.count; i++)
+        keep(c, i, bd_lamp_tree_weight(lamps, b->cut.nodes[i].node, at->position, at->normal));
+}
+
+// What a lobe makes of it is its weight, too, or a mirror's rays would go where it sends none.
+static void weigh_lobes(struct block *b, const struct bd_area_receiver *at, struct choice *c)
+{
+    const struct bd_lanes3 *beyond = &b->pairs.beyond;
+    if (!at->has_lobe || b->light->lambert) return;
+    for (uint32_t first = 0; first < c->lamp_count; first += BD_LANES) {
+        const uint32_t left = c->lamp_count - first, count = left < BD_LANES ? left : BD_LANES;
+        for (uint32_t i = 0; i < count; i++)
+            bd_lamp_pairs_put(&b->pairs, i, at, lamp_at(b, c->place[first + i]));
+        bd_lamp_pairs_light(&b->pairs, false);
+        for (uint32_t i = 0; i < count; i++)
+            c->weight[first + i] +=
+                F_PI * f_max(f_abs(beyond->x[i]), f_max(f_abs(beyond->y[i]), f_abs(beyond->z[i])));
+    }
+}
+
 static void choose(struct block *b, uint32_t receiver)
 {
     const struct bd_area_receiver *at = &b->at[receiver];
-    struct choice c = {.rays = b->light->rays};
+    struct choice c;
     float number[2];
-    uint32_t lit = 0;
-    bd_lamp_lanes_weigh(&b->lanes, b->cut.lamp_count, at, c.weight);
-    for (uint32_t i = 0; i < b->cut.lamp_count; i++) lit += c.weight[i] > 0;
-    if (lit <= c.rays && b->cut.lamp_count == b->cut.count) {
-        for (uint32_t i = 0; i < b->cut.lamp_count; i++)
-            if (c.weight[i] > 0) ask(b, receiver, lamp_of(b, i), 1, 1);
+    c.rays = b->light->rays;
+    c.count = 0;
+    weigh(b, at, &c);
+    if (c.count == c.lamp_count && c.count <= c.rays) {
+        for (uint32_t i = 0; i < c.count; i++) ask(b, receiver, lamp_of(b, c.place[i]), 1, 1);
         return;
     }
-    weigh_lobes(b, at, c.weight);
-    for (uint32_t i = b->cut.lamp_count; i < b->cut.count; i++)
-        c.weight[i] =
-            bd_lamp_tree_weight(b->light->lamps, b->cut.nodes[i].node, at->position, at->normal);
+    weigh_lobes(b, at, &c);
     ask_for_sure(b, receiver, &c);
     if (!(c.left > 0)) return;
     bd_sequence_pair(&b->sequence, at->place, number);
