@@ -141,29 +141,41 @@ void bd_emitter_tree_finish(struct bd_emitter_tree *tree)
 
 // --- importance ---------------------------------------------------------------------------------
 
-struct importance {
-    float weight;  // by the distance of its box's middle, held to where it tells nothing
-    float nearest; // by that of its nearest point
+struct look {
+    f3 half, to; // of its box; to the middle of that
+    float radius2, distance2;
+    float light; // 0 only where all of the box lies below the horizon
 };
 
-// Both 0 only where all of the box lies below the horizon.
-static struct importance importance_of(const struct bd_emitter_node *node, f3 point, f3 normal)
+static inline struct look look_at(const struct bd_emitter_node *node, f3 point, f3 normal)
 {
     const f3 half = f3_scale(f3_sub(node->most, node->least), 0.5f);
     const f3 to = f3_sub(f3_add(node->least, half), point);
     const float radius2 = f3_dot(half, half), distance2 = f3_dot(to, to);
     const float height = f3_dot(normal, to) + f3_dot(f3_abs(normal), half);
-    if (!(height > 0)) return (struct importance){0, 0};
-    const f3 off = f3_max(f3_sub(f3_abs(to), half), 0);
     const float cosine = f_min(height / f_sqrt(f_max(distance2, 1e-30f)), 1);
-    const float light = node->flux * f_max(cosine, 1e-3f);
-    return (struct importance){light / f_max(f_max(distance2, radius2), 1e-30f),
-                               light / f_max(f_max(f3_dot(off, off), 1e-3f * radius2), 1e-30f)};
+    const float light = height > 0 ? node->flux * f_max(cosine, 1e-3f) : 0;
+    return (struct look){half, to, radius2, distance2, light};
 }
 
-static float weight_of(const struct bd_emitter_tree *tree, uint32_t node, f3 point, f3 normal)
+// By the distance of its box's middle, held to where it tells nothing.
+static inline float weight_of_look(const struct look *look)
 {
-    return importance_of(&tree->nodes[node], point, normal).weight;
+    return look->light / f_max(f_max(look->distance2, look->radius2), 1e-30f);
+}
+
+// By that of its nearest point.
+static inline float nearest_of_look(const struct look *look)
+{
+    const f3 off = f3_max(f3_sub(f3_abs(look->to), look->half), 0);
+    return look->light / f_max(f_max(f3_dot(off, off), 1e-3f * look->radius2), 1e-30f);
+}
+
+static inline float weight_of(const struct bd_emitter_tree *tree, uint32_t node, f3 point,
+                              f3 normal)
+{
+    const struct look look = look_at(&tree->nodes[node], point, normal);
+    return weight_of_look(&look);
 }
 
 // --- cuts ---------------------------------------------------------------------------------------
@@ -171,12 +183,12 @@ static float weight_of(const struct bd_emitter_tree *tree, uint32_t node, f3 poi
 static void set(const struct bd_emitter_tree *tree, struct bd_emitter_cut *cut, uint32_t at,
                 uint32_t node, uint32_t begin, uint32_t end, f3 point, f3 normal)
 {
-    const struct importance importance = importance_of(&tree->nodes[node], point, normal);
+    const struct look look = look_at(&tree->nodes[node], point, normal);
     cut->nodes[at].node = node;
     cut->nodes[at].begin = begin;
     cut->nodes[at].end = end;
-    cut->nodes[at].weight = importance.weight;
-    cut->nodes[at].nearest = end - begin > 1 ? importance.nearest : 0;
+    cut->nodes[at].weight = weight_of_look(&look);
+    cut->nodes[at].nearest = end - begin > 1 ? nearest_of_look(&look) : 0;
 }
 
 static uint32_t next_to_split(const struct bd_emitter_cut *cut)

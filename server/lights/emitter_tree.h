@@ -45,7 +45,7 @@ enum bd_err bd_emitter_tree_init(struct bd_emitter_tree *tree, const struct bd_e
 void bd_emitter_tree_finish(struct bd_emitter_tree *tree);
 
 // Nodes below which every emitter is once, but for those under the horizon.
-#define BD_EMITTER_CUT_MAX 24u
+#define BD_EMITTER_CUT_MAX 32u
 struct bd_emitter_cut {
     uint32_t count;
     struct {

@@ -186,7 +186,12 @@ static void sample_group(void *user, uint32_t group)
     a->lobe_count[group] = 0;
     for (uint32_t lane = 0; lane < BD_LANES; lane++) {
         struct bd_area_receiver at;
+        struct bd_emitter_cut cut;
         const bool is_lit = receiver_at(a, group, lane, &at);
+        if (is_lit && !bd_area_all_are_weighed(&a->sampling)) {
+            bd_emitter_tree_cut(&a->inputs->lights->tree, at.position, at.normal, &cut);
+            at.cut = &cut;
+        }
         for (uint32_t half = 0; half < HALVES; half++) {
             const size_t i = ((size_t)group * BD_LANES + lane) * HALVES + half;
             memset(a->segments + i * rays, 0, rays * sizeof *a->segments);

@@ -45,11 +45,6 @@ struct bd_area_sampling bd_area_sampling_of(const struct bd_area_lights *lights,
     };
 }
 
-static bool all_are_weighed(const struct bd_area_sampling *sampling)
-{
-    return sampling->lights->count <= BD_AREA_WEIGHED_MAX;
-}
-
 // --- the surface --------------------------------------------------------------------------------
 
 static f3 brdf_towards(const struct sampler *s, f3 l)
@@ -181,19 +176,20 @@ static void find_candidates(struct sampler *s, struct candidates *candidates)
     const struct bd_area_lights *lights = s->sampling->lights;
     candidates->count = 0;
     candidates->weight = 0;
-    if (all_are_weighed(s->sampling)) {
+    if (bd_area_all_are_weighed(s->sampling)) {
         for (uint32_t i = 0; i < lights->count; i++) weigh(s, i, 1, 0, candidates);
         return;
     }
     float number[2];
-    struct bd_emitter_cut cut;
-    bd_emitter_tree_cut(&lights->tree, s->at->position, s->at->normal, &cut);
+    struct bd_emitter_cut own;
+    const struct bd_emitter_cut *cut = s->at->cut ? s->at->cut : &own;
+    if (cut == &own) bd_emitter_tree_cut(&lights->tree, s->at->position, s->at->normal, &own);
     bd_sequence_pair(&s->sequence[OF_DRAW], s->place / s->sampling->stride, number);
     for (uint32_t i = 0; i < DRAWN; i++) {
         const float at = ((float)i + number[0]) / DRAWN;
         uint32_t index;
         float chance;
-        if (bd_emitter_tree_draw(&lights->tree, &cut, s->at->position, s->at->normal,
+        if (bd_emitter_tree_draw(&lights->tree, cut, s->at->position, s->at->normal,
                                  f_min(at, 0x1.fffffep-1f), &index, &chance))
             weigh(s, index, 1 / (DRAWN * chance), chance, candidates);
     }
@@ -216,7 +212,8 @@ static void send_to_emitter(struct sampler *s, const struct candidates *candidat
     const float chosen = rays * c->weight / candidates->weight * point.density / c->stands_for;
     // How many come here in the mean: of many emitters their chance to be drawn stands for it, and
     // does not depend on what else was drawn.
-    const float density = all_are_weighed(s->sampling) ? chosen : rays * c->chance * point.density;
+    const float density =
+        bd_area_all_are_weighed(s->sampling) ? chosen : rays * c->chance * point.density;
     add(s, point.position, c->light->triangle, direction, radiance, density, chosen);
 }
 
@@ -346,9 +343,10 @@ void bd_area_sample(const struct bd_area_sampling *sampling, const struct bd_are
         s.sequence[p] = bd_sequence_of(sampling->seed, 2 * p + half);
     find_candidates(&s, &candidates);
     // What others' shares are may not depend on what was drawn from a tree.
-    *shares = shares_of(
-        sampling, all_are_weighed(sampling) ? candidates.count > 0 : sampling->lights->count > 0,
-        has_lobe(&s));
+    *shares = shares_of(sampling,
+                        bd_area_all_are_weighed(sampling) ? candidates.count > 0
+                                                          : sampling->lights->count > 0,
+                        has_lobe(&s));
     shares->weight = candidates.weight;
     if (candidates.count > 0) sample_emitters(&s, &candidates);
     if (sampling->lights->sky.shines) sample_sky(&s);
@@ -369,7 +367,7 @@ static float emitter_density(const struct sampler *s, const struct bd_area_light
     const float weight = bd_triangle_view_weight(&view, light);
     if (!(weight > 0) || !isfinite(weight)) return 0;
     float chance = weight / s->shares->weight;
-    if (!all_are_weighed(s->sampling)) {
+    if (!bd_area_all_are_weighed(s->sampling)) {
         struct bd_emitter_cut cut;
         bd_emitter_tree_cut(&lights->tree, at->position, at->normal, &cut);
         chance = bd_emitter_tree_chance(&lights->tree, &cut, at->position, at->normal,

@@ -21,6 +21,10 @@ struct bd_area_sampling {
     bool lambert;
     uint32_t seed;
 };
+static inline bool bd_area_all_are_weighed(const struct bd_area_sampling *sampling)
+{
+    return sampling->lights->count <= BD_AREA_WEIGHED_MAX;
+}
 struct bd_area_sampling bd_area_sampling_of(const struct bd_area_lights *lights, uint32_t rays,
                                             uint64_t seed);
 
@@ -31,6 +35,7 @@ struct bd_area_receiver {
     uint32_t triangle;
     uint32_t place; // among receivers, neighbours side by side (lights/sequence.h)
     uint32_t x_px, y_px;
+    const struct bd_emitter_cut *cut; // of many emitters, for it; NULL: it is made when it is asked
 };
 
 // In the frame's unit: irradiance, and radiance beyond diffuse albedo / pi times it.
