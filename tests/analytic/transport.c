@@ -203,11 +203,11 @@ static void many_lamps_share_a_budget(void **state)
         w->scene->lights[0].intensity = .5f;
         for (uint32_t i = 1; i < lamps[k]; i++)
             world_add_light(w, BD_LIGHT_POINT, origin, down, .5f / (float)(lamps[k] - 1));
-        const char *shared[] = {"brdf=lambert", "vpls=1536", NULL};
+        const char *shared[] = {"brdf=lambert", "vpls=1536", "lamps=maps", NULL};
         ASSERT_REL(first_bounce(w, 0, shared), .590616, 2e-2);
         ASSERT_REL((double)w->report.counts.vpls, vpls[k], .2);
     }
-    const char *of_each[] = {"brdf=lambert", "vpls=96", "vpl_budget=4000", NULL};
+    const char *of_each[] = {"brdf=lambert", "vpls=96", "vpl_budget=4000", "lamps=maps", NULL};
     ASSERT_REL(first_bounce(*state, 0, of_each), .590616, 3e-2);
     assert_int_equal(((struct world *)*state)->report.counts.vpls, 36 * 96);
 }
