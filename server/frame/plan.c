@@ -106,8 +106,8 @@ static double total_flux_lm(const struct bd_plan *plan, const struct bd_scene *s
 
 // So few are always by maps, which last while cameras move.
 #define LAMPS_FEW 16u
-// What a ray of a pixel takes, chosen and traced, in texels of a shadow map, drawn and looked up: 100
-// by 10 ns in a hall of boxes, 200 by 20 in Sponza.
+// What a ray of a pixel takes, chosen and traced, in texels of a shadow map, drawn and looked up:
+// 100 by 10 ns in a hall of boxes, 200 by 20 in Sponza.
 #define TEXELS_PER_RAY 10.0
 
 static double map_texels(const struct bd_plan *plan, const struct bd_scene *scene)
@@ -475,6 +475,15 @@ uint32_t bd_plan_grid_side(const struct bd_plan *plan, const struct bd_light_set
     if (plan->technique->inputs & (BD_INPUT_VPL_CLUSTERS | BD_INPUT_VPL_TREE))
         return nearest_power_of_two(side);
     return side > 1 ? (uint32_t)round(side) : 1;
+}
+
+uint32_t bd_plan_clusters_most(const struct bd_plan *plan, const struct bd_light_setup *light,
+                               uint32_t grid_side)
+{
+    if (plan->params.vpl_budget == 0 || !(plan->flux_lm > 0)) return 0;
+    const double budget = vpl_budget_of(plan) - bd_plan_light_path_count(plan);
+    const double least = (double)grid_side * grid_side * light->face_count;
+    return (uint32_t)fmax(budget * light->flux_lm / plan->flux_lm, least);
 }
 
 uint32_t bd_plan_tree_root_side(const struct bd_plan *plan, const struct bd_light_setup *light,

@@ -81,6 +81,11 @@ bool bd_plan_light_shines(const struct bd_plan *plan, const struct bd_scene *sce
 // coarsest blocks; there and for trees the nearest power of two.
 uint32_t bd_plan_grid_side(const struct bd_plan *plan, const struct bd_light_setup *light);
 
+// Most clusters of a light: its share, by flux, of a `vpl_budget` that is told, and those that
+// nothing is split for at least; 0: as many as there are.
+uint32_t bd_plan_clusters_most(const struct bd_plan *plan, const struct bd_light_setup *light,
+                               uint32_t grid_side);
+
 // Roots of a light's tree along a face's side, for so many leaves along it.
 uint32_t bd_plan_tree_root_side(const struct bd_plan *plan, const struct bd_light_setup *light,
                                 uint32_t grid_side);

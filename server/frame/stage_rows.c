@@ -354,7 +354,7 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
             .is_needed = has_clusters,
             .why_not = no_clusters,
             .from = STAGE(RSM),
-            .reads = BD_READ_LIGHT_POWER | BD_READ_LIGHT_SIDES,
+            .reads = BD_READ_LIGHT_POWER | BD_READ_LIGHT_SIDES | BD_READ_CLUSTERS_MOST,
             .params = PARAMS_OF_VPL | PARAMS_OF_TESTS | PARAM(CLUSTER_LEVELS) |
                       PARAM(CLUSTER_DEPTH_THRESHOLD) | PARAM(CLUSTER_NORMAL_THRESHOLD),
             KEEPS(vpls, frame_light, bd_run_vpl_clusters),
@@ -481,6 +481,8 @@ static void set_up_lights(struct bd_subject *subject)
         light->setup = bd_light_setup_of(scene, i);
         light->grid_side = bd_plan_grid_side(subject->plan, &light->setup);
         light->rsm_size = bd_plan_rsm_size(subject->plan, &light->setup, light->grid_side);
+        light->clusters_most =
+            bd_plan_clusters_most(subject->plan, &light->setup, light->grid_side);
     }
 }
 
@@ -548,6 +550,7 @@ static uint64_t key_light(uint64_t key, const struct bd_subject *subject, uint32
     if (reads & BD_READ_SHADOW_TRACING)
         key = bd_key_number(key, bd_plan_traces(plan, shadow_texels));
     if (reads & BD_READ_RSM_TRACING) key = bd_key_number(key, bd_plan_traces(plan, rsm_texels));
+    if (reads & BD_READ_CLUSTERS_MOST) key = bd_key_number(key, light->clusters_most);
     return key;
 }
 

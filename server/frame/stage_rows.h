@@ -61,6 +61,7 @@ enum bd_stage_read {
     BD_READ_VIEW_TRACING = 512u << BD_ASPECT_COUNT,
     BD_READ_SHADOW_TRACING = 1024u << BD_ASPECT_COUNT,
     BD_READ_RSM_TRACING = 2048u << BD_ASPECT_COUNT,
+    BD_READ_CLUSTERS_MOST = 4096u << BD_ASPECT_COUNT,
 };
 
 struct bd_frame;
@@ -69,7 +70,7 @@ struct bd_vpl_list;
 // A light of the frame and what was made for it. Outputs are the memo's.
 struct bd_frame_light {
     struct bd_light_setup setup;
-    uint32_t grid_side, rsm_size;
+    uint32_t grid_side, rsm_size, clusters_most;
     uint64_t keys[BD_STAGE_COUNT];
     struct bd_shadow_map *shadow_map;
     struct bd_rsm *rsm;

@@ -73,8 +73,8 @@ enum bd_err bd_run_vpl_grid(struct bd_frame *frame, struct bd_frame_light *light
     return bd_vpl_grid_run(&frame->context, &inputs, &light->vpls, frame->fault);
 }
 
-static struct bd_vpl_clusters_inputs clusters_inputs(const struct bd_frame *frame,
-                                                     const struct bd_frame_light *light)
+static struct bd_vpl_clusters_inputs
+clusters_inputs(const struct bd_frame *frame, const struct bd_frame_light *light, uint32_t levels)
 {
     const struct bd_params *params = &frame->plan->params;
     const uint32_t side = light->rsm_size;
@@ -93,17 +93,23 @@ static struct bd_vpl_clusters_inputs clusters_inputs(const struct bd_frame *fram
                 .normal_threshold = params->cluster_normal_threshold,
                 .coarsest_side = light->grid_side,
             },
-        .finest_block_texels =
-            1u << (coarsest > params->cluster_levels ? coarsest - params->cluster_levels : 0),
+        .finest_block_texels = 1u << (coarsest > levels ? coarsest - levels : 0),
         .kernel = (enum bd_vpl_kernel)params->vpl_kernel,
         .near_field = params->near_field,
     };
 }
 
+// Split less often where there would be more than may be.
 enum bd_err bd_run_vpl_clusters(struct bd_frame *frame, struct bd_frame_light *light)
 {
-    const struct bd_vpl_clusters_inputs inputs = clusters_inputs(frame, light);
-    return bd_vpl_clusters_run(&frame->context, &inputs, &light->vpls, frame->fault);
+    uint32_t levels = frame->plan->params.cluster_levels;
+    for (;; levels--) {
+        const struct bd_vpl_clusters_inputs inputs = clusters_inputs(frame, light, levels);
+        enum bd_err err = bd_vpl_clusters_run(&frame->context, &inputs, &light->vpls, frame->fault);
+        const uint32_t most = light->clusters_most;
+        if (err || most == 0 || light->vpls->count <= most || levels == 0) return err;
+        bd_vpl_list_destroy(frame->renderer->gpu, &light->vpls);
+    }
 }
 
 enum bd_err bd_run_emitters(struct bd_frame *frame, struct bd_frame_light *light)
@@ -142,7 +148,7 @@ enum bd_err bd_run_lamps(struct bd_frame *frame, struct bd_frame_light *light)
     (void)light;
     bd_slicer_work(frame->context.slicer, "emitters");
     return bd_lamp_tree_create(lamps_of(frame), frame->subject.light_count, bd_slicer_pause,
-                           frame->context.slicer, &frame->lamps, frame->fault);
+                               frame->context.slicer, &frame->lamps, frame->fault);
 }
 
 enum bd_err bd_run_light_paths(struct bd_frame *frame, struct bd_frame_light *light)

@@ -35,7 +35,8 @@ enum bd_param {
     BD_PARAM_BRDF,        // full | lambert: without specular lobe and metals
     BD_PARAM_SHADOW_SIZE, // texels of one face's side
     BD_PARAM_VPLS,        // light samples per light source: k^2, or 6 k^2 over six faces
-    BD_PARAM_VPL_BUDGET,  // of all lights: beyond it they are split by flux; 0 = four times `vpls`
+    BD_PARAM_VPL_BUDGET,  // of all lights: beyond it they are split by flux; 0 = four times `vpls`,
+                          // not counting what clusters are split into
     BD_PARAM_RSM_SIZE,    // texels of one face's side
     BD_PARAM_VPL_KERNEL,  // patch | disk | point (pass/vpl_grid.h)
     BD_PARAM_NEAR_FIELD,  // radii (or half lengths) of a VPL's patch below which `patch` is exact

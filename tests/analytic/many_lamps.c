@@ -330,6 +330,29 @@ static void what_they_light_sends_it_on(void **state)
     }
 }
 
+// Blocks of maps are split as often as a budget that is told allows, and keep all the light.
+static void clusters_keep_to_a_budget(void **state)
+{
+    static const char *const budgets[] = {"vpl_budget=0", "vpl_budget=4096", "vpl_budget=1200"};
+    struct world *w = *state;
+    double mean = 0;
+    build_room(w, 0, 3, 1);
+    for (int b = 0; b < 3; b++) {
+        const char *const settings[] = {budgets[b], "vpls=256", "lamps=maps", NULL};
+        struct bd_image *layers[BD_LAYER_COUNT];
+        world_render(w, "isr", 0, SIDE, SIDE, 1u << BD_LAYER_INDIRECT, settings, layers);
+        const double seen = mean_of(layers[BD_LAYER_INDIRECT]);
+        world_free_layers(layers);
+        print_message("    %s: %llu VPLs\n", budgets[b], (unsigned long long)w->report.counts.vpls);
+        if (b == 0)
+            assert_true(w->report.counts.vpls > 4096);
+        else
+            assert_true(w->report.counts.vpls <= (b == 1 ? 4096 : 1200));
+        if (b > 0) ASSERT_REL(seen, mean, 3e-2);
+        mean = b == 0 ? seen : mean;
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -343,6 +366,7 @@ int main(void)
         cmocka_unit_test(threads_change_no_byte),
         cmocka_unit_test(counts_decide),
         cmocka_unit_test(what_they_light_sends_it_on),
+        cmocka_unit_test(clusters_keep_to_a_budget),
     };
     return cmocka_run_group_tests(tests, world_open, world_close);
 }
