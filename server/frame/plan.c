@@ -105,7 +105,7 @@ static double total_flux_lm(const struct bd_plan *plan, const struct bd_scene *s
 // --- lamps by maps or by rays ---------------------------------------------------------------
 
 // So few are always by maps, which last while cameras move.
-#define LAMPS_FEW 16u
+#define LAMPS_FEW 8u
 // What a ray of a pixel takes, chosen and traced, in texels of a shadow map, drawn and looked up:
 // 100 by 10 ns in a hall of boxes, 200 by 20 in Sponza.
 #define TEXELS_PER_RAY 10.0
@@ -443,7 +443,8 @@ uint32_t bd_plan_light_path_count(const struct bd_plan *plan)
     if (!plan->light_paths) return 0;
     const bool has_maps = plan->light_count > 0 && !plan->lamps_by_rays;
     const double share = vpl_budget_of(plan) / (has_maps ? 4 : 1);
-    const double most = fmin(share, BD_LIGHT_PATHS_MAX);
+    const double most =
+        fmin(share, plan->lamps_by_rays ? BD_LIGHT_PATHS_OF_LAMPS_MAX : BD_LIGHT_PATHS_MAX);
     const double count = fmax(fmin(plan->params.vpls, most), 1);
     if (!(plan->technique->inputs & BD_INPUT_VPL_TREE)) return (uint32_t)count;
     const uint32_t side = nearest_power_of_two(sqrt(count));

@@ -1,14 +1,14 @@
-// Light that surfaces send on and no lamp's map holds, as VPLs: where that of emissive surfaces, the
-// sky and lamps without maps first falls (the *first* set of light paths), and where any light falls
-// after further reflections (the *walk* set, pass/light_walk.h). One description for all techniques,
-// beside the maps of punctual lights.
+// Light that surfaces send on and no lamp's map holds, as VPLs: where that of emissive surfaces,
+// the sky and lamps without maps first falls (the *first* set of light paths), and where any light
+// falls after further reflections (the *walk* set, pass/light_walk.h). One description for all
+// techniques, beside the maps of punctual lights.
 //
 // Points are spread over all surfaces by area (lights/surface_points.h), each is lit by a few rays
 // as pixels are (pass/area_samples.h) and by what walks, and those that are lit are divided into
 // patches (pass/light_patches.h).
 //
-// Lamps' light comes as photons: a spot may light less than what lies between two points, and all of
-// it falls somewhere.
+// Lamps' light comes as photons: a spot may light less than what lies between two points, and all
+// of it falls somewhere.
 //
 // Why from the surfaces and not from the lights: a sky's light that comes in by a window is found
 // by every point that the window sees, and of paths from the sky few would come in; and the area
@@ -34,6 +34,9 @@
 #include "upload/gpu_scene.h"
 
 #define BD_LIGHT_PATHS_MAX 65536u
+// Of lamps without maps: four points for each, of which there are 65,536 at most. More are no
+// nearer.
+#define BD_LIGHT_PATHS_OF_LAMPS_MAX 16384u
 
 struct bd_light_paths_inputs {
     const struct bd_gpu_scene *scene;
@@ -52,8 +55,8 @@ struct bd_light_paths_inputs {
 };
 
 struct bd_light_paths {
-    struct bd_vpl_list *vpls;  // where fewer points are lit than VPLs, some send nothing
-    struct bd_vpl_tree *tree;  // or NULL
+    struct bd_vpl_list *vpls; // where fewer points are lit than VPLs, some send nothing
+    struct bd_vpl_tree *tree; // or NULL
 };
 
 BD_MUST_CHECK

@@ -282,7 +282,8 @@ static void counts_decide(void **state)
         const char *technique, *settings[3];
         bool by_rays;
     } cases[] = {
-        {16, "direct", {NULL}, false},
+        {8, "direct", {NULL}, false},
+        {9, "direct", {NULL}, true},
         {64, "direct", {NULL}, true},
         {64, "direct", {"shadow_size=16", "light_rays=64", NULL}, false},
         {64, "direct", {"light_rays=0", NULL}, false},
