@@ -212,11 +212,12 @@ static void weigh(struct block *b, const struct bd_area_receiver *at, struct cho
         keep(c, i, bd_lamp_tree_weight(lamps, b->cut.nodes[i].node, at->position, at->normal));
 }
 
-// What a lobe makes of it is its weight, too, or a mirror's rays would go where it sends none.
+// What a lobe makes of it is its weight, too, or rays would go where a mirror sends none. Rough
+// surfaces have one that tells at grazing angles.
 static void weigh_lobes(struct block *b, const struct bd_area_receiver *at, struct choice *c)
 {
     const struct bd_lanes3 *beyond = &b->pairs.beyond;
-    if (!at->has_lobe || b->light->lambert) return;
+    if (b->light->lambert) return;
     for (uint32_t first = 0; first < c->lamp_count; first += BD_LANES) {
         const uint32_t left = c->lamp_count - first, count = left < BD_LANES ? left : BD_LANES;
         for (uint32_t i = 0; i < count; i++)
