@@ -174,8 +174,8 @@ void bd_environment_turn(struct bd_environment *environment, const double rotati
     double length = 0, largest = 0;
     for (int c = 0; c < 4; c++) largest = fmax(largest, fabs(rotation[c]));
     for (int c = 0; c < 4; c++) length += rotation[c] / largest * (rotation[c] / largest);
-    const double scale = 1 / (largest * sqrt(length));
-    for (int c = 0; c < 4; c++) environment->rotation[c] = (float)(rotation[c] * scale);
+    for (int c = 0; c < 4; c++)
+        environment->rotation[c] = (float)(rotation[c] / largest / sqrt(length));
     const float *r = environment->rotation;
     // One way to say that it is not turned.
     if (r[0] == 0 && r[1] == 0 && r[2] == 0) environment->rotation[3] = 0;

@@ -216,6 +216,8 @@ static void a_turned_sky_survives_the_flat_form(void **state)
     assert_memory_equal(again->environment.rotation, scene->environment.rotation, 16);
     assert_float_equal(again->environment.rotation[1], sqrtf(0.5f), 1e-7);
     bd_scene_release(&again);
+    bd_environment_turn(&scene->environment, (const double[4]){0, 0, 5e-324, 0});
+    assert_true(scene->environment.rotation[2] == 1);
     bd_environment_turn(&scene->environment, (const double[4]){0, 0, 0, -3});
     assert_false(bd_environment_is_turned(&scene->environment));
     free(straight.data);
