@@ -13,23 +13,6 @@ void bd_surface_hits_finish(struct bd_surface_hits *hits)
     bd_triangle_order_finish(&hits->order);
 }
 
-// Runs stand by their first triangle.
-static const struct bd_triangle_run *run_of(const struct bd_triangle_order *order,
-                                            uint32_t triangle)
-{
-    uint32_t first = 0, left = order->run_count;
-    while (left > 1) {
-        const uint32_t half = left / 2;
-        if (order->runs[first + half].first_triangle <= triangle) {
-            first += half;
-            left -= half;
-        } else {
-            left = half;
-        }
-    }
-    return &order->runs[first];
-}
-
 // A triangle of the scene, by its number.
 struct hit {
     const struct bd_triangle_run *run;
@@ -41,7 +24,8 @@ struct hit {
 static struct hit hit_of(const struct bd_surface_hits *hits, uint32_t triangle)
 {
     const struct bd_scene *scene = hits->scene;
-    const struct bd_triangle_run *run = run_of(&hits->order, triangle);
+    const struct bd_triangle_run *run =
+        &hits->order.runs[bd_triangle_order_run(&hits->order, triangle)];
     const uint64_t of_run = triangle - run->first_triangle;
     const uint64_t place = run->first_instance + of_run / run->triangles_per_instance;
     return (struct hit){
