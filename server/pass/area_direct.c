@@ -7,6 +7,7 @@
 #include "base/assert.h"
 #include "image/light_filter.h"
 #include "pass/area_samples.h"
+#include "pass/f3_arrays.h"
 #include "pass/filter_light.h"
 #include "pass/lamp_light.h"
 #include "pass/receivers.h"
@@ -113,11 +114,6 @@ static void free_all(struct area *a)
 
 // --- receivers ----------------------------------------------------------------------------------
 
-static f3 lane_of(const struct bd_lanes3 *lanes, uint32_t i)
-{
-    return f3_of(lanes->x[i], lanes->y[i], lanes->z[i]);
-}
-
 static uint32_t part_size(const struct area *a)
 {
     return (uint32_t)bd_askers_count(a->part->askers, &a->part->slice);
@@ -134,11 +130,11 @@ static bool receiver_at(const struct area *a, uint32_t group, uint32_t lane,
     const uint32_t index = group * BD_LANES + lane;
     if (index >= part_size(a) || r->lit[lane] == 0) return false;
     *out = (struct bd_area_receiver){
-        .position = lane_of(&start->position, lane),
-        .normal = lane_of(&r->normal, lane),
-        .normal_geometric = lane_of(&start->normal_geometric, lane),
-        .viewer = lane_of(&surface->viewer, lane),
-        .base_color = lane_of(&surface->base_color, lane),
+        .position = f3_at(&start->position, lane),
+        .normal = f3_at(&r->normal, lane),
+        .normal_geometric = f3_at(&start->normal_geometric, lane),
+        .viewer = f3_at(&surface->viewer, lane),
+        .base_color = f3_at(&surface->base_color, lane),
         .metallic = surface->metallic[lane],
         .roughness = surface->roughness[lane],
         .f0_dielectric = surface->f0_dielectric[lane],

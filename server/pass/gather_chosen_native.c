@@ -2,6 +2,7 @@
 
 #include "base/assert.h"
 #include "kernel/choice.h"
+#include "pass/f3_arrays.h"
 #include "pass/gather_native.h"
 #include "pass/native_lists.h"
 #include "shared/vpl.h"
@@ -70,34 +71,17 @@ static void weigh_group(void *user, uint32_t group)
                                         &g->turn, sums_of(g, group), &g->part->light[group]);
 }
 
-static f3 lane_of(const struct bd_lanes3 *lanes, uint32_t i)
-{
-    return f3_of(lanes->x[i], lanes->y[i], lanes->z[i]);
-}
-
-static f3 part_of(const struct bd_vec4 *v)
-{
-    return f3_of(v->x, v->y, v->z);
-}
-
-static void put_point(float to[3], f3 from)
-{
-    to[0] = from.x;
-    to[1] = from.y;
-    to[2] = from.z;
-}
-
 static void aim(const struct gather *g, const struct bd_ray_starts *starts, uint32_t i,
                 uint32_t vpl_index, struct bd_segment *segment)
 {
     const struct bd_vec4 *vpl = &g->choice.vpls.vpls[(size_t)vpl_index * BD_VPL_VEC4S];
     const struct bd_vec4 *quad = &g->choice.vpls.quads[(size_t)vpl_index * BD_VPL_QUAD_VEC4S];
-    const f3 from = lane_of(&starts->position, i);
+    const f3 from = f3_at(&starts->position, i);
     const f3 to =
-        end_of_segment(part_of(vpl), part_of(quad), part_of(quad + 1), vpl[2].w, quad[1].w);
+        end_of_segment(f3_from(vpl), f3_from(quad), f3_from(quad + 1), vpl[2].w, quad[1].w);
     const float lift = lift_of_segment(g->choice.view_reach, from, to);
-    put_point(segment->from, f3_add(from, f3_scale(lane_of(&starts->normal_geometric, i), lift)));
-    put_point(segment->to, f3_add(to, f3_scale(part_of(vpl + 1), lift)));
+    f3_store(segment->from, f3_add(from, f3_scale(f3_at(&starts->normal_geometric, i), lift)));
+    f3_store(segment->to, f3_add(to, f3_scale(f3_from(vpl + 1), lift)));
     segment->from_triangle = starts->triangle[i];
 }
 

@@ -2,6 +2,7 @@
 
 #include "kernel/brdf.h"
 #include "kernel/light.h"
+#include "pass/f3_arrays.h"
 
 // --- of a block ---------------------------------------------------------------------------------
 
@@ -41,30 +42,18 @@ void bd_lamp_lanes_weigh(const struct bd_lamp_lanes *restrict l, uint32_t count,
 
 // --- pairs --------------------------------------------------------------------------------------
 
-static void put3(struct bd_lanes3 *lanes, uint32_t i, f3 v)
-{
-    lanes->x[i] = v.x;
-    lanes->y[i] = v.y;
-    lanes->z[i] = v.z;
-}
-
-static inline f3 at3(const struct bd_lanes3 *lanes, size_t i)
-{
-    return f3_of(lanes->x[i], lanes->y[i], lanes->z[i]);
-}
-
 void bd_lamp_pairs_put(struct bd_lamp_pairs *p, uint32_t i, const struct bd_area_receiver *at,
                        const struct bd_light_uniform *lamp)
 {
     const bool parallel = lamp->kind.x == BD_LIGHT_KIND_DIRECTIONAL;
     const f3 ahead = f3_of(lamp->direction.x, lamp->direction.y, lamp->direction.z);
     const f3 place = f3_of(lamp->position.x, lamp->position.y, lamp->position.z);
-    put3(&p->span, i, parallel ? f3_scale(ahead, -1) : f3_sub(place, at->position));
-    put3(&p->ahead, i, ahead);
-    put3(&p->intensity, i, f3_of(lamp->intensity.x, lamp->intensity.y, lamp->intensity.z));
-    put3(&p->normal, i, at->normal);
-    put3(&p->viewer, i, at->viewer);
-    put3(&p->base_color, i, at->base_color);
+    f3_put_at(&p->span, i, parallel ? f3_scale(ahead, -1) : f3_sub(place, at->position));
+    f3_put_at(&p->ahead, i, ahead);
+    f3_put_at(&p->intensity, i, f3_of(lamp->intensity.x, lamp->intensity.y, lamp->intensity.z));
+    f3_put_at(&p->normal, i, at->normal);
+    f3_put_at(&p->viewer, i, at->viewer);
+    f3_put_at(&p->base_color, i, at->base_color);
     p->cos_outer[i] = lamp->cone.x;
     p->per_cosine[i] = lamp->cone.y;
     p->inverse_range[i] = parallel ? 0 : lamp->position.w;
@@ -79,13 +68,13 @@ static inline __attribute__((always_inline)) void light(struct bd_lamp_pairs *re
                                                         bool lambert)
 {
     for (size_t i = 0; i < BD_LANES; i++) {
-        const f3 span = at3(&p->span, i), normal = at3(&p->normal, i),
-                 color = at3(&p->base_color, i);
+        const f3 span = f3_at(&p->span, i), normal = f3_at(&p->normal, i),
+                 color = f3_at(&p->base_color, i);
         const f3 l = f3_unit(span);
-        const float part = irradiance_at(span, at3(&p->ahead, i), p->cos_outer[i], p->per_cosine[i],
-                                         p->inverse_range[i]);
-        const f3 arrived = f3_scale(at3(&p->intensity, i), part * f3_dot(normal, l));
-        const f3 viewer = at3(&p->viewer, i);
+        const float part = irradiance_at(span, f3_at(&p->ahead, i), p->cos_outer[i],
+                                         p->per_cosine[i], p->inverse_range[i]);
+        const f3 arrived = f3_scale(f3_at(&p->intensity, i), part * f3_dot(normal, l));
+        const f3 viewer = f3_at(&p->viewer, i);
         const f3 f = lambert ? lambert_brdf(color)
                              : gltf_brdf(color, p->metallic[i], p->roughness[i],
                                          p->f0_dielectric[i], normal, l, viewer);

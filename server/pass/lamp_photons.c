@@ -3,11 +3,7 @@
 #include <math.h>
 
 #include "lights/directions.h"
-
-static f3 f3_from(struct bd_vec4 v)
-{
-    return f3_of(v.x, v.y, v.z);
-}
+#include "pass/f3_arrays.h"
 
 // What a cone is worth inside of its inner and between that and the outer one, over 2 pi: the
 // attenuation there is the square of how far in it is.
@@ -31,7 +27,7 @@ static float cosine_in_cone(const struct cone *cone, float part)
 
 f3 bd_lamp_flux(const struct bd_light_uniform *lamp)
 {
-    const f3 intensity = f3_from(lamp->intensity);
+    const f3 intensity = f3_from(&lamp->intensity);
     const struct cone cone = cone_of(lamp);
     switch (lamp->kind.x) {
     case BD_LIGHT_KIND_DIRECTIONAL:
@@ -53,8 +49,8 @@ static struct bd_ray ray_of(f3 origin, f3 direction)
 
 struct bd_ray bd_lamp_ray(const struct bd_light_uniform *lamp, const float number[2])
 {
-    const f3 position = f3_from(lamp->position), ahead = f3_from(lamp->direction);
-    const struct bd_basis basis = {f3_from(lamp->axis_x), f3_from(lamp->axis_y)};
+    const f3 position = f3_from(&lamp->position), ahead = f3_from(&lamp->direction);
+    const struct bd_basis basis = {f3_from(&lamp->axis_x), f3_from(&lamp->axis_y)};
     if (lamp->kind.x == BD_LIGHT_KIND_DIRECTIONAL) {
         const float across = (2 * number[0] - 1) * lamp->axis_x.w;
         const float up = (2 * number[1] - 1) * lamp->axis_y.w;
@@ -62,7 +58,7 @@ struct bd_ray bd_lamp_ray(const struct bd_light_uniform *lamp, const float numbe
         return ray_of(f3_add(position, from), ahead);
     }
     const struct cone cone = cone_of(lamp);
-    const float cosine = lamp->kind.x == BD_LIGHT_KIND_SPOT ? cosine_in_cone(&cone, number[0])
-                                                            : 2 * number[0] - 1;
+    const float cosine =
+        lamp->kind.x == BD_LIGHT_KIND_SPOT ? cosine_in_cone(&cone, number[0]) : 2 * number[0] - 1;
     return ray_of(position, bd_from_basis(&basis, ahead, bd_direction_at(cosine, number[1])));
 }

@@ -1,9 +1,9 @@
 #include "pass/vpl_groups.h"
 
 #include <math.h>
-#include <stddef.h>
 
 #include "kernel/all_channels.h"
+#include "pass/f3_arrays.h"
 #include "shared/vpl.h"
 
 // Shorter lists are looked at in the time that groups of them would take (rsm, Cornell box and
@@ -26,17 +26,12 @@ uint32_t bd_vpl_group_size(uint32_t vpl_count)
     return size;
 }
 
-static f3 part_of(const struct bd_vec4 *v)
-{
-    return f3_of(v->x, v->y, v->z);
-}
-
 // Of the box about their places.
 static f3 middle_of(const struct bd_vec4 *vpls, uint32_t count)
 {
-    f3 least = part_of(vpls), most = least;
+    f3 least = f3_from(vpls), most = least;
     for (uint32_t i = 1; i < count; i++) {
-        const f3 at = part_of(&vpls[(size_t)i * BD_VPL_VEC4S]);
+        const f3 at = f3_from(&vpls[(size_t)i * BD_VPL_VEC4S]);
         least = f3_of(fminf(least.x, at.x), fminf(least.y, at.y), fminf(least.z, at.z));
         most = f3_of(fmaxf(most.x, at.x), fmaxf(most.y, at.y), fmaxf(most.z, at.z));
     }
@@ -49,11 +44,11 @@ static struct bd_vec4 normals_of(const struct bd_vec4 *vpls, uint32_t count, flo
     float farthest = 0;
     for (uint32_t i = 0; flux > 0 && i < count; i++) {
         const struct bd_vec4 *vpl = &vpls[(size_t)i * BD_VPL_VEC4S];
-        sum = f3_add(sum, f3_scale(part_of(vpl + 1), all_channels(part_of(vpl + 2)) / flux));
+        sum = f3_add(sum, f3_scale(f3_from(vpl + 1), all_channels(f3_from(vpl + 2)) / flux));
     }
     for (uint32_t i = 0; i < count; i++) {
         const struct bd_vec4 *vpl = &vpls[(size_t)i * BD_VPL_VEC4S];
-        farthest = fmaxf(farthest, f3_length(f3_sub(part_of(vpl + 1), sum)));
+        farthest = fmaxf(farthest, f3_length(f3_sub(f3_from(vpl + 1), sum)));
     }
     return (struct bd_vec4){sum.x, sum.y, sum.z, farthest * RADIUS_PART};
 }
@@ -64,10 +59,10 @@ static void make_group(const struct bd_vec4 *vpls, uint32_t count, struct bd_vec
     float radius = 0, near2 = 0, area = 0, flux = 0;
     for (uint32_t i = 0; i < count; i++) {
         const struct bd_vec4 *vpl = &vpls[(size_t)i * BD_VPL_VEC4S];
-        radius = fmaxf(radius, f3_length(f3_sub(part_of(vpl), middle)));
+        radius = fmaxf(radius, f3_length(f3_sub(f3_from(vpl), middle)));
         near2 = fmaxf(near2, vpl[1].w);
         area += vpl->w / (float)count;
-        flux += all_channels(part_of(vpl + 2));
+        flux += all_channels(f3_from(vpl + 2));
     }
     radius = radius * RADIUS_PART + RADIUS_LEAST;
     const float one_by_one = fmaxf(FAR_RADII * radius, radius + sqrtf(near2));
