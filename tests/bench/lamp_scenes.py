@@ -21,16 +21,21 @@ def _places(count, low, high, heights, seed):
         yield (x, heights[i % 2], z), look, (.7 * outer, outer), color
 
 
-def hall(count, candela=400.0):
-    """60 x 30 x 8 m, 40 pillars, 60 crates, `count` spots below its ceiling."""
-    w = Writer()
-    white, brown = w.material("white", (.7, .7, .7)), w.material("brown", (.5, .35, .2), roughness=.4)
+def _add_room(w, white):
+    """60 x 30 x 8 m with 40 pillars."""
     for center, u, v in (((0, 0, 0), (30, 0, 0), (0, 0, -15)), ((0, 8, 0), (30, 0, 0), (0, 0, 15)),
                          ((0, 4, -15), (30, 0, 0), (0, 4, 0)), ((0, 4, 15), (-30, 0, 0), (0, 4, 0)),
                          ((-30, 4, 0), (0, 0, -15), (0, 4, 0)), ((30, 4, 0), (0, 0, 15), (0, 4, 0))):
         add(w, "wall", quad(center, u, v), white)
     for i in range(40):
         add(w, "pillar", box((.4, 4, .4)), white, translation=[-27 + 6 * (i % 10), 4, -9 + 6 * (i // 10)])
+
+
+def hall(count, candela=400.0):
+    """60 x 30 x 8 m, 40 pillars, 60 crates, `count` spots below its ceiling."""
+    w = Writer()
+    white, brown = w.material("white", (.7, .7, .7)), w.material("brown", (.5, .35, .2), roughness=.4)
+    _add_room(w, white)
     rng = numpy.random.default_rng(5)
     for i in range(60):
         half = rng.uniform(.3, .9)
@@ -71,12 +76,7 @@ def screens(count):
     white = w.material("white", (.7, .7, .7))
     glow = w.material("glow", (.2, .2, .2), emissiveFactor=[1, .9, .8],
                       extensions={"KHR_materials_emissive_strength": {"emissiveStrength": 300}})
-    for center, u, v in (((0, 0, 0), (30, 0, 0), (0, 0, -15)), ((0, 8, 0), (30, 0, 0), (0, 0, 15)),
-                         ((0, 4, -15), (30, 0, 0), (0, 4, 0)), ((0, 4, 15), (-30, 0, 0), (0, 4, 0)),
-                         ((-30, 4, 0), (0, 0, -15), (0, 4, 0)), ((30, 4, 0), (0, 0, 15), (0, 4, 0))):
-        add(w, "wall", quad(center, u, v), white)
-    for i in range(40):
-        add(w, "pillar", box((.4, 4, .4)), white, translation=[-27 + 6 * (i % 10), 4, -9 + 6 * (i // 10)])
+    _add_room(w, white)
     half = 3 / numpy.sqrt(count)
     screen = quad((0, 0, 0), (half, 0, 0), (0, 0, half))
     for place, *_ in _places(count // 2, (-29, -14), (29, 14), (7.5, 5.5), 7):
