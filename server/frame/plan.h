@@ -90,8 +90,6 @@ uint32_t bd_plan_clusters_most(const struct bd_plan *plan, const struct bd_light
 uint32_t bd_plan_tree_root_side(const struct bd_plan *plan, const struct bd_light_setup *light,
                                 uint32_t grid_side);
 
-// Where lamps are many their maps take longer than rays do: `lamps=auto` asks by counts alone.
-//
 // Rays that look for lights, or for what is seen, and light paths', ask the processor, whatever the
 // device.
 static inline bool bd_plan_asks_processor(const struct bd_plan *plan)

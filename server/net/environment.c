@@ -7,7 +7,7 @@
 #include "scene/import.h"
 
 // Of a quaternion before it is normalised.
-#define BD_ROTATION_MAX 1e15
+#define ROTATION_MAX 1e15
 
 static enum bd_err read_radiance(const Bounced__Environment *message, float out[3],
                                  struct bd_fault *fault)
@@ -41,10 +41,10 @@ static enum bd_err read_rotation(const Bounced__Environment *message, double out
                             message->n_rotation);
     for (size_t c = 0; c < 4; c++) {
         out[c] = message->rotation[c];
-        if (!(fabs(out[c]) <= BD_ROTATION_MAX))
+        if (!(fabs(out[c]) <= ROTATION_MAX))
             return bd_fault_set(fault, BD_ERR_USAGE, field,
                                 "%s[%zu] is %g; it must be from %g to %g", field, c, out[c],
-                                -BD_ROTATION_MAX, BD_ROTATION_MAX);
+                                -ROTATION_MAX, ROTATION_MAX);
         largest = fmax(largest, fabs(out[c]));
     }
     if (!(largest > 1e-15)) return bd_fault_set(fault, BD_ERR_USAGE, field, "%s is zero", field);

@@ -1,7 +1,7 @@
-// Neighbours in an ordered list of VPLs as groups: what a receiver that is far from them needs to
-// know to choose one by, instead of looking at each (kernel/choice.h). Whoever is near looks at
-// each. So light of thousands of VPLs is chosen from for the price of hundreds, and as rightly: a
-// group is chosen by about what it gives, one of its VPLs by exactly that.
+// Groups of neighbours in an ordered list of VPLs, for choosing some of them (kernel/choice.h). A
+// receiver far from a group weighs the group as one VPL, a near one weighs each of its VPLs; within
+// the group that was chosen, VPLs are chosen by their exact strengths. So the choice among
+// thousands of VPLs costs as much as one among hundreds, and stays unbiased.
 //
 // Walter, Fernandez, Arbree, Bala, Donikian, Greenberg 2005 (clusters of lights, and when they are
 // too near to be one).
@@ -15,8 +15,8 @@
 
 #include "shared/types.h"
 
-// VPLs of a group of a list of so many; at most BD_VPL_GROUP_MAX. 0: the list is so short that all
-// of it is looked at.
+// How many VPLs a group has, in a list of `vpl_count`; at most BD_VPL_GROUP_MAX. 0: a list so short
+// has no groups, and all of its VPLs are weighed.
 #define BD_VPL_GROUP_MAX 64u
 uint32_t bd_vpl_group_size(uint32_t vpl_count);
 
