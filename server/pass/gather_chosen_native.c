@@ -158,7 +158,7 @@ static enum bd_err look(struct gather *g)
 {
     const size_t count = (size_t)g->part->group_count * g->choice.rays * BD_LANES;
     return bd_visibility_ask(g->context, g->inputs->visibility, g->segments, count, g->occluded,
-                             &g->traced);
+                             &g->traced, g->fault);
 }
 
 static enum bd_err sum(struct gather *g)

@@ -13,24 +13,13 @@
 
 #include "pass/occluders.h"
 #include "pass/pass.h"
+#include "pass/ray_walks.h"
 
 struct bd_visibility_inputs {
     const struct bd_occluders *occluders;
     struct bd_pool *pool; // of the processor's threads
     enum bd_rays_alpha alpha;
 };
-
-// So far, without what others took in between.
-struct bd_ray_counts {
-    uint64_t count;
-    double ms;
-};
-
-static inline void bd_ray_counts_add(struct bd_ray_counts *sum, struct bd_ray_counts more)
-{
-    sum->count += more.count;
-    sum->ms += more.ms;
-}
 
 // Segments of a slice and their answers. Segments whose ends are one point ask nothing and are not
 // blocked.
@@ -42,7 +31,7 @@ struct bd_segments {
     // What each of the two who are asked works with, from the first time on.
     struct bd_segment *host;
     uint32_t *host_bits;
-    struct bd_buf *places, *counts;
+    struct bd_ray_walks walks;
 };
 
 // Of the buffer of segments: a slice of any picture's.
@@ -54,13 +43,13 @@ enum bd_err bd_segments_create(struct bd_gpu *gpu, size_t count_max, struct bd_s
                                struct bd_fault *fault);
 void bd_segments_destroy(struct bd_gpu *gpu, struct bd_segments **segments);
 
-// Asks the processor, where the occluders lie there, about segments in memory: a bit each, words
-// of `occluded`; in slices.
+// Answers segments in memory, any number of them: a bit each, words of `occluded`; in slices of
+// their own.
 BD_MUST_CHECK
 enum bd_err bd_visibility_ask(const struct bd_pass_context *context,
                               const struct bd_visibility_inputs *inputs,
                               const struct bd_segment *segments, size_t count, uint32_t *occluded,
-                              struct bd_ray_counts *traced);
+                              struct bd_ray_counts *traced, struct bd_fault *fault);
 // Answers the first `count`, in slices of their own.
 BD_MUST_CHECK
 enum bd_err bd_visibility_run(const struct bd_pass_context *context,

@@ -30,6 +30,7 @@ struct knot {
 };
 
 struct making {
+    const struct bd_rays *placed;
     const struct bd_rays_level *level; // of all triangles, placed
     struct bd_rays_watch watch;
     struct RTCBuildPrimitive *boxes;
@@ -157,12 +158,24 @@ static struct knot *build_tree(struct making *making, RTCBVH tree)
 
 // --- as a device walks it -----------------------------------------------------------------------
 
+// All are placed: one of a mirrored instance has its winding turned round.
+static uint32_t back_of(const struct making *making, uint32_t number)
+{
+    const struct bd_scene *scene = making->placed->scene;
+    uint32_t triangle;
+    const struct bd_triangle_run *run = bd_rays_run(making->placed, number, &triangle);
+    const int32_t material = scene->meshes[run->mesh]->primitives[run->primitive].material;
+    if (scene->materials[material].double_sided) return BD_RAY_BACK_NONE;
+    return run->mirrored ? BD_RAY_BACK_AGAINST : BD_RAY_BACK_BEFORE;
+}
+
 static void add_triangle(struct making *making, uint32_t triangle)
 {
     struct bd_ray_triangle *to = &making->out->triangles[making->out->triangle_count++];
     uint32_t place = triangle;
     const struct bd_placed_triangles *placed = find(making, &place);
-    *to = (struct bd_ray_triangle){.number = placed->numbers[place]};
+    const uint32_t number = placed->numbers[place];
+    *to = (struct bd_ray_triangle){.number = number, .back = back_of(making, number)};
     if (placed == &making->level->placed[BD_PLACED_CUTOUT]) to->cutout = 1 + place;
     memcpy(to->a, corner_of(making, triangle, 0), sizeof to->a);
     memcpy(to->b, corner_of(making, triangle, 1), sizeof to->b);
@@ -301,6 +314,7 @@ enum bd_err bd_ray_nodes_create(struct bd_scene *scene, const struct bd_rays_bui
     if (!err) err = bd_rays_begin(scene, &all, &placed, fault);
     if (!err) err = bd_rays_add_built(placed, &wish, &all, fault);
     if (!err) {
+        making.placed = placed;
         making.level = &placed->levels[0];
         making.out = *out = calloc(1, sizeof **out);
         BD_ASSERT(making.out);

@@ -77,28 +77,13 @@ enum bd_rays_alpha {
 
 // Sets bit i % 32 of bits[i / 32] where something lies between the ends of segments[i], and clears
 // it where nothing does. `bits` has (count + 31) / 32 words; those behind the last are cleared.
-// Segments without a length are asked by nobody: returns how many of the others there are. Without a
-// pool this thread alone asks.
+// Segments without a length are asked by nobody: returns how many of the others there are. Without
+// a pool this thread alone asks.
 uint64_t bd_rays_occluded(const struct bd_rays *rays, struct bd_pool *pool,
                           enum bd_rays_alpha alpha, const struct bd_segment *segments, size_t count,
                           uint32_t *bits);
 
-struct bd_ray {
-    float origin[3];
-    uint32_t from_triangle; // or BD_NO_TRIANGLE
-    float direction[3];     // of any length from 1e-18
-    float far;              // in lengths of the direction; may be INFINITY
-    float near;             // the same; nothing before it is met. 0: within BD_RAY_BIAS, as above
-    bool passes_backs;      // of single-sided triangles: rays of a camera
-};
-
-struct bd_ray_hit {
-    uint32_t triangle; // BD_NO_TRIANGLE: none, and the rest is 0
-    float u, v;        // of the second and third corner
-    float distance;    // in lengths of the direction
-};
-
-// The first triangle along each ray.
+// The first triangle along each ray (shared/rays.h), or none.
 void bd_rays_nearest(const struct bd_rays *rays, struct bd_pool *pool, enum bd_rays_alpha alpha,
                      const struct bd_ray *queries, size_t count, struct bd_ray_hit *hits);
 

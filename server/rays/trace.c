@@ -63,9 +63,9 @@ static bool is_passed_back(const struct context *context, const struct RTCRay *r
 
 // A triangle's distance is rounded otherwise than that of the box that it is in: behind a triangle
 // that is as near, a box is passed over or not, and which of them comes first is the tree's. So
-// rays go on by as much as the two may differ, and what counts is decided by triangles alone.
-#define SLACK 0x1p-12f
-
+// rays go on by as much as the two may differ (BD_RAY_BEHIND), and what counts is decided by
+// triangles alone.
+//
 // Of two triangles at one distance the first by number, whichever is come to first.
 static void filter_nearest(const struct RTCFilterFunctionNArguments *arguments)
 {
@@ -82,7 +82,7 @@ static void filter_nearest(const struct RTCFilterFunctionNArguments *arguments)
         return;
     }
     context->first = (struct bd_ray_hit){number, hit->u, hit->v, distance};
-    ray->tfar = fminf(distance * (1 + SLACK), context->far);
+    ray->tfar = fminf(distance * (1 + BD_RAY_BEHIND), context->far);
 }
 
 void bd_rays_filter_cutout(const struct RTCFilterFunctionNArguments *arguments)

@@ -1,5 +1,5 @@
 // Whether a triangle that is not opaque is there for a ray: as rays/cutout.c, from the tables of
-// shared/rays.h. `args` is a bd_occluded_args.
+// shared/rays.h. `args` is a bd_ray_walk_args.
 layout(std430, binding = BD_STORAGE_RAY_CUTOUTS) readonly buffer cutout_block { uvec4 cutouts[]; };
 layout(std430, binding = BD_STORAGE_RAY_TEXELS) readonly buffer texel_block { uint texels[]; };
 
@@ -79,7 +79,7 @@ float chance_of(vec3 from, vec3 along, uint number)
     return float(hash >> 8u) * 5.9604645e-8;
 }
 
-bool is_there(uint cutout, uint number, vec3 from, vec3 along, vec2 at)
+bool is_there_by_alpha(uint cutout, uint number, vec3 from, vec3 along, vec2 at)
 {
     uint first = args.walk.z + cutout * BD_CUTOUT_TRIANGLE_UVEC4S;
     uvec4 a = cutouts[first];

@@ -81,7 +81,9 @@
 #define BD_STORAGE_PREFIX   5
 #define BD_STORAGE_PICKS    6
 
-// Storage blocks of visibility, beside BD_STORAGE_SEGMENTS and BD_STORAGE_OCCLUDED.
+// Storage blocks of visibility, beside BD_STORAGE_SEGMENTS and BD_STORAGE_OCCLUDED, or the first two.
+#define BD_STORAGE_RAYS          3
+#define BD_STORAGE_RAY_HITS      4
 #define BD_STORAGE_RAY_NODES     0
 #define BD_STORAGE_RAY_TRIANGLES 1
 #define BD_STORAGE_RAY_PLACES    2
