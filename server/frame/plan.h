@@ -90,12 +90,10 @@ uint32_t bd_plan_clusters_most(const struct bd_plan *plan, const struct bd_light
 uint32_t bd_plan_tree_root_side(const struct bd_plan *plan, const struct bd_light_setup *light,
                                 uint32_t grid_side);
 
-// Rays that look for lights, or for what is seen, and light paths', ask the processor, whatever the
-// device.
+// Rays that look for lights, or for what is seen, ask the processor, whatever the device.
 static inline bool bd_plan_asks_processor(const struct bd_plan *plan)
 {
-    return plan->area_lights || plan->lamps_by_rays || plan->light_paths ||
-           plan->tracing != BD_TRACING_NONE;
+    return plan->area_lights || plan->lamps_by_rays || plan->tracing != BD_TRACING_NONE;
 }
 
 // VPLs of light paths; 0 where there are none. For trees a square

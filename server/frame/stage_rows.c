@@ -36,7 +36,7 @@ static bool is_indirect(const struct bd_plan *plan)
 
 static bool has_rays(const struct bd_plan *plan)
 {
-    return plan->rays || bd_plan_asks_processor(plan);
+    return plan->rays || plan->light_paths || bd_plan_asks_processor(plan);
 }
 
 static bool has_area_lights(const struct bd_plan *plan)

@@ -10,6 +10,7 @@
 #include "pass/f3_arrays.h"
 #include "pass/filter_light.h"
 #include "pass/lamp_light.h"
+#include "pass/nearest.h"
 #include "pass/receivers.h"
 
 #define HALVES 2u
@@ -226,18 +227,9 @@ static enum bd_err follow_lobes(struct area *a)
         a->ray_count += a->lobe_count[g];
     }
     for (uint32_t g = 0; g < groups; g++) list_lobes(a, g);
-    enum bd_err err = BD_ERR_OK;
-    bd_slicer_work(a->context.slicer, "nearest");
-    for (uint32_t at = 0, count; !err && at < a->ray_count; at += count) {
-        const double units = bd_slicer_units(a->context.slicer);
-        const uint32_t left = a->ray_count - at;
-        count = units < left ? (units > 256 ? (uint32_t)units : 256) : left;
-        if (count > left) count = left;
-        bd_rays_nearest(a->inputs->visibility.occluders->rays, a->inputs->visibility.pool,
-                        a->inputs->visibility.alpha, a->rays + at, count, a->hits + at);
-        err = bd_slicer_checkpoint(a->context.slicer, count);
-    }
-    return err;
+    struct bd_ray_counts traced = {0};
+    return bd_nearest_ask(&a->context, &a->inputs->visibility, a->rays, a->ray_count, a->hits,
+                          &traced, a->fault);
 }
 
 static void add_to(struct bd_area_light_found *sum, const struct bd_area_light_found *more)
@@ -298,7 +290,7 @@ static enum bd_err light_by_areas(struct area *a)
     if (!err)
         err = bd_visibility_ask(&a->context, &a->inputs->visibility, a->segments,
                                 (size_t)part->group_count * BD_LANES * HALVES * a->sampling.rays,
-                                a->occluded, &traced);
+                                a->occluded, &traced, a->fault);
     bd_slicer_work(a->context.slicer, "area sum");
     if (!err) err = bd_receivers_each(&a->context, part->group_count, rays, sum_group, a);
     return err;

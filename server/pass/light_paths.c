@@ -89,7 +89,7 @@ static enum bd_err light_points(struct paths *p)
         if (!err)
             err = bd_visibility_ask(&p->context, &p->inputs->visibility, p->segments,
                                     (size_t)groups * BD_LANES * p->sampling.rays, p->occluded,
-                                    &traced);
+                                    &traced, p->fault);
         if (!err) sum_rays(p);
     }
     return err;

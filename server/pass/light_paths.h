@@ -44,10 +44,10 @@ struct bd_light_paths_inputs {
     const struct bd_area_lights *lights;  // NULL: none
     const struct bd_light_uniform *lamps; // punctual, for `reflections` and `lamps_fall`
     uint32_t lamp_count;
-    bool lamps_fall;                        // no maps hold where their light first falls
-    uint32_t reflections;                   // of the walk, as in pass/light_walk.h; 0: none
-    struct bd_visibility_inputs visibility; // of the processor
-    uint32_t count;                         // of VPLs, 1 to BD_LIGHT_PATHS_MAX
+    bool lamps_fall;      // no maps hold where their light first falls
+    uint32_t reflections; // of the walk, as in pass/light_walk.h; 0: none
+    struct bd_visibility_inputs visibility;
+    uint32_t count; // of VPLs, 1 to BD_LIGHT_PATHS_MAX
     enum bd_vpl_kernel kernel;
     double near_field; // as in pass/vpl_grid.h
     bool lambert;

@@ -10,6 +10,7 @@
 #include "lights/sequence.h"
 #include "lights/surface_hits.h"
 #include "pass/lamp_photons.h"
+#include "pass/nearest.h"
 #include "pass/receivers.h"
 
 // Photons that are on their way at once.
@@ -151,7 +152,8 @@ static enum bd_err ask_takers(struct walk *w, uint32_t takers_most)
         bd_receivers_each(&w->context, groups, UNITS_PER_ARRIVAL * BD_LANES, find_takers, w);
     if (!err)
         err = bd_visibility_ask(&w->context, &w->inputs->visibility, w->segments,
-                                (size_t)groups * BD_LANES * takers_most, w->occluded, &traced);
+                                (size_t)groups * BD_LANES * takers_most, w->occluded, &traced,
+                                w->fault);
     if (err) return err;
     uint32_t left = 0;
     for (uint32_t slot = 0; slot < w->sought_count; slot++) {
@@ -204,11 +206,9 @@ static void give(struct walk *w)
 
 static enum bd_err let_fly(struct walk *w)
 {
-    const struct bd_visibility_inputs *visibility = &w->inputs->visibility;
-    bd_slicer_work(w->context.slicer, "photons");
-    bd_rays_nearest(visibility->occluders->rays, visibility->pool, visibility->alpha, w->rays,
-                    w->at_once, w->met);
-    enum bd_err err = bd_slicer_checkpoint(w->context.slicer, w->at_once);
+    struct bd_ray_counts traced = {0};
+    enum bd_err err = bd_nearest_ask(&w->context, &w->inputs->visibility, w->rays, w->at_once,
+                                     w->met, &traced, w->fault);
     if (!err) err = find_who_takes(w);
     if (!err) give(w);
     w->at_once = 0;

@@ -31,9 +31,9 @@
 
 struct bd_light_walk_inputs {
     const struct bd_scene *snapshot;
-    struct bd_surface_points *points;       // up to twice as many afterwards
-    struct bd_visibility_inputs visibility; // of the processor
-    const struct bd_light_uniform *lamps;   // render space, frame's unit
+    struct bd_surface_points *points; // up to twice as many afterwards
+    struct bd_visibility_inputs visibility;
+    const struct bd_light_uniform *lamps; // render space, frame's unit
     uint32_t lamp_count;
     bool lamps_fall;      // where their own light arrives is told, too
     uint32_t reflections; // that light takes at most on its way to a point; 0 to 63
