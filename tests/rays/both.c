@@ -87,7 +87,18 @@ struct bd_ray_counts both_ask(struct both *both, enum executor executor, enum bd
     return traced;
 }
 
-// --- segments -----------------------------------------------------------------------------------
+struct bd_ray_counts both_meet(struct both *both, enum executor executor, enum bd_rays_alpha alpha,
+                               const struct bd_ray *rays, size_t count, struct bd_ray_hit *hits)
+{
+    const struct bd_visibility_inputs inputs = {both->occluders[executor], both->pool, alpha};
+    struct bd_ray_counts traced = {0};
+    struct bd_fault fault = {0};
+    must(bd_nearest_ask(&both->context, &inputs, rays, count, hits, &traced, &fault), &fault);
+    return traced;
+}
+
+// --- segments and rays
+// ----------------------------------------------------------------------------
 
 double both_chance(struct both *both)
 {
@@ -130,6 +141,21 @@ void both_choose(struct both *both, struct bd_segment *segments, size_t count)
         point_of_box(both, other);
         const int axis = (int)(3 * both_chance(both));
         for (int c = 0; c < 3; c++) s->to[c] = i % 3 == 1 || c == axis ? other[c] : s->from[c];
+    }
+}
+
+void both_choose_rays(struct both *both, struct bd_ray *rays, size_t count)
+{
+    for (size_t i = 0; i < count; i++) {
+        struct bd_segment s[3]; // of each kind
+        both_choose(both, s, 3);
+        const struct bd_segment *along = &s[i % 3];
+        rays[i] = (struct bd_ray){.from_triangle = along->from_triangle,
+                                  .far = i % 2 ? INFINITY : 0.9f,
+                                  .near = i / 3 % 3 ? 0 : 0.1f};
+        const float *to = along->from_triangle == BD_NO_TRIANGLE ? along->to : s[1].to;
+        memcpy(rays[i].origin, along->from, sizeof along->from);
+        for (int c = 0; c < 3; c++) rays[i].direction[c] = to[c] - along->from[c];
     }
 }
 
@@ -281,6 +307,48 @@ struct differences both_compare(struct both *both, const struct bd_segment *segm
         if (((a[i / 32] ^ b[i / 32]) >> i % 32 & 1) == 0) continue;
         d.count++;
         if (both_is_close(both, &segments[i])) continue;
+        if (d.unexplained++ == 0) d.first_unexplained = i;
+    }
+    return d;
+}
+
+// From where the ray begins to a little behind the distance.
+static struct bd_segment segment_to(const struct bd_ray *ray, float distance)
+{
+    struct bd_segment s = {.from_triangle = ray->from_triangle, .to_triangle = BD_NO_TRIANGLE};
+    for (int c = 0; c < 3; c++) {
+        s.from[c] = ray->origin[c] + ray->near * ray->direction[c];
+        s.to[c] = ray->origin[c] + 1.0001f * distance * ray->direction[c];
+    }
+    return s;
+}
+
+static bool is_explained(struct both *both, const struct bd_ray *ray, const struct bd_ray_hit *a,
+                         const struct bd_ray_hit *b)
+{
+    const bool both_met = a->triangle != BD_NO_TRIANGLE && b->triangle != BD_NO_TRIANGLE;
+    const float apart = fabsf(a->distance - b->distance);
+    const float *d = ray->direction;
+    const double length = sqrt(bd_dvec3_dot(wide(d), wide(d)));
+    const double rounding = (double)BD_RAY_BIAS * largest(ray->origin) / length;
+    // In a plane that is nearly its own, a ray meets it wherever rounding says.
+    const double share = a->triangle == b->triangle ? 1e-3 : 1e-5;
+    if (both_met && apart <= rounding + share * fmax(a->distance, b->distance)) return true;
+    const bool a_is_nearer = a->triangle != BD_NO_TRIANGLE &&
+                             (b->triangle == BD_NO_TRIANGLE || a->distance < b->distance);
+    const struct bd_segment s = segment_to(ray, a_is_nearer ? a->distance : b->distance);
+    return both_is_close(both, &s);
+}
+
+struct differences both_compare_hits(struct both *both, const struct bd_ray *rays, size_t count,
+                                     const struct bd_ray_hit *a, const struct bd_ray_hit *b)
+{
+    struct differences d = {0};
+    for (size_t i = 0; i < count; i++) {
+        const bool same = a[i].triangle == b[i].triangle;
+        if (same && a[i].triangle == BD_NO_TRIANGLE) continue;
+        d.count += !same;
+        if (is_explained(both, &rays[i], &a[i], &b[i])) continue;
         if (d.unexplained++ == 0) d.first_unexplained = i;
     }
     return d;

@@ -1,9 +1,10 @@
-// Segments asked of the processor and of the device, and what the exact answer is where those two
-// differ.
+// Segments and rays asked of the processor and of the device, and what the exact answer is where
+// those two differ.
 
 #ifndef BD_TESTS_RAYS_BOTH_H
 #define BD_TESTS_RAYS_BOTH_H
 
+#include "pass/nearest.h"
 #include "pass/visibility.h"
 #include "scene/scene.h"
 
@@ -31,11 +32,18 @@ void both_drop(struct both *both);
 struct bd_ray_counts both_ask(struct both *both, enum executor executor, enum bd_rays_alpha alpha,
                               const struct bd_segment *segments, size_t count, uint32_t *bits);
 
+// Hits as of bd_rays_nearest.
+struct bd_ray_counts both_meet(struct both *both, enum executor executor, enum bd_rays_alpha alpha,
+                               const struct bd_ray *rays, size_t count, struct bd_ray_hit *hits);
+
 // In [0, 1).
 double both_chance(struct both *both);
 // Segments of three kinds in turns: between points of triangles, whose numbers they have; between
 // any points of the scene's box; along an axis.
 void both_choose(struct both *both, struct bd_segment *segments, size_t count);
+// Rays from points of triangles to any points, and along the other kinds, for nine tenths of the
+// way or to no end; of three, one begins later on.
+void both_choose_rays(struct both *both, struct bd_ray *rays, size_t count);
 
 // Whether no triangle surely blocks the segment, but one would, or would be seen from its other
 // side, with ends a few units in the last place away: it passes by an edge, or in a plane, or
@@ -48,5 +56,10 @@ struct differences {
 };
 struct differences both_compare(struct both *both, const struct bd_segment *segments, size_t count,
                                 const uint32_t *a, const uint32_t *b);
+// Other triangles; explained where both are as near, or the segment to the nearer one is close. The
+// same triangle at other distances is explained in the same way, and not counted. Rays pass no
+// backs.
+struct differences both_compare_hits(struct both *both, const struct bd_ray *rays, size_t count,
+                                     const struct bd_ray_hit *a, const struct bd_ray_hit *b);
 
 #endif

@@ -194,6 +194,126 @@ static void both_answer_alike(void **unused)
     free(segments);
 }
 
+// Asks both what rays meet first, and holds them to one another.
+static size_t meet(const char *name, const struct bd_ray *rays, size_t count,
+                   struct bd_ray_hit *hits[EXECUTOR_COUNT])
+{
+    struct bd_ray_counts traced[EXECUTOR_COUNT];
+    for (enum executor e = 0; e < EXECUTOR_COUNT; e++) {
+        memset(hits[e], 0xa5, count * sizeof *hits[e]);
+        traced[e] = both_meet(&both, e, BD_RAYS_ALPHA_MASK, rays, count, hits[e]);
+    }
+    assert_true(traced[PROCESSOR].count == count && traced[DEVICE].count <= count);
+    const struct differences d =
+        both_compare_hits(&both, rays, count, hits[PROCESSOR], hits[DEVICE]);
+    const size_t i = d.first_unexplained;
+    if (d.unexplained)
+        fail_msg("%s: %zu of %zu differences are away from any edge, first that of ray %zu: "
+                 "triangle %u at %g, and the device says %u at %g",
+                 name, d.unexplained, d.count, i, hits[PROCESSOR][i].triangle,
+                 (double)hits[PROCESSOR][i].distance, hits[DEVICE][i].triangle,
+                 (double)hits[DEVICE][i].distance);
+    return d.count;
+}
+
+static size_t count_met(const struct bd_ray_hit *hits, size_t count)
+{
+    size_t met = 0;
+    for (size_t i = 0; i < count; i++) met += hits[i].triangle != BD_NO_TRIANGLE;
+    return met;
+}
+
+static void create_hits(size_t count, struct bd_ray_hit *hits[EXECUTOR_COUNT])
+{
+    for (int e = 0; e < EXECUTOR_COUNT; e++) hits[e] = calloc(count, sizeof *hits[e]);
+}
+
+static void free_hits(struct bd_ray_hit *hits[EXECUTOR_COUNT])
+{
+    for (int e = 0; e < EXECUTOR_COUNT; e++) free(hits[e]);
+}
+
+static void both_meet_the_same_first(void **unused)
+{
+    (void)unused;
+    const size_t count = SEGMENTS / 2 + 7;
+    struct bd_ray *rays = calloc(count, sizeof *rays);
+    struct bd_ray_hit *hits[EXECUTOR_COUNT];
+    create_hits(count, hits);
+    for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++) {
+        size_t differ = 0, met = 0;
+        for (size_t w = 0; w < sizeof worlds / sizeof *worlds; w++) {
+            struct stage *stage = create_triangles(kinds[k].count, kinds[k].make);
+            put(stage, &worlds[w]);
+            take(stage);
+            both_choose_rays(&both, rays, count);
+            differ += meet(kinds[k].name, rays, count, hits);
+            met += count_met(hits[DEVICE], count);
+            drop(&stage);
+        }
+        printf("    %s: %zu of %zu meet something, %zu differ\n", kinds[k].name, met,
+               count * sizeof worlds / sizeof *worlds, differ);
+        assert_true(met > 0 && met < 5 * count);
+        assert_true((double)differ <= kinds[k].most_differ * 5 * (double)count);
+    }
+    free(rays);
+    free_hits(hits);
+}
+
+// Of coincident triangles each is met at the same distance.
+static void of_triangles_in_one_place_the_first_is_met(void **unused)
+{
+    (void)unused;
+    struct stage *stage = create_triangles(600, coincident);
+    struct bd_ray *rays = calloc(SEGMENTS, sizeof *rays);
+    struct bd_ray_hit *hits[EXECUTOR_COUNT];
+    create_hits(SEGMENTS, hits);
+    take(stage);
+    both_choose_rays(&both, rays, SEGMENTS);
+    for (size_t i = 0; i < SEGMENTS; i++) rays[i].from_triangle = BD_NO_TRIANGLE;
+    meet("coincident", rays, SEGMENTS, hits);
+    size_t first = 0;
+    for (size_t i = 0; i < SEGMENTS; i++) {
+        const uint32_t met = hits[DEVICE][i].triangle;
+        assert_true(met == 0 || met == 599 || met == BD_NO_TRIANGLE);
+        first += met == 0;
+    }
+    assert_true(first > SEGMENTS / 10);
+    free(rays);
+    free_hits(hits);
+    drop(&stage);
+}
+
+// Single-sided ones, in a frame that is mirrored or not.
+static void backs_are_passed_alike(void **unused)
+{
+    (void)unused;
+    struct bd_ray *rays = calloc(SEGMENTS, sizeof *rays);
+    struct bd_ray_hit *hits[EXECUTOR_COUNT];
+    create_hits(SEGMENTS, hits);
+    size_t met[4];
+    for (int kind = 0; kind < 4; kind++) {
+        const bool mirrored = kind & 1, double_sided = kind & 2;
+        struct stage *stage = create_triangles(300, anywhere);
+        stage_material_at(stage, 0)->double_sided = double_sided;
+        if (mirrored) stage->scene->nodes[0].parent_from_node.m[0] *= -1;
+        take(stage);
+        both_choose_rays(&both, rays, SEGMENTS);
+        for (size_t i = 0; i < SEGMENTS; i++) rays[i].passes_backs = 1;
+        for (enum executor e = 0; e < EXECUTOR_COUNT; e++)
+            both_meet(&both, e, BD_RAYS_ALPHA_MASK, rays, SEGMENTS, hits[e]);
+        size_t differ = 0;
+        for (size_t i = 0; i < SEGMENTS; i++)
+            differ += hits[PROCESSOR][i].triangle != hits[DEVICE][i].triangle;
+        assert_true(differ <= SEGMENTS / 1000);
+        met[kind] = count_met(hits[DEVICE], SEGMENTS);
+        drop(&stage);
+    }
+    assert_true(met[0] < met[2] * 9 / 10 && met[1] < met[3] * 9 / 10);
+    free(rays);
+    free_hits(hits);
+}
+
 // From within a ball through its edges, and through its corners, where both may let one in some
 // hundreds through: edges about a corner are each tested by themselves.
 static void nothing_passes_between_triangles(void **unused)
@@ -280,6 +400,16 @@ static void segments_that_cannot_be_traced_are_blocked_by_nothing(void **unused)
     take(stage);
     ask("odd", segments, 6 * ODD, &answers);
     assert_int_equal(answers.blocked, 0);
+    struct bd_ray rays[6 * ODD];
+    struct bd_ray_hit *hits[EXECUTOR_COUNT];
+    create_hits(6 * ODD, hits);
+    for (int i = 0; i < 6 * ODD; i++) {
+        rays[i] = (struct bd_ray){.from_triangle = BD_NO_TRIANGLE, .far = INFINITY};
+        (i % 6 < 3 ? rays[i].origin : rays[i].direction)[i % 3] = odd[i / 6];
+    }
+    meet("odd", rays, 6 * ODD, hits);
+    for (int i = 0; i < 6 * ODD; i++) assert_int_equal(hits[DEVICE][i].triangle, BD_NO_TRIANGLE);
+    free_hits(hits);
     drop(&stage);
 }
 
@@ -305,6 +435,17 @@ static void long_walks_are_gone_to_their_end(void **unused)
     }
     ask("fins", segments, COUNT, &answers);
     assert_int_equal(answers.blocked, COUNT / 2);
+    struct bd_ray rays[COUNT];
+    struct bd_ray_hit *hits[EXECUTOR_COUNT];
+    create_hits(COUNT, hits);
+    for (int i = 0; i < COUNT; i++) {
+        rays[i] = (struct bd_ray){.from_triangle = BD_NO_TRIANGLE, .direction = {1}};
+        memcpy(rays[i].origin, segments[i].from, sizeof rays[i].origin);
+        rays[i].far = (i % 2 ? 0.99f : 1) * (segments[i].to[0] - segments[i].from[0]);
+    }
+    meet("fins", rays, COUNT, hits);
+    assert_int_equal(count_met(hits[DEVICE], COUNT), COUNT / 2);
+    free_hits(hits);
     drop(&stage);
 }
 
@@ -454,6 +595,9 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(both_answer_alike),
+        cmocka_unit_test(both_meet_the_same_first),
+        cmocka_unit_test(of_triangles_in_one_place_the_first_is_met),
+        cmocka_unit_test(backs_are_passed_alike),
         cmocka_unit_test(nothing_passes_between_triangles),
         cmocka_unit_test(no_surface_blocks_what_starts_or_ends_on_it),
         cmocka_unit_test(an_empty_scene_blocks_nothing),
