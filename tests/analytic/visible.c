@@ -457,9 +457,10 @@ static void the_device_is_asked_in_the_processors_place(void **state)
 {
     struct world *w = *state;
     static const char *const settings[] = {"indirect_visibility=rays rays=1000000",
-                                           "indirect_visibility=rays rays=5"};
-    for (int s = 0; s < 2; s++) {
-        make_box(w, 1, 0, THINGS_WALL, s);
+                                           "indirect_visibility=rays rays=5",
+                                           "indirect_visibility=rays rays=5 indirect_bounces=4"};
+    for (int s = 0; s < 3; s++) {
+        make_box(w, 1, 0, THINGS_WALL, s == 1);
         struct picture processor = render(w, settings[s], 7);
         w->fresh = BD_FRESH_ALL;
         w->renderer.rays_on = BD_RAYS_DEVICE;
