@@ -1,6 +1,6 @@
-// How fast the device answers which segments are blocked, beside the processor with the same ones,
-// coherent (from one point in all directions) and incoherent (between points of the scene at
-// random), and how many of them the two answer otherwise.
+// How fast the device answers which segments are blocked and what rays meet first, beside the
+// processor with the same ones, coherent (from one point in all directions) and incoherent (between
+// points of the scene at random), and how many of them the two answer otherwise.
 //
 // usage: ray_device SCENE.glb [MILLIONS [TURNS]]; one line of JSON. 77: the scene is the
 // processor's.
@@ -14,6 +14,8 @@
 #include "tests/tools/load_scene.h"
 
 #define TURNS_MAX 101
+
+static const char *const executor_names[] = {"processor", "device"};
 
 static double median(double *values, int turns)
 {
@@ -46,7 +48,6 @@ static void look_round(struct bd_segment *segments, size_t count)
 static void measure(struct both *both, const char *what, const struct bd_segment *segments,
                     size_t count, int turns)
 {
-    static const char *const names[] = {"processor", "device"};
     uint32_t *bits[EXECUTOR_COUNT];
     printf(", \"%s\": {", what);
     size_t blocked = 0;
@@ -60,7 +61,7 @@ static void measure(struct both *both, const char *what, const struct bd_segment
             traced = both_ask(both, e, BD_RAYS_ALPHA_MASK, segments, count, bits[e]);
             ms[turn] = traced.ms;
         }
-        printf("\"%s_mrays_per_s\": %.2f, ", names[e],
+        printf("\"%s_mrays_per_s\": %.2f, ", executor_names[e],
                1e-3 * (double)traced.count / median(ms, turns));
     }
     for (size_t i = 0; i <= count / 32; i++) blocked += (size_t)__builtin_popcount(bits[0][i]);
@@ -74,6 +75,39 @@ static void measure(struct both *both, const char *what, const struct bd_segment
                 (double)s->to[2]);
     }
     for (int e = 0; e < EXECUTOR_COUNT; e++) free(bits[e]);
+}
+
+// From the same point, to no end.
+static void rays_of(const struct bd_segment *segments, struct bd_ray *rays, size_t count)
+{
+    for (size_t i = 0; i < count; i++) {
+        rays[i] = (struct bd_ray){.from_triangle = segments[i].from_triangle, .far = INFINITY};
+        memcpy(rays[i].origin, segments[i].from, sizeof rays[i].origin);
+        for (int c = 0; c < 3; c++) rays[i].direction[c] = segments[i].to[c] - segments[i].from[c];
+    }
+}
+
+static void measure_nearest(struct both *both, const char *what, const struct bd_ray *rays,
+                            size_t count, int turns)
+{
+    struct bd_ray_hit *hits[EXECUTOR_COUNT];
+    printf(", \"nearest_%s\": {", what);
+    size_t met = 0;
+    for (enum executor e = 0; e < EXECUTOR_COUNT; e++) {
+        double ms[TURNS_MAX];
+        hits[e] = calloc(count, sizeof *hits[e]);
+        both_meet(both, e, BD_RAYS_ALPHA_MASK, rays, count < 1024 ? count : 1024, hits[e]);
+        for (int turn = 0; turn < turns; turn++)
+            ms[turn] = both_meet(both, e, BD_RAYS_ALPHA_MASK, rays, count, hits[e]).ms;
+        printf("\"%s_mrays_per_s\": %.2f, ", executor_names[e],
+               1e-3 * (double)count / median(ms, turns));
+    }
+    for (size_t i = 0; i < count; i++) met += hits[PROCESSOR][i].triangle != BD_NO_TRIANGLE;
+    const struct differences d =
+        both_compare_hits(both, rays, count, hits[PROCESSOR], hits[DEVICE]);
+    printf("\"met\": %.3f, \"differ\": %zu, \"unexplained\": %zu}", (double)met / (double)count,
+           d.count, d.unexplained);
+    for (int e = 0; e < EXECUTOR_COUNT; e++) free(hits[e]);
 }
 
 int main(int argc, char **argv)
@@ -101,12 +135,18 @@ int main(int argc, char **argv)
            (double)bd_occluders_bytes(both.occluders[DEVICE]) / (1 << 20), both.built_ms[DEVICE],
            both.built_ms[PROCESSOR]);
     struct bd_segment *segments = calloc(count, sizeof *segments);
+    struct bd_ray *rays = calloc(count, sizeof *rays);
     look_round(segments, count);
     measure(&both, "coherent", segments, count, turns);
+    rays_of(segments, rays, count);
+    measure_nearest(&both, "coherent", rays, count, turns);
     both_choose(&both, segments, count);
     measure(&both, "incoherent", segments, count, turns);
+    both_choose_rays(&both, rays, count);
+    measure_nearest(&both, "incoherent", rays, count, turns);
     printf("}\n");
     free(segments);
+    free(rays);
     bd_scene_release(&scene);
     both_close(&both);
     return 0;
