@@ -220,19 +220,18 @@ static enum bd_err add_all(struct making *m)
     return err;
 }
 
-static struct bd_emitter_leaf leaf_of(const struct bd_area_light *light, float flux)
+static struct bd_emitter_leaf leaf_of(const struct bd_area_light *light, bool two_sided, float flux)
 {
     const f3 *c = light->corner;
-    return (struct bd_emitter_leaf){
-        .node = {.least = f3_of(fminf(c[0].x, fminf(c[1].x, c[2].x)),
-                                fminf(c[0].y, fminf(c[1].y, c[2].y)),
-                                fminf(c[0].z, fminf(c[1].z, c[2].z))),
-                 .most = f3_of(fmaxf(c[0].x, fmaxf(c[1].x, c[2].x)),
-                               fmaxf(c[0].y, fmaxf(c[1].y, c[2].y)),
-                               fmaxf(c[0].z, fmaxf(c[1].z, c[2].z))),
-                 .flux = flux},
-        .middle = f3_scale(f3_add(c[0], f3_add(c[1], c[2])), 1.0f / 3),
-    };
+    struct bd_emitter_node node = bd_emitter_to_all_sides(
+        f3_of(fminf(c[0].x, fminf(c[1].x, c[2].x)), fminf(c[0].y, fminf(c[1].y, c[2].y)),
+              fminf(c[0].z, fminf(c[1].z, c[2].z))),
+        f3_of(fmaxf(c[0].x, fmaxf(c[1].x, c[2].x)), fmaxf(c[0].y, fmaxf(c[1].y, c[2].y)),
+              fmaxf(c[0].z, fmaxf(c[1].z, c[2].z))),
+        flux);
+    if (!two_sided) node.axis = light->normal, node.spread_cos = 1;
+    return (struct bd_emitter_leaf){node,
+                                    .middle = f3_scale(f3_add(c[0], f3_add(c[1], c[2])), 1.0f / 3)};
 }
 
 static enum bd_err make_tree(struct making *m, struct bd_fault *fault)
@@ -245,7 +244,8 @@ static enum bd_err make_tree(struct making *m, struct bd_fault *fault)
                             lights->count);
     enum bd_err err = BD_ERR_OK;
     for (uint32_t i = 0; !err && i < lights->count; i++) {
-        leaves[i] = leaf_of(&lights->lights[i], m->flux[i]);
+        const struct bd_area_light *light = &lights->lights[i];
+        leaves[i] = leaf_of(light, lights->sources[light->source].two_sided, m->flux[i]);
         if (i % PAUSE_EVERY == 0) err = m->pause(m->user);
     }
     if (!err)

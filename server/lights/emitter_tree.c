@@ -2,15 +2,16 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #define PAUSE_EVERY 4096u
+#define DIGIT_BITS  8u
 #define DIGITS      256u
-#define PASSES      4u // of 8 bits each
 
 struct building {
     struct bd_emitter_tree *tree;
     const struct bd_emitter_leaf *leaves;
-    uint32_t *codes, *spare;
+    uint32_t *keys, *spare;
     enum bd_err (*pause)(void *user);
     void *user;
     uint32_t done;
@@ -24,72 +25,135 @@ static void rest(struct building *b)
 
 // --- boxes --------------------------------------------------------------------------------------
 
+#define PI 3.14159265358979
+// Cones are wider by what rounding may take away.
+#define CONE_MARGIN 1e-4
+// From here on two axes say little of what lies between them.
+#define OPPOSITE 3.0
+
+static double angle_between(f3 a, f3 b)
+{
+    const double across[] = {(double)a.y * b.z - (double)a.z * b.y,
+                             (double)a.z * b.x - (double)a.x * b.z,
+                             (double)a.x * b.y - (double)a.y * b.x};
+    const double cosine = (double)a.x * b.x + (double)a.y * b.y + (double)a.z * b.z;
+    return atan2(hypot(across[0], hypot(across[1], across[2])), cosine);
+}
+
+// `turn` of the way `between` two unit vectors that are not opposite.
+static f3 turned(f3 a, f3 b, double turn, double between)
+{
+    const double sine = sin(between), share = between > 0 ? turn / between : 0;
+    const bool is_bent = sine > 1e-6;
+    const double of_a = is_bent ? sin(between - turn) / sine : 1 - share;
+    const double of_b = is_bent ? sin(turn) / sine : share;
+    return f3_unit(f3_add(f3_scale(a, (float)of_a), f3_scale(b, (float)of_b)));
+}
+
+// The narrowest cone about both, or about all directions.
+static void join_cones(const struct bd_emitter_node *a, const struct bd_emitter_node *b,
+                       struct bd_emitter_node *out)
+{
+    const double between = angle_between(a->axis, b->axis);
+    const double of_a = atan2((double)a->spread_sin, (double)a->spread_cos);
+    const double of_b = atan2((double)b->spread_sin, (double)b->spread_cos);
+    const bool holds_b = between + of_b <= of_a, holds_a = between + of_a <= of_b;
+    const double half = holds_b ? of_a : holds_a ? of_b : (of_a + between + of_b) / 2;
+    const bool is_cone = half + CONE_MARGIN < PI && (between < OPPOSITE || holds_a || holds_b);
+    const double turn = holds_b ? 0 : holds_a ? between : half - of_a;
+    out->axis = is_cone ? turned(a->axis, b->axis, turn, between) : a->axis;
+    out->spread_cos = is_cone ? (float)cos(half + CONE_MARGIN) : -1;
+    out->spread_sin = is_cone ? (float)sin(half + CONE_MARGIN) : 0;
+}
+
 static struct bd_emitter_node joined(const struct bd_emitter_node *a,
                                      const struct bd_emitter_node *b)
 {
-    return (struct bd_emitter_node){
+    struct bd_emitter_node both = {
         .least = f3_of(fminf(a->least.x, b->least.x), fminf(a->least.y, b->least.y),
                        fminf(a->least.z, b->least.z)),
         .most = f3_of(fmaxf(a->most.x, b->most.x), fmaxf(a->most.y, b->most.y),
                       fmaxf(a->most.z, b->most.z)),
         .flux = a->flux + b->flux,
     };
-}
-
-static struct bd_emitter_node box_of_all(struct building *b)
-{
-    struct bd_emitter_node all = b->leaves[0].node;
-    for (uint32_t i = 1; i < b->tree->count && !b->err; i++) {
-        all = joined(&all, &b->leaves[i].node);
-        rest(b);
-    }
-    return all;
+    both.radius = 0.5f * f3_length(f3_sub(both.most, both.least));
+    join_cones(a, b, &both);
+    return both;
 }
 
 // --- order --------------------------------------------------------------------------------------
 
-static uint32_t spread_by_three(uint32_t x)
+static float along(f3 at, int axis)
 {
-    x = (x | x << 16) & 0x030000ffu;
-    x = (x | x << 8) & 0x0300f00fu;
-    x = (x | x << 4) & 0x030c30c3u;
-    return (x | x << 2) & 0x09249249u;
+    return axis == 0 ? at.x : axis == 1 ? at.y : at.z;
 }
 
-static uint32_t place_in(float value, float least, float size)
+static f3 middle_of(const struct building *b, uint32_t at)
 {
-    return size > 0 ? (uint32_t)fminf(fmaxf((value - least) / size * 1024, 0), 1023) : 0;
+    return b->leaves[b->tree->order[at]].middle;
 }
 
-static void find_codes(struct building *b)
+// Along which their middles lie farthest apart.
+static int longest_axis(struct building *b, uint32_t begin, uint32_t end)
 {
-    const struct bd_emitter_node all = box_of_all(b);
-    const f3 size = f3_sub(all.most, all.least);
-    const float largest = fmaxf(size.x, fmaxf(size.y, size.z));
-    for (uint32_t i = 0; i < b->tree->count && !b->err; i++) {
-        const f3 middle = b->leaves[i].middle;
-        b->codes[i] = spread_by_three(place_in(middle.x, all.least.x, largest)) |
-                      spread_by_three(place_in(middle.y, all.least.y, largest)) << 1 |
-                      spread_by_three(place_in(middle.z, all.least.z, largest)) << 2;
-        b->tree->order[i] = i;
+    f3 least = middle_of(b, begin), most = least;
+    for (uint32_t i = begin + 1; i < end; i++) {
+        const f3 at = middle_of(b, i);
+        least = f3_of(fminf(least.x, at.x), fminf(least.y, at.y), fminf(least.z, at.z));
+        most = f3_of(fmaxf(most.x, at.x), fmaxf(most.y, at.y), fmaxf(most.z, at.z));
         rest(b);
     }
+    const f3 size = f3_sub(most, least);
+    if (size.x >= size.y && size.x >= size.z) return 0;
+    return size.y >= size.z ? 1 : 2;
 }
 
-// By one digit, stable.
-static void sort_by_digit(struct building *b, uint32_t shift)
+// Numbers that have the order of coordinates.
+static uint32_t key_of(float coordinate)
 {
-    uint32_t first[DIGITS + 1] = {0}, *order = b->tree->order;
-    const uint32_t count = b->tree->count;
-    for (uint32_t i = 0; i < count; i++) first[(b->codes[i] >> shift & 255) + 1]++;
-    for (uint32_t d = 0; d < DIGITS; d++) first[d + 1] += first[d];
-    for (uint32_t i = 0; i < count && !b->err; i++) {
-        b->spare[first[b->codes[order[i]] >> shift & 255]++] = order[i];
+    uint32_t bits;
+    memcpy(&bits, &coordinate, sizeof bits);
+    return bits >> 31 ? ~bits : bits | 0x80000000u;
+}
+
+// The key of the `rank`-th of some, digit by digit: so many passes whatever they are.
+static uint32_t key_of_rank(const uint32_t *keys, uint32_t count, uint32_t rank)
+{
+    uint32_t found = 0;
+    for (uint32_t shift = 32; shift > 0;) {
+        uint32_t of_digit[DIGITS] = {0}, digit = 0;
+        const uint32_t above = shift == 32 ? 0 : UINT32_MAX << shift;
+        shift -= DIGIT_BITS;
+        for (uint32_t i = 0; i < count; i++)
+            of_digit[keys[i] >> shift & (DIGITS - 1)] += (keys[i] & above) == found;
+        while (rank >= of_digit[digit]) rank -= of_digit[digit++];
+        found |= digit << shift;
+    }
+    return found;
+}
+
+// Those below a coordinate first, in the order that they have; of those at it, as many as fit.
+static void part_at(struct building *b, uint32_t begin, uint32_t middle, uint32_t end, uint32_t key)
+{
+    uint32_t below = 0, first = begin, second = middle;
+    uint32_t *order = b->tree->order;
+    for (uint32_t i = begin; i < end; i++) below += b->keys[i] < key;
+    uint32_t equal = middle - begin - below;
+    for (uint32_t i = begin; i < end; i++) {
+        const bool fits = b->keys[i] == key && equal > 0;
+        equal -= fits;
+        b->spare[b->keys[i] < key || fits ? first++ : second++] = order[i];
         rest(b);
     }
-    if (b->err) return;
-    b->tree->order = b->spare;
-    b->spare = order;
+    memcpy(order + begin, b->spare + begin, (end - begin) * sizeof *order);
+}
+
+// Each half as many, by where they lie along the longest axis.
+static void halve(struct building *b, uint32_t begin, uint32_t middle, uint32_t end)
+{
+    const int axis = longest_axis(b, begin, end);
+    for (uint32_t i = begin; i < end; i++) b->keys[i] = key_of(along(middle_of(b, i), axis));
+    part_at(b, begin, middle, end, key_of_rank(b->keys + begin, end - begin, middle - begin));
 }
 
 // --- nodes --------------------------------------------------------------------------------------
@@ -101,10 +165,10 @@ static void build(struct building *b, uint32_t node, uint32_t begin, uint32_t en
     if (end - begin == 1) {
         nodes[node] = b->leaves[b->tree->order[begin]].node;
         b->tree->place[b->tree->order[begin]] = begin;
-        rest(b);
         return;
     }
     const uint32_t middle = begin + (end - begin) / 2, second = node + 2 * (middle - begin);
+    halve(b, begin, middle, end);
     build(b, node + 1, begin, middle);
     build(b, second, middle, end);
     if (!b->err) nodes[node] = joined(&nodes[node + 1], &nodes[second]);
@@ -119,15 +183,14 @@ enum bd_err bd_emitter_tree_init(struct bd_emitter_tree *tree, const struct bd_e
     tree->nodes = malloc((2 * (size_t)count - 1) * sizeof *tree->nodes);
     tree->order = malloc(count * sizeof *tree->order);
     tree->place = malloc(count * sizeof *tree->place);
-    b.codes = malloc(count * sizeof *b.codes);
+    b.keys = malloc(count * sizeof *b.keys);
     b.spare = malloc(count * sizeof *b.spare);
-    if (!tree->nodes || !tree->order || !tree->place || !b.codes || !b.spare)
+    if (!tree->nodes || !tree->order || !tree->place || !b.keys || !b.spare)
         b.err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "scene",
                              "no memory for a tree of %u emitters", count);
-    if (!b.err) find_codes(&b);
-    for (uint32_t pass = 0; !b.err && pass < PASSES; pass++) sort_by_digit(&b, 8 * pass);
+    for (uint32_t i = 0; !b.err && i < count; i++) tree->order[i] = i;
     if (!b.err) build(&b, 0, 0, count);
-    free(b.codes);
+    free(b.keys);
     free(b.spare);
     return b.err;
 }
@@ -143,25 +206,48 @@ void bd_emitter_tree_finish(struct bd_emitter_tree *tree)
 
 struct look {
     f3 half, to; // of its box; to the middle of that
-    float radius2, distance2;
-    float light; // 0 only where all of the box lies below the horizon
+    float radius2, per_distance2;
+    // 0 only where all of the box lies below the horizon, or all that is in it turns away.
+    float light;
 };
+
+// The cosine by which those of a node at least turn from a point, at `to` from the middle of their
+// box's ball: the angle between their axis and the way back, less the cone's and the ball's.
+static inline float facing_of(const struct bd_emitter_node *node, f3 to, float per_distance,
+                              float sin2_ball)
+{
+    const float sin_ball = node->radius * per_distance, cos_ball = f_sqrt(f_max(1 - sin2_ball, 0));
+    const float cos_axis = -f3_dot(node->axis, to) * per_distance;
+    const float sin_axis = f_sqrt(f_max(1 - cos_axis * cos_axis, 0));
+    const float cos_most = node->spread_cos * cos_ball - node->spread_sin * sin_ball;
+    const float sin_most = node->spread_sin * cos_ball + node->spread_cos * sin_ball;
+    const bool may_face = sin2_ball >= 1 || sin_most <= 0 || cos_axis >= cos_most;
+    return may_face ? 1 : cos_axis * cos_most + sin_axis * sin_most;
+}
+
+// Of what faces as little, or lies as low, rounding says too little.
+#define COSINES_LEAST 0.05f
 
 static inline struct look look_at(const struct bd_emitter_node *node, f3 point, f3 normal)
 {
     const f3 half = f3_scale(f3_sub(node->most, node->least), 0.5f);
     const f3 to = f3_sub(f3_add(node->least, half), point);
-    const float radius2 = f3_dot(half, half), distance2 = f3_dot(to, to);
+    const float radius2 = node->radius * node->radius;
+    const float per_distance = 1 / f_sqrt(f_max(f3_dot(to, to), 1e-30f));
+    const float per_distance2 = per_distance * per_distance;
     const float height = f3_dot(normal, to) + f3_dot(f3_abs(normal), half);
-    const float cosine = f_min(height / f_sqrt(f_max(distance2, 1e-30f)), 1);
-    const float light = height > 0 ? node->flux * f_max(cosine, 1e-3f) : 0;
-    return (struct look){half, to, radius2, distance2, light};
+    const float facing = facing_of(node, to, per_distance, radius2 * per_distance2);
+    const float cosines = f_min(height * per_distance, 1) * facing;
+    const bool may_light = height > 0 && facing > -1e-3f;
+    return (struct look){half, to, radius2, per_distance2,
+                         may_light ? node->flux * f_max(cosines, COSINES_LEAST) : 0};
 }
 
 // By the distance of its box's middle, held to where it tells nothing.
 static inline float weight_of_look(const struct look *look)
 {
-    return look->light / f_max(f_max(look->distance2, look->radius2), 1e-30f);
+    const float within = look->radius2 * look->per_distance2;
+    return look->light * look->per_distance2 / f_max(within, 1);
 }
 
 // By that of its nearest point.
@@ -169,13 +255,6 @@ static inline float nearest_of_look(const struct look *look)
 {
     const f3 off = f3_max(f3_sub(f3_abs(look->to), look->half), 0);
     return look->light / f_max(f_max(f3_dot(off, off), 1e-3f * look->radius2), 1e-30f);
-}
-
-static inline float weight_of(const struct bd_emitter_tree *tree, uint32_t node, f3 point,
-                              f3 normal)
-{
-    const struct look look = look_at(&tree->nodes[node], point, normal);
-    return weight_of_look(&look);
 }
 
 // --- cuts ---------------------------------------------------------------------------------------
@@ -219,12 +298,13 @@ void bd_emitter_tree_cut(const struct bd_emitter_tree *tree, f3 point, f3 normal
 // --- drawing ------------------------------------------------------------------------------------
 
 // The chance of the first half of a node; below 0 where neither has any.
-static float first_chance(const struct bd_emitter_tree *tree, uint32_t first, uint32_t second,
-                          f3 point, f3 normal)
+static inline float first_chance(const struct bd_emitter_tree *tree, uint32_t first,
+                                 uint32_t second, f3 point, f3 normal)
 {
-    const float a = weight_of(tree, first, point, normal);
-    const float b = weight_of(tree, second, point, normal);
-    return a + b > 0 ? a / (a + b) : -1;
+    const struct look a = look_at(&tree->nodes[first], point, normal);
+    const struct look b = look_at(&tree->nodes[second], point, normal);
+    const float of_a = weight_of_look(&a), both = of_a + weight_of_look(&b);
+    return both > 0 ? of_a / both : -1;
 }
 
 static float within_1(float number)

@@ -131,8 +131,8 @@ static void make_leaves(struct making *m, struct bd_emitter_leaf *leaves)
     for (uint32_t i = 0; !m->err && i < lamps->count; i++) {
         const struct bd_light_uniform *lamp = &lamps->lamps[i];
         const f3 at = f3_from(lamp->position);
-        leaves[i] = (struct bd_emitter_leaf){
-            {at, at, is_parallel(lamp) ? 0 : brightest(lamp->intensity)}, at};
+        const float flux = is_parallel(lamp) ? 0 : brightest(lamp->intensity);
+        leaves[i] = (struct bd_emitter_leaf){bd_emitter_to_all_sides(at, at, flux), at};
         rest(m);
     }
 }
