@@ -7,8 +7,10 @@
 #include "lights/directions.h"
 #include "lights/triangle_view.h"
 
-// Of more emitters than are all weighed, so many are drawn from their tree and weighed.
-#define DRAWN 12u
+// Of more emitters than are all weighed, so many are drawn from their tree and weighed, for so many
+// rays of a half.
+#define DRAWN         12u
+#define RAYS_OF_DRAWN 8u
 
 // What sequences are for.
 enum purpose { OF_CHOICE, OF_DRAW, OF_POINT, OF_MAP, OF_COSINE, OF_LOBE, PURPOSES };
@@ -171,7 +173,16 @@ static void weigh(const struct sampler *s, uint32_t index, float stands_for, flo
     candidates->count++;
 }
 
-static void find_candidates(struct sampler *s, struct candidates *candidates)
+// Place of a choice that is made once for rays from `ray` on, in its sequence.
+static uint32_t place_of_choice(const struct sampler *s, uint32_t ray)
+{
+    const uint32_t stride = s->sampling->stride;
+    const bool once = stride < RAYS_OF_DRAWN || bd_area_all_are_weighed(s->sampling);
+    return (s->place + ray) / (once ? stride : RAYS_OF_DRAWN);
+}
+
+// For the rays from `ray` on.
+static void find_candidates(struct sampler *s, uint32_t ray, struct candidates *candidates)
 {
     const struct bd_area_lights *lights = s->sampling->lights;
     candidates->count = 0;
@@ -184,7 +195,7 @@ static void find_candidates(struct sampler *s, struct candidates *candidates)
     struct bd_emitter_cut own;
     const struct bd_emitter_cut *cut = s->at->cut ? s->at->cut : &own;
     if (cut == &own) bd_emitter_tree_cut(&lights->tree, s->at->position, s->at->normal, &own);
-    bd_sequence_pair(&s->sequence[OF_DRAW], s->place / s->sampling->stride, number);
+    bd_sequence_pair(&s->sequence[OF_DRAW], place_of_choice(s, ray), number);
     for (uint32_t i = 0; i < DRAWN; i++) {
         const float at = ((float)i + number[0]) / DRAWN;
         uint32_t index;
@@ -217,18 +228,32 @@ static void send_to_emitter(struct sampler *s, const struct candidates *candidat
     add(s, point.position, c->light->triangle, direction, radiance, density, chosen);
 }
 
-static void sample_emitters(struct sampler *s, const struct candidates *candidates)
+// Rays `first` to `end`, of whom the candidates were found for.
+static void sample_candidates(struct sampler *s, const struct candidates *candidates,
+                              uint32_t first, uint32_t end)
 {
-    const uint32_t rays = s->shares->emitters;
+    const float rays = (float)(end - first);
     float number[2], sum = 0;
     uint32_t next = 0;
-    bd_sequence_pair(&s->sequence[OF_CHOICE], s->place / s->sampling->stride, number);
+    bd_sequence_pair(&s->sequence[OF_CHOICE], place_of_choice(s, first), number);
     for (uint32_t i = 0; i < candidates->count; i++) {
         sum += candidates->list[i].weight;
         const bool last = i + 1 == candidates->count;
-        while (next < rays &&
-               (last || ((float)next + number[0]) * candidates->weight < sum * (float)rays))
-            send_to_emitter(s, candidates, &candidates->list[i], next++);
+        while (first + next < end &&
+               (last || ((float)next + number[0]) * candidates->weight < sum * rays))
+            send_to_emitter(s, candidates, &candidates->list[i], first + next++);
+    }
+}
+
+// All that are weighed are so once; of those that are drawn, each few rays have others.
+static void sample_emitters(struct sampler *s, struct candidates *candidates)
+{
+    const uint32_t rays = s->shares->emitters;
+    const uint32_t at_once = bd_area_all_are_weighed(s->sampling) ? rays : RAYS_OF_DRAWN;
+    for (uint32_t first = 0; first < rays; first += at_once) {
+        if (first > 0) find_candidates(s, first, candidates);
+        const uint32_t left = rays - first;
+        sample_candidates(s, candidates, first, first + (left < at_once ? left : at_once));
     }
 }
 
@@ -341,14 +366,14 @@ void bd_area_sample(const struct bd_area_sampling *sampling, const struct bd_are
     s.place = at->place * sampling->stride;
     for (uint32_t p = 0; p < PURPOSES; p++)
         s.sequence[p] = bd_sequence_of(sampling->seed, 2 * p + half);
-    find_candidates(&s, &candidates);
+    find_candidates(&s, 0, &candidates);
     // What others' shares are may not depend on what was drawn from a tree.
     *shares = shares_of(sampling,
                         bd_area_all_are_weighed(sampling) ? candidates.count > 0
                                                           : sampling->lights->count > 0,
                         has_lobe(&s));
     shares->weight = candidates.weight;
-    if (candidates.count > 0) sample_emitters(&s, &candidates);
+    sample_emitters(&s, &candidates);
     if (sampling->lights->sky.shines) sample_sky(&s);
     sample_lobe(&s, lobes);
 }
