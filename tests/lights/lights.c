@@ -230,10 +230,16 @@ static void trees_draw_what_they_tell(void **state)
     for (int i = 0; i < 100; i++) {
         const int32_t material = stage_material(stage, 0.5f);
         stage_emission(stage, material, 1 + (float)(i % 7));
-        stage_floor(stage, material, 0.5 + i % 5, 0.3 * i - 11, 1);
+        stage_material_at(stage, material)->double_sided = i % 3 == 0;
+        stage_floor(stage, material, 0.5 + i % 5, 0.3 * i - 11, i % 2 ? 1 : -1);
     }
+    static const double aside[3] = {0.9, 0.2, 0.3};
+    const int32_t material = stage_material(stage, 0.5f);
+    stage_emission(stage, material, 5);
+    stage_material_at(stage, material)->double_sided = false;
+    stage_sphere(stage, material, aside, 0.5, 2, false);
     struct bd_area_lights *lights = lights_of(finished(stage));
-    assert_int_equal(lights->tree.count, 200);
+    assert_int_equal(lights->tree.count, 200 + 128);
     static const float heights[] = {-0.4f, 0, 0.13f, 0.4f};
     for (size_t h = 0; h < sizeof heights / sizeof *heights; h++) {
         const f3 point = f3_of(0.02f, heights[h], 0.01f), normal = f3_unit(f3_of(0.3f, 1, 0.2f));
@@ -242,8 +248,9 @@ static void trees_draw_what_they_tell(void **state)
         double sum = 0;
         for (uint32_t i = 0; i < lights->count; i++) {
             const float chance = bd_emitter_tree_chance(&lights->tree, &cut, point, normal, i);
+            const struct bd_area_light *light = &lights->lights[i];
             const struct bd_triangle_view view =
-                bd_triangle_view_of(&lights->lights[i], true, point, normal);
+                bd_triangle_view_of(light, lights->sources[light->source].two_sided, point, normal);
             if (bd_triangle_view_weight(&view, &lights->lights[i]) > 0) assert_true(chance > 0);
             sum += chance;
         }
@@ -266,6 +273,67 @@ static void trees_draw_what_they_tell(void **state)
     bd_emitter_tree_cut(&lights->tree, f3_of(0, 2, 0), f3_of(0, 1, 0), &nothing);
     assert_false(bd_emitter_tree_draw(&lights->tree, &nothing, f3_of(0, 2, 0), f3_of(0, 1, 0), 0.5f,
                                       &light, &chance));
+    bd_area_lights_destroy(&lights);
+    stage_destroy(&stage);
+}
+
+// Two layers of small screens that look down, as lamps in a hall do: heights that a curve through
+// space jumps between.
+static struct bd_area_lights *screens(struct stage *stage)
+{
+    enum { SCREENS = 2000 };
+    float positions[9 * SCREENS];
+    uint32_t indices[3 * SCREENS];
+    for (uint32_t i = 0; i < 3 * SCREENS; i++) indices[i] = i;
+    for (uint32_t i = 0; i < SCREENS; i++) {
+        const float x = 60 * (float)fmod(i * 0.754877666, 1) - 30, y = i % 2 ? 5.5f : 7.5f;
+        const float z = 30 * (float)fmod(i * 0.569840291, 1) - 15;
+        const float corners[9] = {x, y, z, x + 0.1f, y, z, x, y, z + 0.1f};
+        memcpy(positions + 9 * (size_t)i, corners, sizeof corners);
+    }
+    const int32_t material = stage_material(stage, 0);
+    stage_emission(stage, material, 1);
+    stage_material_at(stage, material)->double_sided = false;
+    stage_triangles(stage, material, positions, NULL, indices, 3 * SCREENS);
+    return lights_of(finished(stage));
+}
+
+// Over its mean squared: of what an emitter may send, over its chance, by that chance.
+static double variance_at(const struct bd_area_lights *lights, f3 point, f3 normal)
+{
+    struct bd_emitter_cut cut;
+    double sum = 0, squares = 0;
+    bd_emitter_tree_cut(&lights->tree, point, normal, &cut);
+    for (uint32_t i = 0; i < lights->count; i++) {
+        const struct bd_triangle_view view =
+            bd_triangle_view_of(&lights->lights[i], false, point, normal);
+        const double weight = (double)bd_triangle_view_weight(&view, &lights->lights[i]);
+        if (!(weight > 0)) continue;
+        sum += weight;
+        squares +=
+            weight * weight / (double)bd_emitter_tree_chance(&lights->tree, &cut, point, normal, i);
+    }
+    return sum > 0 ? squares / (sum * sum) - 1 : 0;
+}
+
+// A receiver on a wall beside a screen is lit by little else.
+static void trees_find_what_is_near(void **state)
+{
+    (void)state;
+    struct stage *stage = stage_create();
+    struct bd_area_lights *lights = screens(stage);
+    double mean = 0, worst = 0;
+    for (uint32_t i = 0; i < 1000; i++) {
+        const f3 *beside = lights->lights[2 * i].corner;
+        const float span = f3_length(f3_sub(beside[1], beside[0])), turn = (float)i;
+        const f3 off = f3_of(span * cosf(turn), -span * (float)(i % 50), span * sinf(turn));
+        const f3 normal = f3_of(cosf(3 * turn), 0, sinf(3 * turn));
+        const double variance = variance_at(lights, f3_add(beside[0], off), normal);
+        mean += variance / 1000;
+        worst = fmax(worst, variance);
+    }
+    print_message("    variance %.3g of the mean squared, at worst %.3g\n", mean, worst);
+    assert_true(mean < 2 && worst < 200);
     bd_area_lights_destroy(&lights);
     stage_destroy(&stage);
 }
@@ -369,6 +437,7 @@ int main(void)
         cmocka_unit_test(a_screen_lights_where_it_is_bright),
         cmocka_unit_test(what_is_unlit_or_dark_emits_nothing),
         cmocka_unit_test(trees_draw_what_they_tell),
+        cmocka_unit_test(trees_find_what_is_near),
         cmocka_unit_test(what_pauses_may_end_it),
         cmocka_unit_test(skies_with_a_sun_are_found),
         cmocka_unit_test(a_black_map_does_not_shine),
