@@ -4,16 +4,14 @@
 #include <stdlib.h>
 
 #include "base/assert.h"
+#include "lights/emitter_parts.h"
 #include "lights/sky_light.h"
 #include "lights/surface.h"
 #include "scene/triangle_order.h"
 
-// Along a side of a triangle with a map: parts, halved until there are no more than this in all.
-#define SPLITS_MAX  8u
-#define PARTS_ASKED (UINT64_C(1) << 16)
+// Of triangles with maps, in all, if there are not as many triangles.
+#define PARTS_ASKED UINT32_C(131072)
 #define PAUSE_EVERY 1024u // triangles or parts
-// Of a part, along a side: where its map is looked at for its mean.
-#define LOOKS_OF_PART 2u
 
 struct making {
     struct bd_area_lights *lights;
@@ -21,14 +19,8 @@ struct making {
     struct bd_triangle_order order;
     enum bd_err (*pause)(void *user);
     void *user;
-    uint32_t splits;
     float *flux; // of each
 };
-
-static float brightest(f3 rgb)
-{
-    return fmaxf(rgb.x, fmaxf(rgb.y, rgb.z));
-}
 
 static bool is_emissive(const struct bd_material *m)
 {
@@ -61,76 +53,6 @@ f3 bd_area_emission(const struct bd_area_lights *lights, const struct bd_area_li
 
 // --- triangles ----------------------------------------------------------------------------------
 
-// Of the middles of equal parts.
-static float mean_brightness(const struct making *m, const struct bd_area_source *source,
-                             const struct bd_area_light *part)
-{
-    if (!source->has_map && !source->has_alpha)
-        return brightest(emission_at(m->lights->scene, source, part->triangle, 0, 0));
-    float sum = 0;
-    for (uint32_t i = 0; i < LOOKS_OF_PART; i++)
-        for (uint32_t j = 0; j < 2 * (LOOKS_OF_PART - i) - 1; j++) {
-            const float third = j % 2 ? 2.0f / 3 : 1.0f / 3;
-            const float s = ((float)(j / 2) + third) / LOOKS_OF_PART;
-            const float t = ((float)i + third) / LOOKS_OF_PART;
-            const float u =
-                part->u[0] + s * (part->u[1] - part->u[0]) + t * (part->u[2] - part->u[0]);
-            const float v =
-                part->v[0] + s * (part->v[1] - part->v[0]) + t * (part->v[2] - part->v[0]);
-            sum += brightest(emission_at(m->lights->scene, source, part->triangle, u, v));
-        }
-    return sum / (LOOKS_OF_PART * LOOKS_OF_PART);
-}
-
-static f3 point_at(const struct bd_area_light *whole, float u, float v)
-{
-    return f3_add(whole->corner[0],
-                  f3_add(f3_scale(f3_sub(whole->corner[1], whole->corner[0]), u),
-                         f3_scale(f3_sub(whole->corner[2], whole->corner[0]), v)));
-}
-
-// Maps may have a texel where none is looked at: what is not black all over has `least`.
-static void add_part(struct making *m, const struct bd_area_source *source,
-                     const struct bd_area_light *part, float least)
-{
-    struct bd_area_lights *lights = m->lights;
-    struct bd_area_light *added = &lights->lights[lights->count];
-    *added = *part;
-    added->brightest = fmaxf(mean_brightness(m, source, part), least);
-    if (!(added->brightest > 0) || !(added->area > 0)) return;
-    m->flux[lights->count++] = added->brightest * added->area * (source->two_sided ? 2 : 1);
-}
-
-static void add_parts(struct making *m, const struct bd_area_source *source,
-                      const struct bd_area_light *whole)
-{
-    const struct bd_material *material = &m->lights->scene->materials[source->primitive->material];
-    const f3 factor = f3_of(material->emissive[0], material->emissive[1], material->emissive[2]);
-    const uint32_t *index =
-        source->primitive->index + 3 * (size_t)(whole->triangle - source->first_triangle);
-    const float side = 1.0f / (float)m->splits, least = 0.01f * brightest(factor);
-    for (uint32_t i = 0; i < m->splits; i++)
-        for (uint32_t j = 0; j < 2 * (m->splits - i) - 1; j++) {
-            struct bd_area_light part = *whole;
-            const float u = (float)((j + 1) / 2) * side, v = (float)(i + j % 2) * side;
-            const float turn = j % 2 ? -side : side;
-            part.u[0] = part.u[2] = u;
-            part.v[0] = part.v[1] = v;
-            part.u[1] = u + turn;
-            part.v[2] = v + turn;
-            for (int c = 0; c < 3; c++) part.corner[c] = point_at(whole, part.u[c], part.v[c]);
-            part.area = whole->area * side * side;
-            if (!bd_map_is_black(m->lights->scene, &material->emissive_map, source->primitive,
-                                 index, part.u, part.v))
-                add_part(m, source, &part, least);
-        }
-}
-
-static bool is_split(const struct bd_area_source *source)
-{
-    return source->has_map || source->has_alpha;
-}
-
 static void add_triangle(struct making *m, const struct bd_area_source *source,
                          const struct bd_instance *instance, bool mirrored, uint32_t t)
 {
@@ -149,10 +71,7 @@ static void add_triangle(struct making *m, const struct bd_area_source *source,
     if (!(twice > 0) || !isfinite(twice)) return;
     whole.area = 0.5f * twice;
     whole.normal = f3_scale(across, (mirrored ? -1 : 1) / twice);
-    if (is_split(source))
-        add_parts(m, source, &whole);
-    else
-        add_part(m, source, &whole, 0);
+    m->lights->lights[m->lights->count++] = whole;
 }
 
 // --- all of them --------------------------------------------------------------------------------
@@ -178,19 +97,21 @@ static struct bd_area_source source_of(const struct bd_scene *scene,
     };
 }
 
-// Sources, and triangles with their parts.
-static void count(const struct making *m, uint64_t *sources, uint64_t *lights)
+// Sources and triangles; whether any is to be split.
+static bool count(const struct making *m, uint64_t *sources, uint64_t *triangles)
 {
     const struct bd_scene *scene = m->lights->scene;
-    *sources = *lights = 0;
+    bool is_split = false;
+    *sources = *triangles = 0;
     for (uint32_t r = 0; r < m->order.run_count; r++) {
         const struct bd_triangle_run *run = &m->order.runs[r];
         if (!is_emissive(&scene->materials[primitive_of(scene, run)->material])) continue;
         const struct bd_area_source source = source_of(scene, run, 0);
         *sources += run->instance_count;
-        *lights += (uint64_t)run->instance_count * run->triangles_per_instance *
-                   (is_split(&source) ? (uint64_t)m->splits * m->splits : 1);
+        *triangles += (uint64_t)run->instance_count * run->triangles_per_instance;
+        is_split |= source.has_map || source.has_alpha;
     }
+    return is_split;
 }
 
 static enum bd_err add_instance(struct making *m, const struct bd_triangle_run *run, uint32_t i)
@@ -198,12 +119,11 @@ static enum bd_err add_instance(struct making *m, const struct bd_triangle_run *
     struct bd_area_lights *lights = m->lights;
     struct bd_area_source *source = &lights->sources[lights->source_count++];
     const uint32_t place = m->order.instances[run->first_instance + i];
-    const uint32_t every = PAUSE_EVERY / (m->splits * m->splits);
     enum bd_err err = BD_ERR_OK;
     *source = source_of(lights->scene, run, i);
     for (uint32_t t = 0; !err && t < run->triangles_per_instance; t++) {
         add_triangle(m, source, &lights->scene->instances[place], run->mirrored, t);
-        if (t % (is_split(source) ? every : PAUSE_EVERY) == 0) err = m->pause(m->user);
+        if (t % PAUSE_EVERY == 0) err = m->pause(m->user);
     }
     return err;
 }
@@ -254,23 +174,48 @@ static enum bd_err make_tree(struct making *m, struct bd_fault *fault)
     return err;
 }
 
-static enum bd_err make_emitters(struct making *m, struct bd_fault *fault)
+static enum bd_err weigh_all(struct making *m)
 {
     struct bd_area_lights *lights = m->lights;
-    uint64_t sources, parts;
-    m->splits = SPLITS_MAX;
-    count(m, &sources, &parts);
-    for (; parts > PARTS_ASKED && m->splits > 1; count(m, &sources, &parts)) m->splits /= 2;
-    if (parts > BD_AREA_LIGHTS_MAX)
-        return bd_fault_set(fault, BD_ERR_LIMIT, "scene", "%llu triangles emit; %u can light",
-                            (unsigned long long)parts, BD_AREA_LIGHTS_MAX);
+    uint32_t kept = 0;
+    enum bd_err err = BD_ERR_OK;
+    for (uint32_t i = 0; !err && i < lights->count; i++) {
+        struct bd_area_light *part = &lights->lights[kept];
+        *part = lights->lights[i];
+        part->brightest = bd_emitter_part_brightness(lights, part);
+        m->flux[kept] =
+            part->brightest * part->area * (lights->sources[part->source].two_sided ? 2 : 1);
+        kept += part->brightest > 0 && part->area > 0;
+        if (i % PAUSE_EVERY == 0) err = m->pause(m->user);
+    }
+    lights->count = kept;
+    return err;
+}
+
+static enum bd_err make_room(struct making *m, uint64_t sources, uint64_t room,
+                             struct bd_fault *fault)
+{
+    struct bd_area_lights *lights = m->lights;
     lights->sources = calloc(sources + 1, sizeof *lights->sources);
-    lights->lights = malloc((parts + 1) * sizeof *lights->lights);
-    m->flux = malloc((parts + 1) * sizeof *m->flux);
-    if (!lights->sources || !lights->lights || !m->flux)
-        return bd_fault_set(fault, BD_ERR_NO_MEMORY, "scene", "no memory for %llu emitters",
-                            (unsigned long long)parts);
-    enum bd_err err = add_all(m);
+    lights->lights = malloc((room + 1) * sizeof *lights->lights);
+    m->flux = malloc((room + 1) * sizeof *m->flux);
+    if (lights->sources && lights->lights && m->flux) return BD_ERR_OK;
+    return bd_fault_set(fault, BD_ERR_NO_MEMORY, "scene", "no memory for %llu emitters",
+                        (unsigned long long)room);
+}
+
+static enum bd_err make_emitters(struct making *m, struct bd_fault *fault)
+{
+    uint64_t sources, triangles;
+    const bool is_split = count(m, &sources, &triangles) && triangles < PARTS_ASKED;
+    const uint64_t room = is_split ? PARTS_ASKED : triangles;
+    if (room > BD_AREA_LIGHTS_MAX)
+        return bd_fault_set(fault, BD_ERR_LIMIT, "scene", "%llu triangles emit; %u can light",
+                            (unsigned long long)room, BD_AREA_LIGHTS_MAX);
+    enum bd_err err = make_room(m, sources, room, fault);
+    if (!err) err = add_all(m);
+    if (!err) err = bd_emitter_parts_split(m->lights, (uint32_t)room, m->pause, m->user);
+    if (!err) err = weigh_all(m);
     return err ? err : make_tree(m, fault);
 }
 
@@ -316,38 +261,33 @@ uint64_t bd_area_lights_bytes(const struct bd_area_lights *lights)
 
 // --- finding ------------------------------------------------------------------------------------
 
-// Twice the signed area of barycentrics.
-static float side_of(const struct bd_area_light *part, int a, int b, float u, float v)
+// Whether a point lies in a part, or as near as rounding.
+static bool holds(const struct bd_area_light *part, float u, float v)
 {
-    return (part->u[b] - part->u[a]) * (v - part->v[a]) -
-           (part->v[b] - part->v[a]) * (u - part->u[a]);
+    const float least_u = fminf(part->u[0], fminf(part->u[1], part->u[2]));
+    const float least_v = fminf(part->v[0], fminf(part->v[1], part->v[2]));
+    const float most_u = fmaxf(part->u[0], fmaxf(part->u[1], part->u[2]));
+    const float most_v = fmaxf(part->v[0], fmaxf(part->v[1], part->v[2]));
+    const float slack = 1e-6f;
+    return u >= least_u - slack && u <= most_u + slack && v >= least_v - slack &&
+           v <= most_v + slack;
 }
 
-// The least of the three sides: largest for the part that a point lies in.
-static float depth_in(const struct bd_area_light *part, float u, float v)
-{
-    const float turn = side_of(part, 0, 1, part->u[2], part->v[2]) < 0 ? -1.0f : 1.0f;
-    return fminf(turn * side_of(part, 0, 1, u, v),
-                 fminf(turn * side_of(part, 1, 2, u, v), turn * side_of(part, 2, 0, u, v)));
-}
-
+// The last whose path is not beyond the point's; between parts some were left out.
 const struct bd_area_light *bd_area_light_at(const struct bd_area_lights *lights, uint32_t triangle,
                                              float u, float v)
 {
+    const uint32_t path = bd_emitter_path_of(u, v);
     uint32_t low = 0, high = lights->count;
     while (low < high) {
         const uint32_t middle = low + (high - low) / 2;
-        if (lights->lights[middle].triangle < triangle)
+        const struct bd_area_light *at = &lights->lights[middle];
+        if (at->triangle < triangle || (at->triangle == triangle && at->path <= path))
             low = middle + 1;
         else
             high = middle;
     }
-    const struct bd_area_light *found = NULL;
-    float deepest = -INFINITY;
-    for (uint32_t i = low; i < lights->count && lights->lights[i].triangle == triangle; i++) {
-        const float depth = depth_in(&lights->lights[i], u, v);
-        if (depth > deepest) found = &lights->lights[i];
-        deepest = fmaxf(depth, deepest);
-    }
-    return found;
+    if (low == 0 || lights->lights[low - 1].triangle != triangle) return NULL;
+    const struct bd_area_light *found = &lights->lights[low - 1];
+    return holds(found, u, v) ? found : NULL;
 }

@@ -38,8 +38,10 @@ struct bd_area_light {
     float brightest; // its brightest channel's mean, cd/m^2; > 0
     uint32_t triangle;
     uint32_t source; // of the triangle, among `sources`
-    // The part's corners as barycentrics of the triangle's second and third corner.
+    // The part's corners as barycentrics of the triangle's second and third corner, and which of
+    // four it is at each level, two bits each from the highest on.
     float u[3], v[3];
+    uint32_t path;
 };
 
 // Triangles of one primitive of one instance, side by side.
@@ -64,7 +66,7 @@ struct bd_sky_light {
 struct bd_area_lights {
     struct bd_scene *scene;
     uint32_t count, source_count;
-    struct bd_area_light *lights; // by rising number of their triangles
+    struct bd_area_light *lights; // by rising number of their triangles, then by their paths
     struct bd_area_source *sources;
     struct bd_emitter_tree tree; // of more than BD_AREA_WEIGHED_MAX
     struct bd_sky_light sky;

@@ -119,43 +119,63 @@ struct bd_map_texel bd_map_data_at(const struct bd_scene *scene, const struct bd
     return map_at(scene, map, primitive, index, u, v, as_it_is);
 }
 
-// --- blackness ----------------------------------------------------------------------------------
+// --- ranges -------------------------------------------------------------------------------------
 
-#define BLACK_SIDE_MAX 64u
+#define RANGE_SIDE_MAX 64u
 
-// Texels along an axis that filtering may read between coordinates; 0: too many, or none that can
-// be told.
-static uint32_t texels_between(const float at[3], uint32_t size, bool nearest, double *first)
+// Along an axis.
+struct stretch {
+    double first;   // texel that filtering may read
+    uint32_t count; // of those; 0: too many, or none that can be told
+    float texels;   // between the coordinates
+};
+
+static struct stretch stretch_of(const float at[3], uint32_t size, bool nearest)
 {
     const float low = fminf(at[0], fminf(at[1], at[2])), high = fmaxf(at[0], fmaxf(at[1], at[2]));
-    if (!(fabsf(low) < 1e6f) || !(fabsf(high) < 1e6f)) return 0;
-    const double off = nearest ? 0 : 0.5;
-    *first = floor((double)low * size - off);
-    const double count = floor((double)high * size + off) - *first + 1;
-    return count > BLACK_SIDE_MAX ? 0 : (uint32_t)count;
+    const float texels = (high - low) * (float)size;
+    if (!(fabsf(low) < 1e6f) || !(fabsf(high) < 1e6f)) return (struct stretch){.texels = texels};
+    const double off = nearest ? 0 : 0.5, first = floor((double)low * size - off);
+    const double count = floor((double)high * size + off) - first + 1;
+    return (struct stretch){first, count > RANGE_SIDE_MAX ? 0 : (uint32_t)count, texels};
 }
 
-bool bd_map_is_black(const struct bd_scene *scene, const struct bd_texture_ref *map,
-                     const struct bd_primitive *primitive, const uint32_t index[3],
-                     const float u[3], const float v[3])
+static struct bd_map_range range_within(const struct bd_picture *picture,
+                                        const struct bd_texture *texture, struct stretch x,
+                                        struct stretch y)
 {
-    if (map->texture == BD_NONE || !primitive->uv[map->uv_set]) return false;
+    uint8_t least = UINT8_MAX, most = 0;
+    const uint32_t count = x.count * y.count;
+    float sum = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        const uint32_t column = wrap(x.first + i % x.count, picture->width_px, texture->wrap_s);
+        const uint32_t row = wrap(y.first + i / x.count, picture->height_px, texture->wrap_t);
+        const uint8_t *rgba = picture->rgba + 4 * ((size_t)picture->width_px * row + column);
+        const uint8_t red_green = rgba[0] > rgba[1] ? rgba[0] : rgba[1];
+        const uint8_t brightest = red_green > rgba[2] ? red_green : rgba[2];
+        if (brightest < least) least = brightest;
+        if (brightest > most) most = brightest;
+        sum += linear[brightest];
+    }
+    return (struct bd_map_range){count > 0, linear[least], linear[most],
+                                 count > 0 ? sum / (float)count : 0, fmaxf(x.texels, y.texels)};
+}
+
+struct bd_map_range bd_map_range(const struct bd_scene *scene, const struct bd_texture_ref *map,
+                                 const struct bd_primitive *primitive, const uint32_t index[3],
+                                 const float u[3], const float v[3])
+{
+    const struct bd_map_range white = {true, 1, 1, 1, 0};
+    if (map->texture == BD_NONE || !primitive->uv[map->uv_set]) return white;
     const struct bd_texture *texture = &scene->textures[map->texture];
     const struct bd_picture *picture = picture_of(scene, map);
-    if (!picture || picture->width_px == 0 || picture->height_px == 0) return false;
+    if (!picture || picture->width_px == 0 || picture->height_px == 0) return white;
     float s[3], t[3], uv[2];
-    double left, top;
+    pthread_once(&linear_once, fill_linear);
     for (int c = 0; c < 3; c++) {
         coordinates_at(map, primitive, index, u[c], v[c], uv);
         s[c] = uv[0], t[c] = uv[1];
     }
-    const uint32_t across = texels_between(s, picture->width_px, texture->nearest, &left);
-    const uint32_t down = texels_between(t, picture->height_px, texture->nearest, &top);
-    for (uint32_t i = 0; i < across * down; i++) {
-        const uint32_t x = wrap(left + i % across, picture->width_px, texture->wrap_s);
-        const uint32_t y = wrap(top + i / across, picture->height_px, texture->wrap_t);
-        const uint8_t *rgba = picture->rgba + 4 * ((size_t)picture->width_px * y + x);
-        if (rgba[0] | rgba[1] | rgba[2]) return false;
-    }
-    return across * down > 0;
+    return range_within(picture, texture, stretch_of(s, picture->width_px, texture->nearest),
+                        stretch_of(t, picture->height_px, texture->nearest));
 }

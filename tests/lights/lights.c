@@ -156,17 +156,36 @@ static void rears_and_planes_give_nothing(void **state)
 
 // --- emitters -----------------------------------------------------------------------------------
 
-static void add_picture(struct bd_scene *scene, const uint8_t rgba[4 * 4])
+static void add_picture(struct bd_scene *scene, uint32_t width_px, uint32_t height_px,
+                        const uint8_t *rgba)
 {
+    const size_t bytes = 4 * (size_t)width_px * height_px;
     scene->pictures = calloc(1, sizeof *scene->pictures);
     scene->textures = calloc(1, sizeof *scene->textures);
     struct bd_picture *picture = scene->pictures[0] = calloc(1, sizeof *picture);
     picture->reference_count = 1;
-    picture->width_px = 4, picture->height_px = 1;
-    picture->rgba = malloc(16);
-    memcpy(picture->rgba, rgba, 16);
+    picture->width_px = width_px, picture->height_px = height_px;
+    picture->rgba = malloc(bytes);
+    memcpy(picture->rgba, rgba, bytes);
     scene->textures[0] = (struct bd_texture){.nearest = true};
     scene->picture_count = scene->texture_count = 1;
+}
+
+// Of 2 m, its front up, that shines by a picture.
+static struct stage *screen_of(uint32_t width_px, uint32_t height_px, const uint8_t *rgba)
+{
+    static const float positions[] = {-1, 0, -1, 1, 0, -1, -1, 0, 1, 1, 0, 1};
+    static const float uv[] = {0, 0, 1, 0, 0, 1, 1, 1};
+    static const uint32_t indices[] = {0, 2, 1, 1, 2, 3};
+    struct stage *stage = stage_create();
+    const int32_t material = stage_material(stage, 0.5f);
+    add_picture(stage->scene, width_px, height_px, rgba);
+    stage_emission(stage, material, 3);
+    stage_material_at(stage, material)->double_sided = false;
+    stage_material_at(stage, material)->emissive_map =
+        (struct bd_texture_ref){.texture = 0, .uv_transform = {1, 0, 0, 0, 1, 0}};
+    stage_triangles(stage, material, positions, uv, indices, 6);
+    return stage;
 }
 
 // A screen whose right half shines red: that half alone lights, by half of the whole's flux.
@@ -174,17 +193,7 @@ static void a_screen_lights_where_it_is_bright(void **state)
 {
     (void)state;
     static const uint8_t half[16] = {0, 0, 0, 255, 0, 0, 0, 255, 255, 0, 0, 255, 255, 0, 0, 255};
-    static const float positions[] = {-1, 0, -1, 1, 0, -1, -1, 0, 1, 1, 0, 1};
-    static const float uv[] = {0, 0, 1, 0, 0, 1, 1, 1};
-    static const uint32_t indices[] = {0, 2, 1, 1, 2, 3};
-    struct stage *stage = stage_create();
-    const int32_t material = stage_material(stage, 0.5f);
-    add_picture(stage->scene, half);
-    stage_emission(stage, material, 3);
-    stage_material_at(stage, material)->double_sided = false;
-    stage_material_at(stage, material)->emissive_map =
-        (struct bd_texture_ref){.texture = 0, .uv_transform = {1, 0, 0, 0, 1, 0}};
-    stage_triangles(stage, material, positions, uv, indices, 6);
+    struct stage *stage = screen_of(4, 1, half);
     struct bd_area_lights *lights = lights_of(finished(stage));
     double flux = 0;
     for (uint32_t i = 0; i < lights->count; i++) {
@@ -203,6 +212,41 @@ static void a_screen_lights_where_it_is_bright(void **state)
     assert_true(lights->count < 2 * 64);
     bd_area_lights_destroy(&lights);
     stage_destroy(&stage);
+}
+
+// Of a picture in which one texel of a hundred is lit, each is in parts that are not much larger,
+// and little else is in any; whoever asks by a point finds them.
+static void lit_texels_have_parts_of_their_own(void **state)
+{
+    (void)state;
+    enum { SIDE = 128 };
+    uint8_t *rgba = calloc(SIDE * SIDE, 4);
+    for (int i = 0; i < SIDE * SIDE; i += 101) memset(rgba + 4 * (size_t)i, 255, 4);
+    struct stage *stage = screen_of(SIDE, SIDE, rgba);
+    struct bd_area_lights *lights = lights_of(finished(stage));
+    const double per_m = bd_render_space_of(stage->scene).render_per_m;
+    const double texel = 4 * per_m * per_m / (SIDE * SIDE);
+    double area = 0, flux = 0, worst = 0;
+    for (uint32_t i = 0; i < lights->count; i++) {
+        area += (double)lights->lights[i].area / texel;
+        flux += (double)lights->lights[i].area / texel * (double)lights->lights[i].brightest / 3;
+    }
+    for (int i = 0; i < SIDE * SIDE; i += 101) {
+        const float x = ((float)(i % SIDE) + 0.3f) / SIDE, y = ((float)(i / SIDE) + 0.4f) / SIDE;
+        const struct bd_area_light *part = x + y < 1
+                                               ? bd_area_light_at(lights, 0, y, x)
+                                               : bd_area_light_at(lights, 1, 1 - x, x + y - 1);
+        assert_non_null(part);
+        worst = fmax(worst, (double)part->area / texel);
+    }
+    const double lit = SIDE * SIDE / 101 + 1;
+    print_message(
+        "    %u parts of %.1f times the lit area, %.2f times its flux, one of %.1f texels\n",
+        lights->count, area / lit, flux / lit, worst);
+    assert_true(area < 8 * lit && flux > 0.7 * lit && flux < 1.5 * lit && worst <= 4);
+    bd_area_lights_destroy(&lights);
+    stage_destroy(&stage);
+    free(rgba);
 }
 
 static void what_is_unlit_or_dark_emits_nothing(void **state)
@@ -435,6 +479,7 @@ int main(void)
         cmocka_unit_test(triangles_give_lamberts_irradiance),
         cmocka_unit_test(rears_and_planes_give_nothing),
         cmocka_unit_test(a_screen_lights_where_it_is_bright),
+        cmocka_unit_test(lit_texels_have_parts_of_their_own),
         cmocka_unit_test(what_is_unlit_or_dark_emits_nothing),
         cmocka_unit_test(trees_draw_what_they_tell),
         cmocka_unit_test(trees_find_what_is_near),
