@@ -83,3 +83,22 @@ def screens(count):
         add(w, "screen", screen, glow, translation=[float(v) for v in place])
     w.camera("Camera", (-26, 5, 12), (20, -3.2, -9), yfov=1.0)
     return w.glb()
+
+
+def panels(count, nearest=True):
+    """The hall under one ceiling that a texture lights: `count` bright texels, in all as much."""
+    w = Writer()
+    w.extensions.add("KHR_materials_emissive_strength")
+    side = int(numpy.ceil(numpy.sqrt(count / 2 * 8)))
+    texels = numpy.zeros((side, 2 * side, 4), numpy.uint8)
+    texels[..., 3] = 255
+    at = numpy.random.default_rng(7).choice(side * 2 * side, count, replace=False)
+    texels.reshape(-1, 4)[at, :3] = (255, 242, 231)
+    area = 58 * 28 / (side * 2 * side) * count
+    map_ = {"index": w.texture(texels, nearest)}
+    glow = w.material("glow", (.2, .2, .2), emissiveFactor=[1, 1, 1], emissiveTexture=map_,
+                      extensions={"KHR_materials_emissive_strength": {"emissiveStrength": 300 * 18 / area}})
+    _add_room(w, w.material("white", (.7, .7, .7)))
+    add(w, "panel", quad((0, 7.6, 0), (29, 0, 0), (0, 0, 14)), glow, with_uv=True)
+    w.camera("Camera", (-26, 5, 12), (20, -3.2, -9), yfov=1.0)
+    return w.glb()

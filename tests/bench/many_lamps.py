@@ -6,7 +6,9 @@ usage: many_lamps.py BUILD SPONZA.glb -o RESULT.json [--counts 1,16,64,256] [--s
 In a hall made here and in Sponza, with spots by maps and by rays as counts decide, and by maps alone where those fit:
 processor time of a frame that is made anew (median), its passes, device memory. Of the largest count direct light
 against the reference without bounces (medians and relative RMSE, of pixels and of means over 8x8; the truth's own noise
-is in them), indirect light against `rsm` with 256 VPLs a spot. And 100 and 10,000 emitters: the error of `light_rays`=16, and its time (a quarter of the truth's samples).
+is in them), indirect light against `rsm` with 256 VPLs a spot. And 100 and 10,000 emitters, triangles and texels: the error of
+`light_rays`=16, and its time (a quarter of the truth's samples; texels, which the reference finds by chance, against 1,024 rays,
+and those against the reference).
 FOLDER keeps truths for the next time.
 """
 import argparse
@@ -100,6 +102,17 @@ def errors(daemon, name, count, path, options):
                "off_percent": off(layer_of(daemon, scene, technique, settings, "indirect", options), truth)}
 
 
+def texels(daemon, folder, options):
+    for count in (100, 10000):
+        path = folder / f"panels{count}.glb"
+        path.write_bytes(lamp_scenes.panels(count))
+        scene = "scene:" + daemon.hold(path)["id"]
+        truth = truth_of(daemon, path, options.truth_spp // 8 * 2, options)
+        many = layer_of(daemon, scene, "direct", {"light_rays": 1024, "noise_filter": "off"}, "direct", options)
+        yield {"scene": "panels", "emitters": count, **time_of(daemon, scene, "direct", {}, options),
+               "off_percent": off(layer_of(daemon, scene, "direct", {}, "direct", options), many), "many_rays_off_percent": off(many, truth)}
+
+
 def emitters(daemon, folder, options):
     for count in (100, 10000):
         path = folder / f"screens{count}.glb"
@@ -123,6 +136,7 @@ def rows(options, folder):
             yield from errors(daemon, name, count, path, options)
     with Daemon() as daemon:
         yield from emitters(daemon, folder, options)
+        yield from texels(daemon, folder, options)
 
 
 def main():

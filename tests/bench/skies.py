@@ -1,0 +1,75 @@
+"""Direct light of skies with a sun: error against run time, beside the reference's.
+
+usage: skies.py BUILD SCENE@SKY... -o RESULT.json [--size 192x144] [--rays 4,16,64,256] [--samples 4,16,64,256]
+           [--truth-spp 4096] [--truths FOLDER]
+
+For each scene under each map: `direct` with so many `light_rays`, with one and four sub-frames (edges of what is smaller
+than a pixel are the rest), and the reference with so many samples, as they are and filtered; the relative RMSE of direct light in per cent, its mean's error, and the time of the passes that make it. The
+noise of the truth, of other samples, is taken out (`bounce compare`). FOLDER keeps truths for the next time.
+"""
+import argparse
+import json
+import sys
+import tempfile
+from pathlib import Path
+
+from bounce import Bounce
+from harness.bench.store import machine
+
+# Kept by whoever looks on: neither is made for a light that is edited, nor for a camera.
+KEPT = ("bvh", "emitters", "readback", "compile")
+
+
+class Referee(Bounce):
+    def frame(self, scene, sky, technique, aa, settings, out, options):
+        report = out.with_suffix(".json")
+        self("render", scene, "--environment", sky, "-o", out, "--size", options.size, "--technique", technique, "-q", "--seed", 5,
+             "--aa", aa, "--fail-on", "none", "--layers", "beauty,direct", "--report", report,
+             *[word for pair in settings for word in ("--set", pair)])
+        return sum(one["ms"] for one in json.loads(report.read_text())["passes"] if one["name"] not in KEPT)
+
+    def truth(self, scene, sky, out, options):
+        self("reference", scene, "--environment", sky, "-o", out, "--size", options.size, "--spp", options.truth_spp, "--seed", 77,
+             "--set", "bounces=0", "--set", "alpha=mask", "-q")
+
+
+def asked(options):
+    for aa in (1, 4):
+        for rays in options.rays.split(","):
+            yield "direct", aa, [f"light_rays={rays}"]
+    for spp in options.samples.split(","):
+        for noise_filter in ("off", "on"):
+            yield "reference", 1, [f"spp={spp}", "bounces=0", "alpha=mask", f"noise_filter={noise_filter}"]
+
+
+def main():
+    parser = argparse.ArgumentParser(usage=__doc__)
+    parser.add_argument("build", type=lambda text: Path(text).resolve())
+    parser.add_argument("cases", nargs="+")
+    parser.add_argument("-o", "--out", required=True, type=Path)
+    parser.add_argument("--size", default="192x144")
+    parser.add_argument("--rays", default="4,16,64,256")
+    parser.add_argument("--samples", default="4,16,64,256")
+    parser.add_argument("--truth-spp", type=int, default=4096)
+    parser.add_argument("--truths", type=Path)
+    options = parser.parse_args()
+    bounce = Referee(options.build)
+    rows = []
+    with tempfile.TemporaryDirectory() as folder:
+        for case in options.cases:
+            scene, sky = case.split("@")
+            name = f"{Path(scene).stem}@{Path(sky).stem}"
+            truth, picture = (options.truths or Path(folder)) / f"{name}.direct.exr", Path(folder) / "picture.exr"
+            bounce.truth(scene, sky, truth, options)
+            for technique, aa, settings in asked(options):
+                ms = bounce.frame(scene, sky, technique, aa, settings, picture, options)
+                off = bounce.off(truth, picture, "direct")
+                rows.append({"case": name, "technique": technique, "aa": aa, "settings": settings, "ms": round(ms, 1),
+                             "rel_rmse_percent": round(off[0], 2), "signed_percent": round(off[1], 2)})
+                print(json.dumps(rows[-1]), flush=True)
+    result = {"command": "tests/bench/skies.py " + " ".join(sys.argv[1:]), "machine": machine(), "rows": rows}
+    options.out.write_text(json.dumps(result, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()
