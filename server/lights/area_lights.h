@@ -26,7 +26,7 @@
 #include "lights/emitter_tree.h"
 #include "scene/scene.h"
 
-#define BD_AREA_LIGHTS_MAX (UINT32_C(1) << 22) // 580 MiB of them
+#define BD_AREA_LIGHTS_MAX (UINT32_C(1) << 22) // 816 MiB of them
 // So many are weighed one by one at every receiver; of more, there is a tree.
 #define BD_AREA_WEIGHED_MAX 64u
 #define BD_SKY_CELLS_MAX    (UINT32_C(1) << 23)

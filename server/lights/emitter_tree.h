@@ -6,7 +6,7 @@
 // Balanced, halved along the longest axis, so that a place in the order says the way to a leaf.
 // Estevez and Kulla 2018 (sampling of many lights).
 //
-// Memory: 104 bytes an emitter. Thread: built on one, then read by all.
+// Memory: 112 bytes an emitter. Thread: built on one, then read by all.
 
 #ifndef BD_LIGHTS_EMITTER_TREE_H
 #define BD_LIGHTS_EMITTER_TREE_H
