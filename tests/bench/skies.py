@@ -3,8 +3,8 @@
 usage: skies.py BUILD SCENE@SKY... -o RESULT.json [--size 192x144] [--rays 4,16,64,256] [--samples 4,16,64,256]
            [--truth-spp 4096] [--truths FOLDER]
 
-For each scene under each map: `direct` with so many `light_rays`, with one and four sub-frames (edges of what is smaller
-than a pixel are the rest), and the reference with so many samples, as they are and filtered; the relative RMSE of direct light in per cent, its mean's error, and the time of the passes that make it. The
+For each scene under each map: `direct` with so many `light_rays`, and the reference with so many samples, as they are and
+filtered, all in the middles of pixels; the relative RMSE of direct light in per cent, its mean's error, and the time of the passes that make it. The
 noise of the truth, of other samples, is taken out (`bounce compare`). FOLDER keeps truths for the next time.
 """
 import argparse
@@ -21,10 +21,10 @@ KEPT = ("bvh", "emitters", "readback", "compile")
 
 
 class Referee(Bounce):
-    def frame(self, scene, sky, technique, aa, settings, out, options):
+    def frame(self, scene, sky, technique, settings, out, options):
         report = out.with_suffix(".json")
         self("render", scene, "--environment", sky, "-o", out, "--size", options.size, "--technique", technique, "-q", "--seed", 5,
-             "--aa", aa, "--fail-on", "none", "--layers", "beauty,direct", "--report", report,
+             "--aa", 1, "--fail-on", "none", "--layers", "beauty,direct", "--report", report,
              *[word for pair in settings for word in ("--set", pair)])
         return sum(one["ms"] for one in json.loads(report.read_text())["passes"] if one["name"] not in KEPT)
 
@@ -34,12 +34,11 @@ class Referee(Bounce):
 
 
 def asked(options):
-    for aa in (1, 4):
-        for rays in options.rays.split(","):
-            yield "direct", aa, [f"light_rays={rays}"]
+    for rays in options.rays.split(","):
+        yield "direct", [f"light_rays={rays}"]
     for spp in options.samples.split(","):
         for noise_filter in ("off", "on"):
-            yield "reference", 1, [f"spp={spp}", "bounces=0", "alpha=mask", f"noise_filter={noise_filter}"]
+            yield "reference", [f"spp={spp}", "bounces=0", "alpha=mask", f"noise_filter={noise_filter}"]
 
 
 def main():
@@ -61,10 +60,10 @@ def main():
             name = f"{Path(scene).stem}@{Path(sky).stem}"
             truth, picture = (options.truths or Path(folder)) / f"{name}.direct.exr", Path(folder) / "picture.exr"
             bounce.truth(scene, sky, truth, options)
-            for technique, aa, settings in asked(options):
-                ms = bounce.frame(scene, sky, technique, aa, settings, picture, options)
+            for technique, settings in asked(options):
+                ms = bounce.frame(scene, sky, technique, settings, picture, options)
                 off = bounce.off(truth, picture, "direct")
-                rows.append({"case": name, "technique": technique, "aa": aa, "settings": settings, "ms": round(ms, 1),
+                rows.append({"case": name, "technique": technique, "settings": settings, "ms": round(ms, 1),
                              "rel_rmse_percent": round(off[0], 2), "signed_percent": round(off[1], 2)})
                 print(json.dumps(rows[-1]), flush=True)
     result = {"command": "tests/bench/skies.py " + " ".join(sys.argv[1:]), "machine": machine(), "rows": rows}
