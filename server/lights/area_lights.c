@@ -204,6 +204,13 @@ static enum bd_err make_room(struct making *m, uint64_t sources, uint64_t room,
                         (unsigned long long)room);
 }
 
+static void give_room_back(struct bd_area_lights *lights)
+{
+    struct bd_area_light *kept =
+        realloc(lights->lights, ((size_t)lights->count + 1) * sizeof *lights->lights);
+    if (kept) lights->lights = kept;
+}
+
 static enum bd_err make_emitters(struct making *m, struct bd_fault *fault)
 {
     uint64_t sources, triangles;
@@ -216,6 +223,7 @@ static enum bd_err make_emitters(struct making *m, struct bd_fault *fault)
     if (!err) err = add_all(m);
     if (!err) err = bd_emitter_parts_split(m->lights, (uint32_t)room, m->pause, m->user);
     if (!err) err = weigh_all(m);
+    if (!err) give_room_back(m->lights);
     return err ? err : make_tree(m, fault);
 }
 
@@ -273,21 +281,29 @@ static bool holds(const struct bd_area_light *part, float u, float v)
            v <= most_v + slack;
 }
 
-// The last whose path is not beyond the point's; between parts some were left out.
-const struct bd_area_light *bd_area_light_at(const struct bd_area_lights *lights, uint32_t triangle,
-                                             float u, float v)
+// The place of the first part of a triangle, or behind it, at or behind a path.
+static uint32_t place_of(const struct bd_area_lights *lights, uint32_t triangle, uint64_t path)
 {
-    const uint32_t path = bd_emitter_path_of(u, v);
     uint32_t low = 0, high = lights->count;
     while (low < high) {
         const uint32_t middle = low + (high - low) / 2;
         const struct bd_area_light *at = &lights->lights[middle];
-        if (at->triangle < triangle || (at->triangle == triangle && at->path <= path))
+        if (at->triangle < triangle || (at->triangle == triangle && at->path < path))
             low = middle + 1;
         else
             high = middle;
     }
-    if (low == 0 || lights->lights[low - 1].triangle != triangle) return NULL;
-    const struct bd_area_light *found = &lights->lights[low - 1];
+    return low;
+}
+
+// The last whose path is not beyond the point's; between parts some were left out.
+const struct bd_area_light *bd_area_light_at(const struct bd_area_lights *lights, uint32_t triangle,
+                                             float u, float v)
+{
+    const uint32_t first = place_of(lights, triangle, 0);
+    if (first == lights->count || lights->lights[first].triangle != triangle) return NULL;
+    const uint32_t behind = place_of(lights, triangle, (uint64_t)bd_emitter_path_of(u, v) + 1);
+    if (behind == first) return NULL;
+    const struct bd_area_light *found = &lights->lights[behind - 1];
     return holds(found, u, v) ? found : NULL;
 }

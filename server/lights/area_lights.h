@@ -96,9 +96,14 @@ const struct bd_area_light *bd_area_light_at(const struct bd_area_lights *lights
 
 // From a unit direction, cd/m^2; bilinear, as the map is seen elsewhere.
 f3 bd_sky_light_radiance(const struct bd_sky_light *sky, f3 direction);
-// Of a sky with cells: a direction for two numbers in [0, 1), and how dense, per steradian, choices
-// lie around a direction.
+// The same, and how dense, per steradian, choices lie around there; 0 for a sky without cells.
+struct bd_sky_look {
+    f3 radiance;
+    float density;
+};
+struct bd_sky_look bd_sky_light_look(const struct bd_sky_light *sky, f3 direction);
+// Of a sky with cells: a direction for two numbers in [0, 1), and the density there, which may be
+// NULL.
 f3 bd_sky_light_choose(const struct bd_sky_light *sky, const float number[2], float *density);
-float bd_sky_light_density(const struct bd_sky_light *sky, f3 direction);
 
 #endif

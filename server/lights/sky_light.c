@@ -192,12 +192,10 @@ static void place_of(const struct bd_sky_light *sky, f3 direction, double *x, do
     *y = atan2(sqrt(d.x * d.x + d.z * d.z), d.y) / pi;
 }
 
-f3 bd_sky_light_radiance(const struct bd_sky_light *sky, f3 direction)
+// At a place of the map.
+static f3 radiance_at(const struct bd_sky_light *sky, double x, double y)
 {
     const struct bd_sky_map *map = sky->map;
-    if (!map) return sky->radiance;
-    double x, y;
-    place_of(sky, direction, &x, &y);
     x = x * map->width_px - 0.5;
     y = y * map->height_px - 0.5;
     const int64_t left = (int64_t)floor(x), top = (int64_t)floor(y);
@@ -210,6 +208,14 @@ f3 bd_sky_light_radiance(const struct bd_sky_light *sky, f3 direction)
         rgb[k] = upper + (lower - upper) * t;
     }
     return f3_mul(sky->radiance, f3_of(rgb[0], rgb[1], rgb[2]));
+}
+
+f3 bd_sky_light_radiance(const struct bd_sky_light *sky, f3 direction)
+{
+    if (!sky->map) return sky->radiance;
+    double x, y;
+    place_of(sky, direction, &x, &y);
+    return radiance_at(sky, x, y);
 }
 
 uint32_t bd_cumulated_at(const float *cumulated, uint32_t count, float number)
@@ -280,7 +286,7 @@ f3 bd_sky_light_choose(const struct bd_sky_light *sky, const float number[2], fl
     const double top = row_edge(sky, row), left = column_edge(sky, column);
     const double angle = top + (row_edge(sky, row + 1) - top) * t;
     const double turn = left + (column_edge(sky, column + 1) - left) * s;
-    *density = density_at(sky, column, row, s, t);
+    if (density) *density = density_at(sky, column, row, s, t);
     const bd_dvec3 d =
         in_world(sky, (bd_dvec3){sin(angle) * sin(turn), cos(angle), -sin(angle) * cos(turn)});
     return f3_of((float)d.x, (float)d.y, (float)d.z);
@@ -293,11 +299,9 @@ static uint32_t cell_of(uint32_t place, uint32_t cells, uint32_t texels)
     return cell;
 }
 
-float bd_sky_light_density(const struct bd_sky_light *sky, f3 direction)
+static float density_at_place(const struct bd_sky_light *sky, double x, double y)
 {
     const struct bd_sky_map *map = sky->map;
-    double x, y;
-    place_of(sky, direction, &x, &y);
     const double across = x * map->width_px, down = y * map->height_px;
     if (sky->in_blocks) {
         const uint32_t column = (uint32_t)fmin(across, map->width_px - 1.0);
@@ -312,4 +316,12 @@ float bd_sky_light_density(const struct bd_sky_light *sky, f3 direction)
     const double top = row_edge(sky, row), t = (y * pi - top) / (row_edge(sky, row + 1) - top);
     return density_at(sky, (uint32_t)column % sky->columns, row, across + 0.5 - column,
                       fmin(fmax(t, 0), 1));
+}
+
+struct bd_sky_look bd_sky_light_look(const struct bd_sky_light *sky, f3 direction)
+{
+    if (!sky->map) return (struct bd_sky_look){sky->radiance, 0};
+    double x, y;
+    place_of(sky, direction, &x, &y);
+    return (struct bd_sky_look){radiance_at(sky, x, y), density_at_place(sky, x, y)};
 }

@@ -259,13 +259,12 @@ static void sample_emitters(struct sampler *s, struct candidates *candidates)
 
 // --- the sky ------------------------------------------------------------------------------------
 
-static float sky_density(const struct sampler *s, f3 direction)
+// Of the half's rays to the sky, those by the map's density and those by the cosine.
+static float sky_density(const struct sampler *s, f3 direction, float of_map)
 {
-    const struct bd_sky_light *sky = &s->sampling->lights->sky;
     const float cosine = f_max(f3_dot(s->at->normal, direction), 0);
-    float density = (float)s->shares->cosine * cosine / F_PI;
-    if (s->shares->map) density += (float)s->shares->map * bd_sky_light_density(sky, direction);
-    return density;
+    const float density = (float)s->shares->cosine * cosine / F_PI;
+    return s->shares->map ? density + (float)s->shares->map * of_map : density;
 }
 
 // Where the way out leaves the sphere that holds everything.
@@ -280,20 +279,21 @@ static f3 end_of_way(const struct bd_area_sampling *sampling, f3 from, f3 direct
 static void send_to_sky(struct sampler *s, f3 direction)
 {
     if (!is_above(s->at, direction)) return;
-    const f3 radiance = bd_sky_light_radiance(&s->sampling->lights->sky, direction);
-    const float density = sky_density(s, direction);
-    if (!(radiance.x > 0 || radiance.y > 0 || radiance.z > 0) || !(density > 0)) return;
-    add(s, end_of_way(s->sampling, s->at->position, direction), BD_NO_TRIANGLE, direction, radiance,
-        density, density);
+    const struct bd_sky_look look = bd_sky_light_look(&s->sampling->lights->sky, direction);
+    const float density = sky_density(s, direction, look.density);
+    if (!(look.radiance.x > 0 || look.radiance.y > 0 || look.radiance.z > 0) || !(density > 0))
+        return;
+    add(s, end_of_way(s->sampling, s->at->position, direction), BD_NO_TRIANGLE, direction,
+        look.radiance, density, density);
 }
 
 static void sample_sky(struct sampler *s)
 {
     const struct bd_basis basis = bd_basis_of(s->at->normal);
-    float number[2], density;
+    float number[2];
     for (uint32_t i = 0; i < s->shares->map; i++) {
         bd_sequence_pair(&s->sequence[OF_MAP], s->place + i, number);
-        send_to_sky(s, bd_sky_light_choose(&s->sampling->lights->sky, number, &density));
+        send_to_sky(s, bd_sky_light_choose(&s->sampling->lights->sky, number, NULL));
     }
     for (uint32_t i = 0; i < s->shares->cosine; i++) {
         bd_sequence_pair(&s->sequence[OF_COSINE], s->place + i, number);
@@ -416,8 +416,9 @@ struct bd_area_light_found bd_area_lobe_light(const struct bd_area_sampling *sam
     float density;
     if (hit->triangle == BD_NO_TRIANGLE) {
         if (!lights->sky.shines) return nothing;
-        radiance = bd_sky_light_radiance(&lights->sky, l);
-        density = sky_density(&s, l);
+        const struct bd_sky_look look = bd_sky_light_look(&lights->sky, l);
+        radiance = look.radiance;
+        density = sky_density(&s, l, look.density);
     } else {
         const struct bd_area_light *light = bd_area_light_at(lights, hit->triangle, hit->u, hit->v);
         if (!light) return nothing;

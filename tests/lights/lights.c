@@ -435,7 +435,7 @@ static void check_sky(uint32_t width, uint32_t height, uint32_t sun, const doubl
         bd_sequence_pair(&sequence, i, number);
         const f3 d = bd_sky_light_choose(&lights->sky, number, &density);
         near(f3_length(d), 1, 1e-5);
-        near(bd_sky_light_density(&lights->sky, d), density, 1e-3);
+        near(bd_sky_light_look(&lights->sky, d).density, density, 1e-3);
         seen += luminance(bd_sky_light_radiance(&lights->sky, d)) / density / SAMPLES;
     }
     const int steps = 8 * (int)height;
