@@ -163,4 +163,5 @@ def main():
     options.out.write_text(f'{head[:-2]},\n "rows": [\n  {lines}\n ]\n}}\n')
 
 
-main()
+if __name__ == "__main__":
+    main()
