@@ -183,18 +183,16 @@ enum bd_err bd_emitter_parts_split(struct bd_area_lights *lights, uint32_t room,
                                    enum bd_err (*pause)(void *user), void *user)
 {
     struct splitting s = {
-        .lights = lights, .states = malloc((size_t)room + 1), .pause = pause, .user = user};
+        .lights = lights, .states = calloc((size_t)room + 1, 1), .pause = pause, .user = user};
     BD_ASSERT(s.states);
     enum bd_err err = BD_ERR_OK;
     for (uint32_t i = 0; !err && i < lights->count; i++) {
         s.states[i] = (uint8_t)state_of(lights, &lights->lights[i], 0);
         if (i % PAUSE_EVERY == 0) err = pause(user);
     }
-    for (uint64_t open = 1; !err && open > 0;) {
-        open = count_open(&s);
-        if (lights->count + 3 * open > room) break;
+    uint64_t open = count_open(&s);
+    for (; !err && open > 0 && lights->count + 3 * open <= room; open = count_open(&s))
         err = split_level(&s);
-    }
     if (!err) leave_black_out(&s);
     if (s.level > 0) qsort(lights->lights, lights->count, sizeof *lights->lights, by_place);
     free(s.states);

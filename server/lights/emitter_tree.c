@@ -117,7 +117,7 @@ static uint32_t key_of(float coordinate)
 }
 
 // The key of the `rank`-th of some, digit by digit: so many passes whatever they are.
-static uint32_t key_of_rank(const uint32_t *keys, uint32_t count, uint32_t rank)
+static uint32_t key_of_rank(struct building *b, const uint32_t *keys, uint32_t count, uint32_t rank)
 {
     uint32_t found = 0;
     for (uint32_t shift = 32; shift > 0;) {
@@ -126,6 +126,7 @@ static uint32_t key_of_rank(const uint32_t *keys, uint32_t count, uint32_t rank)
         shift -= DIGIT_BITS;
         for (uint32_t i = 0; i < count; i++)
             of_digit[keys[i] >> shift & (DIGITS - 1)] += (keys[i] & above) == found;
+        if (!b->err && count > PAUSE_EVERY) b->err = b->pause(b->user);
         while (rank >= of_digit[digit]) rank -= of_digit[digit++];
         found |= digit << shift;
     }
@@ -152,8 +153,12 @@ static void part_at(struct building *b, uint32_t begin, uint32_t middle, uint32_
 static void halve(struct building *b, uint32_t begin, uint32_t middle, uint32_t end)
 {
     const int axis = longest_axis(b, begin, end);
-    for (uint32_t i = begin; i < end; i++) b->keys[i] = key_of(along(middle_of(b, i), axis));
-    part_at(b, begin, middle, end, key_of_rank(b->keys + begin, end - begin, middle - begin));
+    for (uint32_t i = begin; i < end; i++) {
+        b->keys[i] = key_of(along(middle_of(b, i), axis));
+        rest(b);
+    }
+    const uint32_t key = key_of_rank(b, b->keys + begin, end - begin, middle - begin);
+    part_at(b, begin, middle, end, key);
 }
 
 // --- nodes --------------------------------------------------------------------------------------
