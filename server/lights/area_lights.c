@@ -10,8 +10,9 @@
 #include "scene/triangle_order.h"
 
 // Of triangles with maps, in all, if there are not as many triangles.
-#define PARTS_ASKED UINT32_C(131072)
-#define PAUSE_EVERY 1024u // triangles or parts
+#define PARTS_ASKED   UINT32_C(131072)
+#define PAUSE_EVERY   1024u // triangles
+#define PARTS_A_PAUSE 16u   // whose maps are looked at: of 4,096 texels at most
 
 struct making {
     struct bd_area_lights *lights;
@@ -186,7 +187,7 @@ static enum bd_err weigh_all(struct making *m)
         m->flux[kept] =
             part->brightest * part->area * (lights->sources[part->source].two_sided ? 2 : 1);
         kept += part->brightest > 0 && part->area > 0;
-        if (i % PAUSE_EVERY == 0) err = m->pause(m->user);
+        if (i % PARTS_A_PAUSE == 0) err = m->pause(m->user);
     }
     lights->count = kept;
     return err;

@@ -8,11 +8,14 @@
 #include "lights/map.h"
 
 #define LEVELS_MAX  16u // two bits of a path each
-#define PAUSE_EVERY 64u // parts, of 4,096 texels at most
+#define PAUSE_EVERY 16u // parts, of 4,096 texels at most
 // Where alpha cuts parts out, nothing tells where: so many levels.
 #define LEVELS_OF_ALPHA 3u
 // A part is even where it is nowhere so many times as bright as in the mean.
 #define EVEN_MOST 3.0f
+// A triangle that a map repeats over as often is as bright as the map's mean, and would take all
+// the room.
+#define SIDE_TEXELS_MOST 1e6f
 // Of a part, along a side: where its map is looked at for its mean.
 #define LOOKS 2u
 
@@ -86,7 +89,8 @@ static enum part_state state_of(const struct bd_area_lights *lights,
     if (level == LEVELS_MAX) return IS_EVEN;
     if (has_alpha) return IS_OPEN;
     const bool is_even = range.is_told && range.most <= EVEN_MOST * range.mean;
-    return is_even || range.side_texels <= 1 ? IS_EVEN : IS_OPEN;
+    const bool can_be_split = range.side_texels > 1 && range.side_texels < SIDE_TEXELS_MOST;
+    return is_even || !can_be_split ? IS_EVEN : IS_OPEN;
 }
 
 // Of four: at the first, second and third corner, and the one between, turned round.
@@ -157,8 +161,9 @@ static enum bd_err split_level(struct splitting *s)
     enum bd_err err = BD_ERR_OK;
     s->level++;
     for (uint32_t i = 0; !err && i < count; i++) {
+        if (s->states[i] != IS_OPEN && i % PAUSE_EVERY != 0) continue;
         if (s->states[i] == IS_OPEN) split(s, i);
-        if (i % PAUSE_EVERY == 0) err = s->pause(s->user);
+        err = s->pause(s->user);
     }
     return err;
 }
@@ -194,7 +199,7 @@ enum bd_err bd_emitter_parts_split(struct bd_area_lights *lights, uint32_t room,
     for (; !err && open > 0 && lights->count + 3 * open <= room; open = count_open(&s))
         err = split_level(&s);
     if (!err) leave_black_out(&s);
-    if (s.level > 0) qsort(lights->lights, lights->count, sizeof *lights->lights, by_place);
+    if (!err && s.level > 0) qsort(lights->lights, lights->count, sizeof *lights->lights, by_place);
     free(s.states);
     return err;
 }

@@ -211,7 +211,7 @@ void bd_emitter_tree_finish(struct bd_emitter_tree *tree)
 
 struct look {
     f3 half, to; // of its box; to the middle of that
-    float radius2, per_distance2;
+    float radius2, distance2;
     // 0 only where all of the box lies below the horizon, or all that is in it turns away.
     float light;
 };
@@ -238,21 +238,19 @@ static inline struct look look_at(const struct bd_emitter_node *node, f3 point, 
     const f3 half = f3_scale(f3_sub(node->most, node->least), 0.5f);
     const f3 to = f3_sub(f3_add(node->least, half), point);
     const float radius2 = node->radius * node->radius;
-    const float per_distance = 1 / f_sqrt(f_max(f3_dot(to, to), 1e-30f));
-    const float per_distance2 = per_distance * per_distance;
+    const float distance2 = f_max(f3_dot(to, to), 1e-30f), per_distance = 1 / f_sqrt(distance2);
     const float height = f3_dot(normal, to) + f3_dot(f3_abs(normal), half);
-    const float facing = facing_of(node, to, per_distance, radius2 * per_distance2);
+    const float facing = facing_of(node, to, per_distance, radius2 / distance2);
     const float cosines = f_min(height * per_distance, 1) * facing;
     const bool may_light = height > 0 && facing > -1e-3f;
-    return (struct look){half, to, radius2, per_distance2,
+    return (struct look){half, to, radius2, distance2,
                          may_light ? node->flux * f_max(cosines, COSINES_LEAST) : 0};
 }
 
 // By the distance of its box's middle, held to where it tells nothing.
 static inline float weight_of_look(const struct look *look)
 {
-    const float within = look->radius2 * look->per_distance2;
-    return look->light * look->per_distance2 / f_max(within, 1);
+    return look->light / f_max(look->distance2, look->radius2);
 }
 
 // By that of its nearest point.

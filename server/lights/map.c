@@ -134,7 +134,8 @@ static struct stretch stretch_of(const float at[3], uint32_t size, bool nearest)
 {
     const float low = fminf(at[0], fminf(at[1], at[2])), high = fmaxf(at[0], fmaxf(at[1], at[2]));
     const float texels = (high - low) * (float)size;
-    if (!(fabsf(low) < 1e6f) || !(fabsf(high) < 1e6f)) return (struct stretch){.texels = texels};
+    const bool are_told = fabsf(at[0]) < 1e6f && fabsf(at[1]) < 1e6f && fabsf(at[2]) < 1e6f;
+    if (!are_told) return (struct stretch){.texels = INFINITY};
     const double off = nearest ? 0 : 0.5, first = floor((double)low * size - off);
     const double count = floor((double)high * size + off) - first + 1;
     return (struct stretch){first, count > RANGE_SIDE_MAX ? 0 : (uint32_t)count, texels};
