@@ -18,6 +18,8 @@
 #define SIDE_TEXELS_MOST 1e6f
 // Of a part, along a side: where its map is looked at for its mean.
 #define LOOKS 2u
+// Of what its texels tell, where alpha leaves nothing of a part at any of those places.
+#define ABSENT_SHARE 0.02f
 
 // --- what a map shows ---------------------------------------------------------------------------
 
@@ -69,9 +71,11 @@ float bd_emitter_part_brightness(const struct bd_area_lights *lights,
     const float *factor = material_of(lights, source)->emissive;
     if (!source->has_map && !source->has_alpha) return mean_of_looks(lights, part, 1);
     const struct bd_map_range range = range_of(lights, part);
-    const float of_texels =
+    const float of_map =
         brightest(f3_of(factor[0], factor[1], factor[2])) * (range.is_told ? range.mean : 1);
-    return 0.5f * (mean_of_looks(lights, part, LOOKS) + of_texels);
+    const float of_looks = mean_of_looks(lights, part, LOOKS);
+    const bool is_absent = source->has_alpha && !(of_looks > 0);
+    return 0.5f * (of_looks + (is_absent ? ABSENT_SHARE : 1) * of_map);
 }
 
 // --- splitting ----------------------------------------------------------------------------------

@@ -1,9 +1,9 @@
-// Parts of emissive triangles, small where the map that they shine by is uneven, so that who draws
-// emitters finds what is bright. Private to lights/.
+// Parts of emissive triangles, small where the map that they shine by is uneven, so that those that
+// are drawn are bright. Private to lights/.
 //
 // A triangle is halved along its sides into four, and those again, all over the scene level by
-// level: until a part is as bright everywhere to within two times, or as small as a texel, or there
-// is no more room. Parts that are black all over are left out.
+// level: until no place of a part is three times as bright as its mean, or it is as small as a
+// texel, or there is no more room. Parts that are black all over are left out.
 //
 // Thread: any.
 

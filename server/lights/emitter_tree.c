@@ -230,7 +230,7 @@ static inline float facing_of(const struct bd_emitter_node *node, f3 to, float p
     return may_face ? 1 : cos_axis * cos_most + sin_axis * sin_most;
 }
 
-// Of what faces as little, or lies as low, rounding says too little.
+// Below, rounding says too little of how far an emitter turns away and how low it lies.
 #define COSINES_LEAST 0.05f
 
 static inline struct look look_at(const struct bd_emitter_node *node, f3 point, f3 normal)

@@ -145,28 +145,32 @@ static struct bd_map_range range_within(const struct bd_picture *picture,
                                         const struct bd_texture *texture, struct stretch x,
                                         struct stretch y)
 {
-    uint8_t least = UINT8_MAX, most = 0;
-    const uint32_t count = x.count * y.count;
+    uint32_t columns[RANGE_SIDE_MAX];
+    uint8_t most = 0;
     float sum = 0;
-    for (uint32_t i = 0; i < count; i++) {
-        const uint32_t column = wrap(x.first + i % x.count, picture->width_px, texture->wrap_s);
-        const uint32_t row = wrap(y.first + i / x.count, picture->height_px, texture->wrap_t);
-        const uint8_t *rgba = picture->rgba + 4 * ((size_t)picture->width_px * row + column);
-        const uint8_t red_green = rgba[0] > rgba[1] ? rgba[0] : rgba[1];
-        const uint8_t brightest = red_green > rgba[2] ? red_green : rgba[2];
-        if (brightest < least) least = brightest;
-        if (brightest > most) most = brightest;
-        sum += linear[brightest];
+    for (uint32_t i = 0; i < x.count; i++)
+        columns[i] = wrap(x.first + i, picture->width_px, texture->wrap_s);
+    for (uint32_t j = 0; j < y.count; j++) {
+        const uint32_t row = wrap(y.first + j, picture->height_px, texture->wrap_t);
+        for (uint32_t i = 0; i < x.count; i++) {
+            const uint8_t *rgba =
+                picture->rgba + 4 * ((size_t)picture->width_px * row + columns[i]);
+            const uint8_t red_green = rgba[0] > rgba[1] ? rgba[0] : rgba[1];
+            const uint8_t brightest = red_green > rgba[2] ? red_green : rgba[2];
+            if (brightest > most) most = brightest;
+            sum += linear[brightest];
+        }
     }
-    return (struct bd_map_range){count > 0, linear[least], linear[most],
-                                 count > 0 ? sum / (float)count : 0, fmaxf(x.texels, y.texels)};
+    const uint32_t count = x.count * y.count;
+    return (struct bd_map_range){count > 0, linear[most], count > 0 ? sum / (float)count : 0,
+                                 fmaxf(x.texels, y.texels)};
 }
 
 struct bd_map_range bd_map_range(const struct bd_scene *scene, const struct bd_texture_ref *map,
                                  const struct bd_primitive *primitive, const uint32_t index[3],
                                  const float u[3], const float v[3])
 {
-    const struct bd_map_range white = {true, 1, 1, 1, 0};
+    const struct bd_map_range white = {true, 1, 1, 0};
     if (map->texture == BD_NONE || !primitive->uv[map->uv_set]) return white;
     const struct bd_texture *texture = &scene->textures[map->texture];
     const struct bd_picture *picture = picture_of(scene, map);

@@ -21,12 +21,12 @@ struct bd_map_texel bd_map_data_at(const struct bd_scene *scene, const struct bd
                                    const struct bd_primitive *primitive, const uint32_t index[3],
                                    float u, float v);
 
-// Of the colours that a map may show within a triangle of these barycentrics: the least, the most
-// and the mean of their brightest channel, told where few thousand texels tell it, and how many
-// texels the triangle is long along the longer of the map's axes.
+// Of the colours that a map may show within a triangle of these barycentrics: the most and the mean
+// of their brightest channel, told where few thousand texels tell it, and how many texels the
+// triangle is long along the longer of the map's axes.
 struct bd_map_range {
     bool is_told;
-    float least, most, mean, side_texels;
+    float most, mean, side_texels;
 };
 struct bd_map_range bd_map_range(const struct bd_scene *scene, const struct bd_texture_ref *map,
                                  const struct bd_primitive *primitive, const uint32_t index[3],

@@ -249,6 +249,24 @@ static void lit_texels_have_parts_of_their_own(void **state)
     free(rgba);
 }
 
+// Where coordinates are none, or name no texel, nothing tells where a screen is bright: it stays
+// whole, and leaves the room to others.
+static void screens_that_nothing_is_told_of_stay_whole(void **state)
+{
+    (void)state;
+    static const float scales[] = {1e12f, NAN, 1e30f, INFINITY};
+    static const uint8_t half[16] = {0, 0, 0, 255, 0, 0, 0, 255, 255, 0, 0, 255, 255, 0, 0, 255};
+    for (size_t i = 0; i < sizeof scales / sizeof *scales; i++) {
+        struct stage *stage = screen_of(4, 1, half);
+        stage_material_at(stage, 0)->emissive_map.uv_transform[0] = scales[i];
+        struct bd_area_lights *lights = lights_of(finished(stage));
+        assert_int_equal(lights->count, 2);
+        assert_true(lights->lights[0].brightest > 0 && lights->lights[1].brightest > 0);
+        bd_area_lights_destroy(&lights);
+        stage_destroy(&stage);
+    }
+}
+
 static void what_is_unlit_or_dark_emits_nothing(void **state)
 {
     (void)state;
@@ -317,6 +335,40 @@ static void trees_draw_what_they_tell(void **state)
     bd_emitter_tree_cut(&lights->tree, f3_of(0, 2, 0), f3_of(0, 1, 0), &nothing);
     assert_false(bd_emitter_tree_draw(&lights->tree, &nothing, f3_of(0, 2, 0), f3_of(0, 1, 0), 0.5f,
                                       &light, &chance));
+    bd_area_lights_destroy(&lights);
+    stage_destroy(&stage);
+}
+
+static double sum_of_chances(const struct bd_area_lights *lights, const struct bd_emitter_cut *cut,
+                             f3 point)
+{
+    double sum = 0;
+    for (uint32_t i = 0; i < lights->count; i++)
+        sum += (double)bd_emitter_tree_chance(&lights->tree, cut, point, f3_of(0, 1, 0), i);
+    return sum;
+}
+
+// In the very middle of any node's box, however brightly it shines, chances are numbers.
+static void no_weight_is_without_an_end(void **state)
+{
+    (void)state;
+    struct stage *stage = stage_create();
+    const int32_t material = stage_material(stage, 0.5f);
+    stage_emission(stage, material, 1e15f);
+    for (int i = -40; i <= 40; i++) stage_floor(stage, material, 1, 0.1 * i, 1);
+    struct bd_area_lights *lights = lights_of(finished(stage));
+    const uint32_t count = lights->count;
+    const struct bd_emitter_cut whole = {1, {{0, 0, count, 1, 1}}, 1};
+    for (uint32_t n = 0; n < 2 * count - 1; n++) {
+        const struct bd_emitter_node *node = &lights->tree.nodes[n];
+        const f3 half = f3_scale(f3_sub(node->most, node->least), 0.5f);
+        const f3 middle = f3_add(node->least, half);
+        struct bd_emitter_cut cut;
+        bd_emitter_tree_cut(&lights->tree, middle, f3_of(0, 1, 0), &cut);
+        assert_true(isfinite(cut.weight));
+        assert_true(isfinite(sum_of_chances(lights, &cut, middle)));
+        assert_true(isfinite(sum_of_chances(lights, &whole, middle)));
+    }
     bd_area_lights_destroy(&lights);
     stage_destroy(&stage);
 }
@@ -480,8 +532,10 @@ int main(void)
         cmocka_unit_test(rears_and_planes_give_nothing),
         cmocka_unit_test(a_screen_lights_where_it_is_bright),
         cmocka_unit_test(lit_texels_have_parts_of_their_own),
+        cmocka_unit_test(screens_that_nothing_is_told_of_stay_whole),
         cmocka_unit_test(what_is_unlit_or_dark_emits_nothing),
         cmocka_unit_test(trees_draw_what_they_tell),
+        cmocka_unit_test(no_weight_is_without_an_end),
         cmocka_unit_test(trees_find_what_is_near),
         cmocka_unit_test(what_pauses_may_end_it),
         cmocka_unit_test(skies_with_a_sun_are_found),
