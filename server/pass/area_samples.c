@@ -228,7 +228,7 @@ static void send_to_emitter(struct sampler *s, const struct candidates *candidat
     add(s, point.position, c->light->triangle, direction, radiance, density, chosen);
 }
 
-// Rays `first` to `end`, of whom the candidates were found for.
+// Rays from `first` up to `end`, whose candidates these are.
 static void sample_candidates(struct sampler *s, const struct candidates *candidates,
                               uint32_t first, uint32_t end)
 {
@@ -245,7 +245,8 @@ static void sample_candidates(struct sampler *s, const struct candidates *candid
     }
 }
 
-// All that are weighed are so once; of those that are drawn, each few rays have others.
+// Where all emitters are weighed, all rays choose among them; else each few rays among some that
+// are drawn for them.
 static void sample_emitters(struct sampler *s, struct candidates *candidates)
 {
     const uint32_t rays = s->shares->emitters;

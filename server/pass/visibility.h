@@ -28,7 +28,7 @@ struct bd_segments {
     struct bd_buf *occluded; // a bit each, 32 a word
     size_t count_max;        // a multiple of 32
     struct bd_ray_counts traced;
-    // What each of the two who are asked works with, from the first time on.
+    // What processor and device work with, each from the first time on that it is asked.
     struct bd_segment *host;
     uint32_t *host_bits;
     struct bd_ray_walks walks;
