@@ -12,7 +12,7 @@
 
 #include "pass/visibility.h"
 
-// In slices of their own; `count` any.
+// In slices of their own; `count` any. All are counted.
 BD_MUST_CHECK
 enum bd_err bd_nearest_ask(const struct bd_pass_context *context,
                            const struct bd_visibility_inputs *inputs, const struct bd_ray *rays,

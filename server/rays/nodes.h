@@ -5,6 +5,9 @@
 // All triangles are placed: instances of a mesh are so many times its triangles. A scene that this
 // would be too much for is left to the processor (rays.h).
 //
+// Which of a triangle's sides counts is the snapshot's: a structure that outlives an edit of that
+// (frame/stage_rows.c) answers nobody who passes backs.
+//
 // The same scene gives the same bytes, whatever the number of threads.
 //
 // Wald, Woop, Benthin, Johnson, Ernst 2014 (Embree); Smits 1998 (walks without a stack).

@@ -1,6 +1,6 @@
 // A walk through the triangles of a snapshot: a line an invocation, whatever is asked about it.
-// Answers are those of rays/trace.c. Who includes this declares `args`, a bd_ray_walk_args, and says
-// what ends a line at a triangle (ends_at).
+// Answers are those of rays/trace.c. A program that includes this declares `args`, a
+// bd_ray_walk_args, and says what ends a line at a triangle (ends_at).
 //
 // Triangles are tested as Embree's robust mode does, by the signs of the line's Pluecker products
 // with their edges: an edge gives its two triangles the same number with opposite signs, so nothing
@@ -104,7 +104,7 @@ bool meets_triangle(line l, vec3 a, vec3 b, vec3 c, inout meeting m)
     float facing = dot_exactly(normal, l.along);
     precise float distance = dot_exactly(p, normal) / facing;
     m.distance = distance;
-    m.at = min(vec2(u, v) / sum, 1.0);
+    m.at = sum != 0.0 ? min(vec2(u, v) / sum, 1.0) : vec2(0.0);
     m.is_along = facing > 0.0;
     return facing != 0.0 && l.near <= distance && distance <= l.far;
 }
@@ -168,7 +168,7 @@ bool walk_on(inout line l, bool can_meet, uint index)
     return ends;
 }
 
-// All invocations of a group call it, before they count and when they have.
+// Before the invocations of a group count anything, and after: all of them call these.
 void begin_counts()
 {
     if (gl_LocalInvocationIndex < BD_RAY_COUNTS) group_counts[gl_LocalInvocationIndex] = 0u;

@@ -109,7 +109,7 @@ struct bd_ray_walk_args {
                    // by chance; z = the first triangle that is not opaque, in its table
 };
 // What pass/visibility counts.
-#define BD_RAY_COUNT_ASKED      0 // segments and rays that have a length
+#define BD_RAY_COUNT_ASKED      0 // rays, and segments that have a length
 #define BD_RAY_COUNT_UNFINISHED 1 // whose walks have not ended
 #define BD_RAY_COUNTS           2
 

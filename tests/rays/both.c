@@ -97,8 +97,7 @@ struct bd_ray_counts both_meet(struct both *both, enum executor executor, enum b
     return traced;
 }
 
-// --- segments and rays
-// ----------------------------------------------------------------------------
+// --- segments and rays ---------------------------------------------------------------------------
 
 double both_chance(struct both *both)
 {

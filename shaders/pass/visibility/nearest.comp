@@ -72,7 +72,7 @@ void answer(uint index)
     take_hit(index);
     line l;
     bool can_meet = make_line(origin, direction, rest, l);
-    if (can_meet && args.walk.x == 1u) atomicAdd(group_counts[BD_RAY_COUNT_ASKED], 1u);
+    if (args.walk.x == 1u) atomicAdd(group_counts[BD_RAY_COUNT_ASKED], 1u);
     walk_on(l, can_meet, index);
     hits[index] = hit;
 }
