@@ -1,5 +1,5 @@
 // Light of emissive surfaces and of the sky where it first falls, against closed forms: what
-// `direct` shows of a floor, as it is asked without any setting.
+// `direct` shows of a diffuse floor, with as many rays as it has by itself and with many.
 
 #include <math.h>
 #include <setjmp.h>
@@ -17,6 +17,7 @@
 #define ALBEDO 0.5
 #define CD_M2  3.0
 #define SIDE   16u
+
 static const double up[3] = {0, 1, 0};
 
 // Rays a pixel, and what a picture of one place may be off by: in its mean, and by pixel.
@@ -55,7 +56,7 @@ static struct bd_image *look_at(struct world *w, int32_t camera, const char *ray
     return direct;
 }
 
-// Whose pixels are to show the irradiance's part.
+// The pixels of such a picture are to show what the floor reflects of the irradiance.
 static void check_at(struct world *w, const char *what, const double at[3], const double normal[3],
                      double irradiance)
 {
@@ -149,7 +150,7 @@ static void a_disk(void **state)
     }
 }
 
-// Above the horizon it gives what its solid angle's disk gives, face on.
+// A sphere above the horizon gives what a disk of its solid angle gives, face on.
 static void a_sphere(void **state)
 {
     struct world *w = *state;
@@ -166,7 +167,7 @@ static void a_sphere(void **state)
     }
 }
 
-// Everywhere in a room that shines, corners included, its light comes from the whole half space.
+// In a room that shines, corners included, light comes from the whole half space.
 static void a_furnace(void **state)
 {
     static const double centre[3] = {0, 0, 0};
@@ -302,7 +303,7 @@ static void a_sun_through_a_window(void **state)
     }
 }
 
-// Beside it the sky is seen, dimly, and nothing of the sun.
+// Beside the beam the sky is seen, dimly, and nothing of the sun.
 static void no_sun_beside_a_window(void **state)
 {
     struct world *w = *state;
