@@ -8,13 +8,11 @@ FOLDER keeps truths for the next time.
 """
 import argparse
 import json
-import sys
 import tempfile
 from pathlib import Path
 
-from bounce import Bounce
+from bounce import Bounce, name_of, write
 from harness import exr
-from harness.bench.store import machine
 from many_lamps import off
 
 
@@ -39,8 +37,7 @@ def main():
     rows = []
     with tempfile.TemporaryDirectory() as folder:
         for case in options.cases:
-            words = case.split("@")
-            name = "@".join(Path(word).stem for word in words)
+            words, name = case.split("@"), name_of(case)
             for brdf in ("full", "lambert"):
                 kept = (options.truths or Path(folder)) / f"{name}.{brdf}.direct.exr"
                 settings = [f"brdf={brdf}", f"spp={options.truth_spp}", "bounces=0", "alpha=mask", "transmission=off"]
@@ -49,8 +46,7 @@ def main():
                 image = bounce.direct(words, "direct", [f"brdf={brdf}"], Path(folder) / "picture.exr", options)
                 rows.append({"case": name, "brdf": brdf, "off_percent": off(image, truth)})
                 print(json.dumps(rows[-1]), flush=True)
-    result = {"command": "tests/bench/area_direct.py " + " ".join(sys.argv[1:]), "machine": machine(), "rows": rows}
-    options.out.write_text(json.dumps(result, indent=1) + "\n")
+    write(options.out, "area_direct.py", rows)
 
 
 if __name__ == "__main__":

@@ -85,7 +85,7 @@ def screens(count):
     return w.glb()
 
 
-def panels(count, nearest=True):
+def panels(count):
     """The hall under one ceiling that a texture lights: `count` bright texels, in all as much."""
     w = Writer()
     w.extensions.add("KHR_materials_emissive_strength")
@@ -95,7 +95,7 @@ def panels(count, nearest=True):
     at = numpy.random.default_rng(7).choice(side * 2 * side, count, replace=False)
     texels.reshape(-1, 4)[at, :3] = (255, 242, 231)
     area = 58 * 28 / (side * 2 * side) * count
-    map_ = {"index": w.texture(texels, nearest)}
+    map_ = {"index": w.texture(texels, True)}
     glow = w.material("glow", (.2, .2, .2), emissiveFactor=[1, 1, 1], emissiveTexture=map_,
                       extensions={"KHR_materials_emissive_strength": {"emissiveStrength": 300 * 18 / area}})
     _add_room(w, w.material("white", (.7, .7, .7)))

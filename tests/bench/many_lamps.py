@@ -102,25 +102,26 @@ def errors(daemon, name, count, path, options):
                "off_percent": off(layer_of(daemon, scene, technique, settings, "indirect", options), truth)}
 
 
-def texels(daemon, folder, options):
-    for count in (100, 10000):
-        path = folder / f"panels{count}.glb"
-        path.write_bytes(lamp_scenes.panels(count))
-        scene = "scene:" + daemon.hold(path)["id"]
-        truth = truth_of(daemon, path, options.truth_spp // 8 * 2, options)
-        many = layer_of(daemon, scene, "direct", {"light_rays": 1024, "noise_filter": "off"}, "direct", options)
-        yield {"scene": "panels", "emitters": count, **time_of(daemon, scene, "direct", {}, options),
-               "off_percent": off(layer_of(daemon, scene, "direct", {}, "direct", options), many), "many_rays_off_percent": off(many, truth)}
+def held(daemon, folder, name, count, options):
+    """A scene of so many emitters, and its truth."""
+    path = folder / f"{name}{count}.glb"
+    path.write_bytes(getattr(lamp_scenes, name)(count))
+    return "scene:" + daemon.hold(path)["id"], truth_of(daemon, path, options.truth_spp // 8 * 2, options)
 
 
 def emitters(daemon, folder, options):
     for count in (100, 10000):
-        path = folder / f"screens{count}.glb"
-        path.write_bytes(lamp_scenes.screens(count))
-        scene = "scene:" + daemon.hold(path)["id"]
-        truth = truth_of(daemon, path, options.truth_spp // 8 * 2, options)
+        scene, truth = held(daemon, folder, "screens", count, options)
         yield {"scene": "screens", "emitters": count, **time_of(daemon, scene, "direct", {}, options),
                "off_percent": off(layer_of(daemon, scene, "direct", {}, "direct", options), truth)}
+
+
+def texels(daemon, folder, options):
+    for count in (100, 10000):
+        scene, truth = held(daemon, folder, "panels", count, options)
+        many = layer_of(daemon, scene, "direct", {"light_rays": 1024, "noise_filter": "off"}, "direct", options)
+        yield {"scene": "panels", "emitters": count, **time_of(daemon, scene, "direct", {}, options),
+               "off_percent": off(layer_of(daemon, scene, "direct", {}, "direct", options), many), "many_rays_off_percent": off(many, truth)}
 
 
 def rows(options, folder):

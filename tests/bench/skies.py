@@ -4,19 +4,17 @@ usage: skies.py BUILD SCENE@SKY... -o RESULT.json [--size 192x144] [--rays 4,16,
            [--truth-spp 4096] [--truths FOLDER]
 
 For each scene under each map: `direct` with so many `light_rays`, and the reference with so many samples, as they are and
-filtered, all in the middles of pixels; the relative RMSE of direct light in per cent, its mean's error, and the time of the passes that make it. The
-noise of the truth, of other samples, is taken out (`bounce compare`). FOLDER keeps truths for the next time.
+filtered, all in the middles of pixels; the relative RMSE of direct light in per cent, its mean's error, and the time of the
+passes that make it. The noise of the truth, of other samples, is taken out (`bounce compare`). FOLDER keeps truths for the next time.
 """
 import argparse
 import json
-import sys
 import tempfile
 from pathlib import Path
 
-from bounce import Bounce
-from harness.bench.store import machine
+from bounce import Bounce, name_of, write
 
-# Kept by whoever looks on: neither is made for a light that is edited, nor for a camera.
+# Not made again for another camera, or for light that is edited.
 KEPT = ("bvh", "emitters", "readback", "compile")
 
 
@@ -56,8 +54,7 @@ def main():
     rows = []
     with tempfile.TemporaryDirectory() as folder:
         for case in options.cases:
-            scene, sky = case.split("@")
-            name = f"{Path(scene).stem}@{Path(sky).stem}"
+            (scene, sky), name = case.split("@"), name_of(case)
             truth, picture = (options.truths or Path(folder)) / f"{name}.direct.exr", Path(folder) / "picture.exr"
             bounce.truth(scene, sky, truth, options)
             for technique, settings in asked(options):
@@ -66,8 +63,7 @@ def main():
                 rows.append({"case": name, "technique": technique, "settings": settings, "ms": round(ms, 1),
                              "rel_rmse_percent": round(off[0], 2), "signed_percent": round(off[1], 2)})
                 print(json.dumps(rows[-1]), flush=True)
-    result = {"command": "tests/bench/skies.py " + " ".join(sys.argv[1:]), "machine": machine(), "rows": rows}
-    options.out.write_text(json.dumps(result, indent=1) + "\n")
+    write(options.out, "skies.py", rows)
 
 
 if __name__ == "__main__":
