@@ -3,9 +3,9 @@
 #include <math.h>
 #include <string.h>
 
-#include "kernel/brdf.h"
 #include "lights/directions.h"
 #include "lights/triangle_view.h"
+#include "pass/lobe.h"
 
 // Of more emitters than are all weighed, so many are drawn from their tree and weighed, for so many
 // rays of a half.
@@ -21,7 +21,7 @@ struct sampler {
     const struct bd_area_shares *shares;
     struct bd_sequence sequence[PURPOSES];
     uint32_t place;
-    float alpha, view_cosine, view_root;
+    struct bd_lobe lobe;
     struct bd_segment *segments;
     struct bd_area_light_found *found;
     uint32_t count;
@@ -47,72 +47,6 @@ struct bd_area_sampling bd_area_sampling_of(const struct bd_area_lights *lights,
     };
 }
 
-// --- the surface --------------------------------------------------------------------------------
-
-static f3 brdf_towards(const struct sampler *s, f3 l)
-{
-    const struct bd_area_receiver *at = s->at;
-    if (s->sampling->lambert) return f3_scale(at->base_color, 1 / F_PI);
-    return brdf_of_view(at->base_color, at->metallic, at->roughness, at->f0_dielectric, at->normal,
-                        l, at->viewer, s->view_cosine, s->view_root);
-}
-
-static f3 diffuse_albedo(const struct sampler *s)
-{
-    return f3_scale(s->at->base_color, s->sampling->lambert ? 1 : 1 - s->at->metallic);
-}
-
-// What a unit of radiance from there gives, per steradian.
-static struct bd_area_light_found received(const struct sampler *s, f3 l)
-{
-    const float cosine = f3_dot(s->at->normal, l);
-    const f3 beyond = f3_sub(brdf_towards(s, l), f3_scale(diffuse_albedo(s), 1 / F_PI));
-    return (struct bd_area_light_found){f3_of(cosine, cosine, cosine), f3_scale(beyond, cosine)};
-}
-
-static bool is_above(const struct bd_area_receiver *at, f3 l)
-{
-    return f3_dot(at->normal, l) > 0 && f3_dot(at->normal_geometric, l) > 0;
-}
-
-// Of the specular lobe's visible normals (Heitz 2018), per steradian around l.
-static float lobe_density(const struct sampler *s, f3 l)
-{
-    const f3 sum = f3_add(l, s->at->viewer), n = s->at->normal;
-    const float length = f3_length(sum);
-    if (!(length > 0)) return 0;
-    const f3 h = f3_scale(sum, 1 / length), across = f3_cross(n, h);
-    const float n_h = f_max(f3_dot(n, h), 0), a2 = s->alpha * s->alpha;
-    const float d = f3_dot(across, across) + n_h * n_h * a2;
-    return n_h > 0 ? a2 / (F_PI * d * d) / (2 * (s->view_cosine + s->view_root)) : 0;
-}
-
-// A direction of the lobe: the viewer's mirrored at a visible normal.
-static f3 choose_of_lobe(const struct sampler *s, const float number[2])
-{
-    const f3 n = s->at->normal, v = s->at->viewer;
-    const struct bd_basis basis = bd_basis_of(n);
-    const f3 stretched = f3_unit(f3_of(s->alpha * f3_dot(v, basis.x), s->alpha * f3_dot(v, basis.y),
-                                       f_max(f3_dot(v, n), 1e-4f)));
-    const float across2 = stretched.x * stretched.x + stretched.y * stretched.y;
-    const f3 t1 = across2 > 0 ? f3_scale(f3_of(-stretched.y, stretched.x, 0), 1 / f_sqrt(across2))
-                              : f3_of(1, 0, 0);
-    const f3 t2 = f3_cross(stretched, t1);
-    const float radius = f_sqrt(number[0]), turn = 2 * F_PI * number[1];
-    const float p1 = radius * cosf(turn), share = 0.5f * (1 + stretched.z);
-    const float p2 = (1 - share) * f_sqrt(f_max(1 - p1 * p1, 0)) + share * radius * sinf(turn);
-    const float p3 = f_sqrt(f_max(1 - p1 * p1 - p2 * p2, 0));
-    const f3 m = f3_add(f3_scale(t1, p1), f3_add(f3_scale(t2, p2), f3_scale(stretched, p3)));
-    const f3 h =
-        bd_from_basis(&basis, n, f3_unit(f3_of(s->alpha * m.x, s->alpha * m.y, f_max(m.z, 1e-7f))));
-    return f3_unit(f3_sub(f3_scale(h, 2 * f3_dot(v, h)), v));
-}
-
-static bool has_lobe(const struct sampler *s)
-{
-    return s->at->has_lobe && !s->sampling->lambert && f3_dot(s->at->normal, s->at->viewer) > 0;
-}
-
 // --- what is found ------------------------------------------------------------------------------
 
 static struct bd_area_light_found scaled(struct bd_area_light_found f, f3 radiance, float factor)
@@ -129,7 +63,7 @@ static void add(struct sampler *s, f3 to, uint32_t to_triangle, f3 direction, f3
     struct bd_segment *segment = &s->segments[s->count];
     struct bd_area_light_found *found = &s->found[s->count];
     const float of_lobe =
-        s->shares->lobes ? (float)s->shares->lobes * lobe_density(s, direction) : 0;
+        s->shares->lobes ? (float)s->shares->lobes * bd_lobe_density(&s->lobe, direction) : 0;
     const float share = density / (density + of_lobe);
     const float factor = s->sampling->from_cd_m2 * share / chosen_density;
     if (!isfinite(factor) || !(factor > 0)) return;
@@ -137,7 +71,7 @@ static void add(struct sampler *s, f3 to, uint32_t to_triangle, f3 direction, f3
                                    .from_triangle = at->triangle,
                                    .to = {to.x, to.y, to.z},
                                    .to_triangle = to_triangle};
-    *found = scaled(received(s, direction), radiance, factor);
+    *found = scaled(bd_lobe_received(&s->lobe, direction), radiance, factor);
     s->count++;
 }
 
@@ -215,7 +149,7 @@ static void send_to_emitter(struct sampler *s, const struct candidates *candidat
     bd_sequence_pair(&s->sequence[OF_POINT], s->place + ray, number);
     if (!bd_triangle_view_choose(&c->view, c->light, at->position, number, &point)) return;
     const f3 direction = f3_unit(f3_sub(point.position, at->position));
-    if (!is_above(at, direction)) return;
+    if (!bd_lobe_is_above(&s->lobe, direction)) return;
     const f3 radiance =
         bd_area_emission(s->sampling->lights, c->light, point.u, point.v, f3_scale(direction, -1));
     if (!(radiance.x > 0 || radiance.y > 0 || radiance.z > 0)) return;
@@ -279,7 +213,7 @@ static f3 end_of_way(const struct bd_area_sampling *sampling, f3 from, f3 direct
 
 static void send_to_sky(struct sampler *s, f3 direction)
 {
-    if (!is_above(s->at, direction)) return;
+    if (!bd_lobe_is_above(&s->lobe, direction)) return;
     const struct bd_sky_look look = bd_sky_light_look(&s->sampling->lights->sky, direction);
     const float density = sky_density(s, direction, look.density);
     if (!(look.radiance.x > 0 || look.radiance.y > 0 || look.radiance.z > 0) || !(density > 0))
@@ -310,10 +244,10 @@ static void sample_lobe(struct sampler *s, struct bd_area_lobe *lobes)
     for (uint32_t i = 0; i < s->shares->lobes; i++) {
         float number[2];
         bd_sequence_pair(&s->sequence[OF_LOBE], s->place + i, number);
-        const f3 l = choose_of_lobe(s, number);
-        const float density = (float)s->shares->lobes * lobe_density(s, l);
-        if (!is_above(at, l) || !(density > 0) || !isfinite(density)) continue;
-        const struct bd_area_light_found found = received(s, l);
+        const f3 l = bd_lobe_choose(&s->lobe, number);
+        const float density = (float)s->shares->lobes * bd_lobe_density(&s->lobe, l);
+        if (!bd_lobe_is_above(&s->lobe, l) || !(density > 0) || !isfinite(density)) continue;
+        const struct bd_area_light_found found = bd_lobe_received(&s->lobe, l);
         lobes[i] = (struct bd_area_lobe){
             .ray = {.origin = {at->position.x, at->position.y, at->position.z},
                     .from_triangle = at->triangle,
@@ -345,14 +279,11 @@ static struct sampler sampler_of(const struct bd_area_sampling *sampling,
                                  const struct bd_area_receiver *at,
                                  const struct bd_area_shares *shares)
 {
-    const float cosine = view_cosine(at->normal, at->viewer), alpha = ggx_alpha(at->roughness);
     return (struct sampler){
         .sampling = sampling,
         .at = at,
         .shares = shares,
-        .alpha = alpha,
-        .view_cosine = cosine,
-        .view_root = smith_root(cosine, alpha),
+        .lobe = bd_lobe_of(at, sampling->lambert),
     };
 }
 
@@ -372,7 +303,7 @@ void bd_area_sample(const struct bd_area_sampling *sampling, const struct bd_are
     *shares = shares_of(sampling,
                         bd_area_all_are_weighed(sampling) ? candidates.count > 0
                                                           : sampling->lights->count > 0,
-                        has_lobe(&s));
+                        s.lobe.is_there);
     shares->weight = candidates.weight;
     sample_emitters(&s, &candidates);
     if (sampling->lights->sky.shines) sample_sky(&s);

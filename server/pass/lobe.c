@@ -1,0 +1,76 @@
+#include "pass/lobe.h"
+
+#include <math.h>
+
+#include "kernel/brdf.h"
+#include "lights/directions.h"
+
+struct bd_lobe bd_lobe_of(const struct bd_area_receiver *at, bool lambert)
+{
+    const float cosine = view_cosine(at->normal, at->viewer), alpha = ggx_alpha(at->roughness);
+    return (struct bd_lobe){
+        .at = at,
+        .lambert = lambert,
+        .is_there = at->has_lobe && !lambert && f3_dot(at->normal, at->viewer) > 0,
+        .alpha = alpha,
+        .view_cosine = cosine,
+        .view_root = smith_root(cosine, alpha),
+    };
+}
+
+static f3 brdf_towards(const struct bd_lobe *lobe, f3 l)
+{
+    const struct bd_area_receiver *at = lobe->at;
+    if (lobe->lambert) return f3_scale(at->base_color, 1 / F_PI);
+    return brdf_of_view(at->base_color, at->metallic, at->roughness, at->f0_dielectric, at->normal,
+                        l, at->viewer, lobe->view_cosine, lobe->view_root);
+}
+
+static f3 diffuse_albedo(const struct bd_lobe *lobe)
+{
+    return f3_scale(lobe->at->base_color, lobe->lambert ? 1 : 1 - lobe->at->metallic);
+}
+
+struct bd_area_light_found bd_lobe_received(const struct bd_lobe *lobe, f3 l)
+{
+    const float cosine = f3_dot(lobe->at->normal, l);
+    const f3 beyond = f3_sub(brdf_towards(lobe, l), f3_scale(diffuse_albedo(lobe), 1 / F_PI));
+    return (struct bd_area_light_found){f3_of(cosine, cosine, cosine), f3_scale(beyond, cosine)};
+}
+
+bool bd_lobe_is_above(const struct bd_lobe *lobe, f3 l)
+{
+    return f3_dot(lobe->at->normal, l) > 0 && f3_dot(lobe->at->normal_geometric, l) > 0;
+}
+
+float bd_lobe_density(const struct bd_lobe *lobe, f3 l)
+{
+    const f3 sum = f3_add(l, lobe->at->viewer), n = lobe->at->normal;
+    const float length = f3_length(sum);
+    if (!(length > 0)) return 0;
+    const f3 h = f3_scale(sum, 1 / length), across = f3_cross(n, h);
+    const float n_h = f_max(f3_dot(n, h), 0), a2 = lobe->alpha * lobe->alpha;
+    const float d = f3_dot(across, across) + n_h * n_h * a2;
+    return n_h > 0 ? a2 / (F_PI * d * d) / (2 * (lobe->view_cosine + lobe->view_root)) : 0;
+}
+
+f3 bd_lobe_choose(const struct bd_lobe *lobe, const float number[2])
+{
+    const f3 n = lobe->at->normal, v = lobe->at->viewer;
+    const float alpha = lobe->alpha;
+    const struct bd_basis basis = bd_basis_of(n);
+    const f3 stretched = f3_unit(
+        f3_of(alpha * f3_dot(v, basis.x), alpha * f3_dot(v, basis.y), f_max(f3_dot(v, n), 1e-4f)));
+    const float across2 = stretched.x * stretched.x + stretched.y * stretched.y;
+    const f3 t1 = across2 > 0 ? f3_scale(f3_of(-stretched.y, stretched.x, 0), 1 / f_sqrt(across2))
+                              : f3_of(1, 0, 0);
+    const f3 t2 = f3_cross(stretched, t1);
+    const float radius = f_sqrt(number[0]), turn = 2 * F_PI * number[1];
+    const float p1 = radius * cosf(turn), share = 0.5f * (1 + stretched.z);
+    const float p2 = (1 - share) * f_sqrt(f_max(1 - p1 * p1, 0)) + share * radius * sinf(turn);
+    const float p3 = f_sqrt(f_max(1 - p1 * p1 - p2 * p2, 0));
+    const f3 m = f3_add(f3_scale(t1, p1), f3_add(f3_scale(t2, p2), f3_scale(stretched, p3)));
+    const f3 h =
+        bd_from_basis(&basis, n, f3_unit(f3_of(alpha * m.x, alpha * m.y, f_max(m.z, 1e-7f))));
+    return f3_unit(f3_sub(f3_scale(h, 2 * f3_dot(v, h)), v));
+}
