@@ -1,0 +1,46 @@
+// A cache of irradiance over the places that rays met: cells of space, and of the ways that
+// surfaces face, each with as many of those places as any other, so that it is fine where many rays
+// go. A cell is told the light of one of its places, chosen by its number and not by who came
+// first, and tells it to all.
+//
+// Cells are those of a grid over render space, halved as often as it takes: their numbers do not
+// depend on a camera.
+//
+// Ward, Rubinstein, Clear 1988 (caching irradiance); Binder, Fricke, Keller 2018 (in cells of
+// space).
+//
+// Thread: made by one, then read by all.
+
+#ifndef BD_LIGHTS_IRRADIANCE_CELLS_H
+#define BD_LIGHTS_IRRADIANCE_CELLS_H
+
+#include <stdint.h>
+
+#include "base/err.h"
+#include "kernel/math.h"
+
+// Number of the smallest cell about a place with that unit normal: the face that the normal leaves
+// by, then a Morton code. `radius` is the render space's.
+uint64_t bd_irradiance_cell_at(f3 position, f3 normal, float radius);
+
+struct bd_irradiance_cells {
+    uint32_t count;
+    float radius;
+    uint64_t *first;  // of each the least number that is in it; they ascend
+    uint32_t *chosen; // which of the places stands for it
+    f3 *irradiance;   // that it tells
+};
+
+// Over places with those numbers, which are put in order; of at most `most` cells, from 6 on.
+// Irradiance is 0 at first. BD_ERR_NO_MEMORY.
+BD_MUST_CHECK
+enum bd_err bd_irradiance_cells_create(const uint64_t *numbers, uint32_t place_count, uint32_t most,
+                                       float radius, struct bd_irradiance_cells **out,
+                                       struct bd_fault *fault);
+void bd_irradiance_cells_destroy(struct bd_irradiance_cells **cells);
+uint64_t bd_irradiance_cells_bytes(const struct bd_irradiance_cells *cells);
+
+// Of the cell that a place lies in, or the next one; 0 where there are none.
+f3 bd_irradiance_cells_look(const struct bd_irradiance_cells *cells, f3 position, f3 normal);
+
+#endif

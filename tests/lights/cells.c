@@ -1,0 +1,139 @@
+// A cache's cells over the places that rays met: whoever lies where, in whatever order.
+
+#include "lights/irradiance_cells.h"
+#include "lights/sequence.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "tests/unit/cmocka_all.h"
+
+#define PLACES 20000u
+#define MOST   300u
+#define RADIUS 4.0f
+
+struct place {
+    f3 position, normal;
+};
+
+static float number_of(uint32_t *state)
+{
+    *state = bd_stirred(*state + 0x9e3779b9u);
+    return (float)(*state >> 8) * 0x1p-24f;
+}
+
+// Half of them on the sixteenth of a floor, the others all over it and on a wall.
+static struct place place_at(uint32_t i)
+{
+    uint32_t state = 7 * i + 1;
+    const float x = number_of(&state), y = number_of(&state);
+    if (i % 2) return (struct place){f3_of(x, 0, y), f3_of(0, 1, 0)};
+    if (i % 4) return (struct place){f3_of(4 * x - 2, 0, 4 * y - 2), f3_of(0, 1, 0)};
+    return (struct place){f3_of(-2, 4 * x, 4 * y - 2), f3_of(1, 0, 0)};
+}
+
+static struct bd_irradiance_cells *cells_of(const struct place *places, uint32_t count,
+                                            uint32_t most)
+{
+    uint64_t *numbers = malloc((count + 1) * sizeof *numbers);
+    struct bd_irradiance_cells *cells;
+    struct bd_fault fault;
+    assert_non_null(numbers);
+    for (uint32_t i = 0; i < count; i++)
+        numbers[i] = bd_irradiance_cell_at(places[i].position, places[i].normal, RADIUS);
+    assert_int_equal(bd_irradiance_cells_create(numbers, count, most, RADIUS, &cells, &fault),
+                     BD_ERR_OK);
+    free(numbers);
+    return cells;
+}
+
+static struct place *all_places(void)
+{
+    struct place *places = malloc(PLACES * sizeof *places);
+    assert_non_null(places);
+    for (uint32_t i = 0; i < PLACES; i++) places[i] = place_at(i);
+    return places;
+}
+
+// The place that stands for it lies in it, and nobody else's is asked.
+static void every_place_is_told_by_one_of_its_cell(void **state)
+{
+    (void)state;
+    struct place *places = all_places();
+    struct bd_irradiance_cells *cells = cells_of(places, PLACES, MOST);
+    assert_in_range(cells->count, MOST / 2, MOST);
+    for (uint32_t i = 0; i < cells->count; i++) cells->irradiance[i] = f3_of((float)i, 0, 0);
+    for (uint32_t i = 0; i < cells->count; i++) {
+        const struct place *of = &places[cells->chosen[i]];
+        assert_int_equal((uint32_t)bd_irradiance_cells_look(cells, of->position, of->normal).x, i);
+        if (i > 0) assert_true(cells->first[i - 1] < cells->first[i]);
+    }
+    for (uint32_t i = 0; i < PLACES; i++) {
+        const f3 told = bd_irradiance_cells_look(cells, places[i].position, places[i].normal);
+        const struct place *of = &places[cells->chosen[(uint32_t)told.x]];
+        assert_true(f3_dot(of->normal, places[i].normal) > 0.5f);
+    }
+    bd_irradiance_cells_destroy(&cells);
+    free(places);
+}
+
+static void more_cells_lie_where_more_rays_end(void **state)
+{
+    (void)state;
+    struct place *places = all_places();
+    struct bd_irradiance_cells *cells = cells_of(places, PLACES, MOST);
+    uint32_t within = 0, on_the_floor = 0;
+    for (uint32_t i = 0; i < cells->count; i++) {
+        const struct place *of = &places[cells->chosen[i]];
+        const bool floor = of->normal.y > 0.5f;
+        on_the_floor += floor;
+        within += floor && of->position.x > 0 && of->position.x < 1 && of->position.z > 0 &&
+                  of->position.z < 1;
+    }
+    // A sixteenth of the floor, on which two thirds of its places are.
+    assert_true(within > on_the_floor / 3);
+    bd_irradiance_cells_destroy(&cells);
+    free(places);
+}
+
+static void order_does_not_matter(void **state)
+{
+    (void)state;
+    struct place *places = all_places(), *turned = all_places();
+    for (uint32_t i = 0; i < PLACES; i++) turned[i] = places[PLACES - 1 - i];
+    struct bd_irradiance_cells *a = cells_of(places, PLACES, MOST);
+    struct bd_irradiance_cells *b = cells_of(turned, PLACES, MOST);
+    assert_int_equal(a->count, b->count);
+    assert_memory_equal(a->first, b->first, a->count * sizeof *a->first);
+    for (uint32_t i = 0; i < a->count; i++)
+        assert_memory_equal(&places[a->chosen[i]], &turned[b->chosen[i]], sizeof *places);
+    bd_irradiance_cells_destroy(&a);
+    bd_irradiance_cells_destroy(&b);
+    free(places);
+    free(turned);
+}
+
+static void there_may_be_none_or_all_at_one_place(void **state)
+{
+    (void)state;
+    struct bd_irradiance_cells *cells = cells_of(NULL, 0, MOST);
+    assert_int_equal(cells->count, 0);
+    assert_true(bd_irradiance_cells_look(cells, f3_of(0, 0, 0), f3_of(0, 1, 0)).x == 0);
+    bd_irradiance_cells_destroy(&cells);
+    struct place same[50];
+    for (int i = 0; i < 50; i++) same[i] = (struct place){f3_of(1, 1, 1), f3_of(0, 0, -1)};
+    cells = cells_of(same, 50, MOST);
+    assert_int_equal(cells->count, 1);
+    bd_irradiance_cells_destroy(&cells);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(every_place_is_told_by_one_of_its_cell),
+        cmocka_unit_test(more_cells_lie_where_more_rays_end),
+        cmocka_unit_test(order_does_not_matter),
+        cmocka_unit_test(there_may_be_none_or_all_at_one_place),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
