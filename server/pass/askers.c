@@ -1,6 +1,9 @@
 // Receivers that ask which VPLs they see, as shaders find them.
 
 #include "pass/choose.h"
+
+#include "kernel/choice.h"
+#include "pass/f3_arrays.h"
 #include "pass/kernels.h"
 #include "shared/bindings.h"
 
@@ -14,6 +17,13 @@ void bd_askers_define(const struct bd_askers *askers, struct bd_defines *defines
 size_t bd_askers_count(const struct bd_askers *askers, const struct bd_askers_slice *slice)
 {
     return askers->fragments ? slice->count : (size_t)slice->tile.width * slice->tile.height;
+}
+
+float bd_askers_reach(const struct bd_askers *askers)
+{
+    if (!askers->viewpoint) return 0;
+    const struct bd_view view = bd_viewpoint_uniform(askers->viewpoint, askers->space);
+    return largest_coordinate(f3_from(&view.position));
 }
 
 struct bd_askers_slice bd_askers_of_list(uint32_t first, uint32_t count)

@@ -40,9 +40,9 @@ static inline uint32_t bd_askers_seed(uint64_t seed)
     return (uint32_t)(seed ^ seed >> 32);
 }
 
-// How a list is divided for running sums. The groups of a long list (pass/vpl_groups.h) count as one
-// VPL each where they are far (`as_one`); not for specular lobes, whose reflection of a whole group
-// is not known.
+// How a list is divided for running sums. The groups of a long list (pass/vpl_groups.h) count as
+// one VPL each where they are far (`as_one`); not for specular lobes, whose reflection of a whole
+// group is not known.
 struct bd_list_groups {
     uint32_t vpls, count;
     bool as_one;
@@ -62,6 +62,9 @@ struct bd_askers_slice {
 struct bd_askers_slice bd_askers_of_list(uint32_t first, uint32_t count);
 // How many receivers those are.
 size_t bd_askers_count(const struct bd_askers *askers, const struct bd_askers_slice *slice);
+
+// The largest coordinate of the view's position, for lifts (kernel/choice.h); 0 without a view.
+float bd_askers_reach(const struct bd_askers *askers);
 
 // What is bound for a shader whose askers they are (shaders/common/asker.glsl), and its dispatch.
 // `bindings` keep pointers into `args`.

@@ -119,8 +119,10 @@ static void sum_group(void *user, uint32_t group)
         g->occluded + group * rays * BD_LANES / 32, &g->part->light[group]);
 }
 
+// Points are of whoever asks for them.
 static void go_on_as(struct gather *g, const char *pass)
 {
+    if (g->inputs->of_points) return;
     bd_gpu_pass_end(g->context->gpu);
     bd_gpu_pass_begin(g->context->gpu, pass);
 }
@@ -168,6 +170,15 @@ static enum bd_err sum(struct gather *g)
                              sum_group, g);
 }
 
+static void keep_points(const struct gather *g)
+{
+    const struct bd_receiver_part *part = g->part;
+    for (uint32_t i = 0; i < part->count; i++) {
+        f3 *to = &g->inputs->of_points[part->slice.first + i];
+        *to = f3_add(*to, f3_at(&part->light[i / BD_LANES].irradiance, i % BD_LANES));
+    }
+}
+
 static enum bd_err light_part(void *user, const struct bd_receiver_part *part)
 {
     struct gather *g = user;
@@ -180,18 +191,12 @@ static enum bd_err light_part(void *user, const struct bd_receiver_part *part)
     go_on_as(g, "visibility");
     if (!err) err = look(g);
     go_on_as(g, g->inputs->receivers.pass);
-    return err ? err : sum(g);
+    if (!err) err = sum(g);
+    if (!err && g->inputs->of_points) keep_points(g);
+    return err;
 }
 
 // --- all ----------------------------------------------------------------------------------------
-
-static float view_reach(const struct bd_askers *askers)
-{
-    const struct bd_view view = bd_viewpoint_uniform(askers->viewpoint, askers->space);
-    const struct bd_vec4 p = view.position;
-    const float x = p.x < 0 ? -p.x : p.x, y = p.y < 0 ? -p.y : p.y, z = p.z < 0 ? -p.z : p.z;
-    return x > y ? (x > z ? x : z) : (y > z ? y : z);
-}
 
 static enum bd_err run(struct gather *g)
 {
@@ -223,7 +228,7 @@ static enum bd_err run_by_groups(struct gather *g)
         .group_vpls = groups.vpls,
         .group_count = groups.count,
         .rays = g->inputs->rays,
-        .view_reach = view_reach(&g->inputs->receivers.askers),
+        .view_reach = bd_askers_reach(&g->inputs->receivers.askers),
     };
     if (!err) err = run(g);
     if (as_one) bd_buf_return(gpu, g->inputs->list->groups, BD_BORROW_TO_READ, &as_one);

@@ -31,6 +31,7 @@ struct bd_gather_chosen_native_inputs {
     const struct bd_vpl_list *list;       // of all lights, in order (pass/vpl_order.h); not empty
     uint32_t rays;                        // a receiver, at most BD_RAYS_CHOSEN_MAX
     const struct bd_visibility_inputs *visibility;
+    f3 *of_points; // where points are the receivers, within whatever pass: adds to what they got
 };
 
 BD_MUST_CHECK

@@ -1,11 +1,16 @@
 #include "pass/receivers.h"
 
 #include <stdlib.h>
+#include <string.h>
 
+#include "lights/sequence.h"
+#include "pass/f3_arrays.h"
 #include "pass/fragment_order.h"
 #include "pass/kernels.h"
 #include "shared/bindings.h"
 
+// Numbers that nobody else of a frame draws by its seed.
+#define OF_POINTS 0x706f696eu
 // Groups at once: 16 MiB of receivers.
 #define GROUPS_MAX 5461u
 
@@ -32,6 +37,7 @@ static enum bd_err get_programs(struct receivers *r, struct bd_fault *fault)
     struct bd_defines write = defines, store = defines;
     if (r->inputs->starts) bd_define(&write, "BD_CHOSEN", 1);
     if (r->inputs->noise) bd_define(&store, "BD_NOISE", 1);
+    if (r->inputs->adds) bd_define(&store, "BD_ADDS", 1);
     enum bd_err err =
         bd_compute_get(gpu, "pass/receivers/receivers.comp", &write, &r->write, fault);
     return err ? err : bd_compute_get(gpu, "pass/receivers/light.comp", &store, &r->store, fault);
@@ -42,8 +48,10 @@ static uint32_t groups_of(uint64_t receivers)
     return (uint32_t)((receivers + BD_LANES - 1) / BD_LANES);
 }
 
-static uint64_t receiver_count(const struct bd_askers *askers)
+static uint64_t receiver_count(const struct bd_receivers_inputs *inputs)
 {
+    const struct bd_askers *askers = &inputs->askers;
+    if (inputs->points) return inputs->point_count;
     return askers->fragments ? askers->fragments->count
                              : (uint64_t)askers->viewpoint->width_px * askers->viewpoint->height_px;
 }
@@ -51,13 +59,13 @@ static uint64_t receiver_count(const struct bd_askers *askers)
 // No more than there are.
 static uint32_t groups_at_once(const struct bd_receivers_inputs *inputs)
 {
-    const uint64_t all = receiver_count(&inputs->askers);
+    const uint64_t all = receiver_count(inputs);
     const uint64_t asked = inputs->receivers_max ? inputs->receivers_max : all;
     const uint32_t most = groups_of(asked < all ? asked : all);
     return most < GROUPS_MAX ? most : GROUPS_MAX;
 }
 
-// On the device and here, of all groups.
+// Here, and but for points on the device: of all groups.
 static enum bd_err make_both(const struct receivers *r, const char *name, size_t group_bytes,
                              struct bd_buf **buf, void **copy, struct bd_fault *fault)
 {
@@ -66,6 +74,7 @@ static enum bd_err make_both(const struct receivers *r, const char *name, size_t
     if (!*copy)
         return bd_fault_set(fault, BD_ERR_NO_MEMORY, "size", "no memory for %u groups of %s",
                             r->groups_max, name);
+    if (r->inputs->points) return BD_ERR_OK;
     return bd_buf_create_unset(r->context->gpu, name, bytes, buf, fault);
 }
 
@@ -116,6 +125,7 @@ static enum bd_err put_in_order(struct receivers *r, struct bd_fault *fault)
 
 static enum bd_err set_askers(struct receivers *r, struct bd_fault *fault)
 {
+    if (r->inputs->points) return BD_ERR_OK;
     r->askers = r->inputs->askers;
     r->part.askers = &r->askers;
     if (!r->askers.fragments) return BD_ERR_OK;
@@ -154,6 +164,35 @@ static enum bd_err fetch(const struct receivers *r)
     return err;
 }
 
+// A part of the whole that no point near it in the list has.
+static float place_of_point(uint64_t seed, uint32_t number)
+{
+    const struct bd_sequence sequence = bd_sequence_of(bd_askers_seed(seed), OF_POINTS);
+    float pair[2];
+    bd_sequence_pair(&sequence, number, pair);
+    return pair[0];
+}
+
+static void take_points(struct receivers *r)
+{
+    const struct bd_surface_point *points = r->inputs->points + r->part.slice.first;
+    memset(r->part.receivers, 0, r->part.group_count * sizeof *r->part.receivers);
+    memset(r->part.starts, 0, r->part.group_count * sizeof *r->part.starts);
+    for (uint32_t i = 0; i < r->part.count; i++) {
+        struct bd_receivers *receivers = &r->part.receivers[i / BD_LANES];
+        struct bd_ray_starts *starts = &r->part.starts[i / BD_LANES];
+        const uint32_t lane = i % BD_LANES;
+        f3_put_at(&receivers->position, lane, points[i].position);
+        f3_put_at(&receivers->normal, lane, points[i].normal);
+        f3_put_at(&receivers->normal_geometric, lane, points[i].normal);
+        receivers->lit[lane] = 1;
+        f3_put_at(&starts->position, lane, points[i].position);
+        f3_put_at(&starts->normal_geometric, lane, points[i].normal);
+        starts->triangle[lane] = points[i].triangle;
+        starts->place[lane] = place_of_point(r->inputs->seed, r->part.slice.first + i);
+    }
+}
+
 static void store(const struct receivers *r)
 {
     struct bd_gpu *gpu = r->context->gpu;
@@ -172,12 +211,18 @@ static void store(const struct receivers *r)
 
 static enum bd_err light_part(struct receivers *r)
 {
-    r->part.group_count = groups_of(bd_askers_count(&r->askers, &r->part.slice));
+    r->part.count = r->inputs->points ? r->part.slice.count
+                                      : (uint32_t)bd_askers_count(&r->askers, &r->part.slice);
+    r->part.group_count = groups_of(r->part.count);
     for (uint32_t i = 0; i < r->part.group_count; i++)
         r->part.light[i] = (struct bd_receiver_light){0};
     for (uint32_t i = 0; r->glossy && i < r->part.group_count; i++)
         r->part.glossy[i] = (struct bd_lanes3){0};
-    enum bd_err err = fetch(r);
+    enum bd_err err = BD_ERR_OK;
+    if (r->inputs->points)
+        take_points(r);
+    else
+        err = fetch(r);
     if (!err) err = r->inputs->light(r->inputs->user, &r->part);
     if (!err && r->inputs->bind) store(r);
     return err;
@@ -205,8 +250,9 @@ static bool next_part(struct receivers *r)
             ? r->inputs->receivers_max
             : r->groups_max * BD_LANES;
     struct bd_askers_slice *slice = &r->part.slice;
-    if (!r->askers.fragments) return next_tile(r, most, &slice->tile);
-    const uint32_t done = slice->first + slice->count, left = r->askers.fragments->count - done;
+    if (!r->askers.fragments && !r->inputs->points) return next_tile(r, most, &slice->tile);
+    const uint32_t done = slice->first + slice->count;
+    const uint32_t left = (uint32_t)receiver_count(r->inputs) - done;
     *slice = bd_askers_of_list(done, left < most ? left : most);
     return left > 0;
 }
@@ -215,10 +261,10 @@ enum bd_err bd_receivers_run(const struct bd_pass_context *context,
                              const struct bd_receivers_inputs *inputs, struct bd_fault *fault)
 {
     struct receivers r = {.context = context, .inputs = inputs};
-    if (receiver_count(&inputs->askers) == 0) return BD_ERR_OK;
+    if (receiver_count(inputs) == 0) return BD_ERR_OK;
     if (inputs->pass) bd_gpu_pass_begin(context->gpu, inputs->pass);
     enum bd_err err = set_askers(&r, fault);
-    if (!err) err = get_programs(&r, fault);
+    if (!err && !inputs->points) err = get_programs(&r, fault);
     if (!err) err = make_room(&r, fault);
     while (!err && next_part(&r)) err = light_part(&r);
     if (inputs->pass) bd_gpu_pass_end(context->gpu);

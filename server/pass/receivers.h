@@ -1,20 +1,22 @@
 // Receivers that the processor's loops light (pass/native): the device writes them into a buffer,
-// the processor sums, and the device stores their light from another.
+// the processor sums, and the device stores their light from another. Points of surfaces, too,
+// which the device has nothing to do with.
 //
 // Thread: render thread, and the pool's.
 
 #ifndef BD_PASS_RECEIVERS_H
 #define BD_PASS_RECEIVERS_H
 
+#include "lights/surface_points.h"
 #include "pass/choose.h"
 #include "shared/receivers.h"
 
 // Groups of receivers, of which the last may not be full: lanes behind its end are not lit. Their
 // light is 0 at first.
 struct bd_receiver_part {
-    const struct bd_askers *askers;
-    struct bd_askers_slice slice; // of them
-    uint32_t group_count;
+    const struct bd_askers *askers; // NULL: points
+    struct bd_askers_slice slice;   // of either
+    uint32_t count, group_count;
     struct bd_receivers *receivers;
     struct bd_ray_starts *starts;         // if asked for
     struct bd_glossy_receivers *surfaces; // of glossy ones
@@ -24,9 +26,13 @@ struct bd_receiver_part {
 
 struct bd_receivers_inputs {
     struct bd_askers askers;
+    // Instead of the former; with `starts` and neither noise nor `bind`: `light` keeps their light.
+    const struct bd_surface_point *points;
+    uint32_t point_count;
     const char *pass;       // in the report; NULL: whoever calls has begun it
     bool spread;            // is summed too; wants `askers.vector`
     bool noise;             // of their light is kept too
+    bool adds;              // of pixels: to what the images hold
     bool glossy;            // pixels have surfaces, and what their lobes reflect is kept too
     bool starts;            // where rays start is asked for,
     uint64_t seed;          // by which they choose

@@ -1,7 +1,8 @@
 // Stores the light that loops over lanes summed for the receivers of a slice (shared/receivers.h):
 // of pixels irradiance; of fragments that of level 0 and of the rest, and with BD_VECTOR the vectors
 // of both, with BD_SPREAD the spread in their a. With BD_NOISE the noise of the light, too;
-// with BD_GLOSSY what lobes of pixels reflect.
+// with BD_GLOSSY what lobes of pixels reflect. With BD_ADDS light of pixels, and its noise, are added to
+// what is there.
 #include "common/asker.glsl"
 #ifdef BD_FRAGMENTS
 #include "common/blocks.glsl"
@@ -72,9 +73,16 @@ void main()
     else imageStore(vector_1, at, vector);
 #endif
 #else
+#ifdef BD_ADDS
+    irradiance.rgb += imageLoad(light_0, asker.block).rgb;
+#endif
     imageStore(light_0, asker.block, irradiance);
 #ifdef BD_NOISE
-    imageStore(noise_0, asker.block, vector_field(index, BD_LIGHT_NOISE, 1.0));
+    vec4 noise = vector_field(index, BD_LIGHT_NOISE, 1.0);
+#ifdef BD_ADDS
+    noise.rgb += imageLoad(noise_0, asker.block).rgb;
+#endif
+    imageStore(noise_0, asker.block, noise);
 #endif
 #ifdef BD_GLOSSY
     imageStore(glossy_0, asker.block, glossy_light(index));
