@@ -7,11 +7,6 @@
 #include "pass/kernels.h"
 #include "shared/bindings.h"
 
-// Neighbours choose at other places of each part (pass/choose/choose.comp): what the pixels of one
-// level's reach chose is all of it but for the fewest rays. Further levels only blur: 16 rays of
-// 8,192 VPLs, 3.7, 4.7 and 7.1 % of the indirect mean with 1, 2 and 3; 2 rays 10.0, 9.9, 16.5.
-#define FEW_RAYS 4
-
 #define TEXEL_FLOATS 4
 #define TEXEL_BYTES  (TEXEL_FLOATS * sizeof(float))
 
@@ -235,14 +230,14 @@ static enum bd_err filter_texture(struct filtering *f, struct bd_tex *light,
 }
 
 enum bd_err bd_filter_light_run(const struct bd_pass_context *context,
-                                const struct bd_gather_inputs *inputs, uint32_t rays,
+                                const struct bd_gather_inputs *inputs, uint32_t level_count,
                                 struct bd_indirect *indirect, struct bd_fault *fault)
 {
     struct filtering f = {
         .context = context,
         .inputs = inputs,
         .pool = inputs->visibility->pool,
-        .level_count = rays < FEW_RAYS ? 2 : 1,
+        .level_count = level_count,
         .width_px = inputs->viewpoint->width_px,
         .height_px = inputs->viewpoint->height_px,
     };

@@ -11,11 +11,20 @@
 #include "image/light_filter.h"
 #include "pass/gather.h"
 
-// `inputs` and `rays` are those of what gathered. Of irradiance, and of what glossy receivers have
+// Levels that light of a few of many VPLs is filtered in. Neighbours choose at other places of each
+// part (pass/choose/choose.comp): what the pixels of one level's reach chose is all of it but for the
+// fewest rays. Further levels only blur: 16 rays of 8,192 VPLs, 3.7, 4.7 and 7.1 % of the indirect
+// mean with 1, 2 and 3; 2 rays 10.0, 9.9, 16.5.
+static inline uint32_t bd_filter_levels_of_chosen(uint32_t rays)
+{
+    return rays < 4 ? 2 : 1;
+}
+
+// `inputs` are those of what gathered. Of irradiance, and of what glossy receivers have
 // beyond it; each by its own noise, where it has one. BD_ERR_NO_MEMORY leaves the light as it was.
 BD_MUST_CHECK
 enum bd_err bd_filter_light_run(const struct bd_pass_context *context,
-                                const struct bd_gather_inputs *inputs, uint32_t rays,
+                                const struct bd_gather_inputs *inputs, uint32_t level_count,
                                 struct bd_indirect *indirect, struct bd_fault *fault);
 
 // What the filter makes of halves in memory, in slices on the pool's threads.

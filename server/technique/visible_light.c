@@ -14,7 +14,7 @@ static enum bd_err light(const struct bd_pass_context *context,
     if (!inputs->chosen) return bd_gather_run(context, gather, out, fault);
     enum bd_err err = bd_gather_chosen_run(context, &chosen, out, fault);
     if (err || !inputs->filtered) return err;
-    err = bd_filter_light_run(context, gather, chosen.rays, *out, fault);
+    err = bd_filter_light_run(context, gather, bd_filter_levels_of_chosen(chosen.rays), *out, fault);
     if (err) bd_indirect_destroy(context->gpu, out);
     return err;
 }
