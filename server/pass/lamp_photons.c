@@ -2,6 +2,7 @@
 
 #include <math.h>
 
+#include "kernel/light.h"
 #include "lights/directions.h"
 #include "pass/f3_arrays.h"
 
@@ -37,6 +38,18 @@ f3 bd_lamp_flux(const struct bd_light_uniform *lamp)
     default:
         return f3_scale(intensity, 4 * F_PI);
     }
+}
+
+f3 bd_lamp_irradiance(const struct bd_light_uniform *lamp, f3 position, f3 normal)
+{
+    const f3 direction = f3_from(&lamp->direction), intensity = f3_from(&lamp->intensity);
+    if (lamp->kind.x == BD_LIGHT_KIND_DIRECTIONAL)
+        return f3_scale(intensity, f_max(-f3_dot(normal, direction), 0));
+    const f3 span = f3_sub(f3_from(&lamp->position), position);
+    const float distance = f_sqrt(f_max(f3_dot(span, span), 1e-30f));
+    const float cosine = f_max(f3_dot(normal, span), 0) / distance;
+    return f3_scale(intensity, cosine * irradiance_at(span, direction, lamp->cone.x, lamp->cone.y,
+                                                      lamp->position.w));
 }
 
 static struct bd_ray ray_of(f3 origin, f3 direction)

@@ -1,5 +1,5 @@
 // Light on its way from punctual lights: rays that carry equal shares of a light's flux, spread
-// evenly over what it sends out. Private to pass/.
+// evenly over what it sends out; and what arrives at a place. Private to pass/.
 //
 // Thread: any.
 
@@ -13,6 +13,9 @@
 // Flux in the frame's unit times render units squared, before the window of its range: of a
 // directional light what goes through its frame, a rectangle that holds the scene.
 f3 bd_lamp_flux(const struct bd_light_uniform *lamp);
+
+// Irradiance at a place with that unit normal, where nothing stands between, in the frame's unit.
+f3 bd_lamp_irradiance(const struct bd_light_uniform *lamp, f3 position, f3 normal);
 
 // The ray of a photon for two numbers in [0, 1).
 struct bd_ray bd_lamp_ray(const struct bd_light_uniform *lamp, const float number[2]);

@@ -1,0 +1,187 @@
+#include "pass/cache.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "lights/surface_hits.h"
+#include "pass/cosine_rays.h"
+#include "pass/gather_native.h"
+#include "pass/native/native.h"
+
+// Rays that look for places, of each of some pixels, and in all about.
+#define RAYS_OF_PIXEL 2u
+#define RAYS_MOST     65536u
+// Of receivers at once: their rays fit into a few MiB.
+#define RECEIVERS_AT_ONCE 65536u
+// Of the slicer, one for each evaluation of a VPL.
+#define UNITS_PER_PLACE 40.0
+
+struct cache {
+    struct bd_pass_context context;
+    struct bd_processor processor;
+    const struct bd_cache_inputs *inputs;
+    struct bd_surface_hits surfaces;
+    struct bd_cosine_rays rays;
+    float radius;
+    // Places that were met, of which there may be so many.
+    uint32_t count, room;
+    struct bd_surface_point *places;
+    uint64_t *numbers;
+    struct bd_fault *fault;
+};
+
+// --- places -------------------------------------------------------------------------------------
+
+static uint32_t one_of(const struct bd_viewpoint *viewpoint)
+{
+    const uint64_t rays = (uint64_t)viewpoint->width_px * viewpoint->height_px * RAYS_OF_PIXEL;
+    uint32_t pixels = 1;
+    while (rays / pixels > RAYS_MOST) pixels *= 2;
+    return pixels;
+}
+
+// A place without a light side has no normal.
+static void place_ray(const struct cache *c, uint32_t ray)
+{
+    const struct bd_ray_hit *hit = &c->rays.hits[ray];
+    const float *d = c->rays.rays[ray].direction;
+    struct bd_surface_point *place = &c->places[c->count + ray];
+    *place = (struct bd_surface_point){0};
+    if (hit->triangle == BD_NO_TRIANGLE) return;
+    if (!bd_surface_hit_at(&c->surfaces, hit->triangle, hit->u, hit->v, f3_of(d[0], d[1], d[2]),
+                           place))
+        *place = (struct bd_surface_point){0};
+    c->numbers[c->count + ray] = bd_irradiance_cell_at(place->position, place->normal, c->radius);
+}
+
+static void place_group(void *user, uint32_t group)
+{
+    const struct cache *c = user;
+    const uint32_t first = c->rays.first_ray[group];
+    for (uint32_t i = first; i < first + c->rays.ray_count[group]; i++) place_ray(c, i);
+}
+
+static void keep_places(struct cache *c)
+{
+    uint32_t kept = c->count;
+    for (uint32_t i = c->count; i < c->count + c->rays.count; i++) {
+        if (f3_dot(c->places[i].normal, c->places[i].normal) == 0) continue;
+        c->places[kept] = c->places[i];
+        c->numbers[kept++] = c->numbers[i];
+    }
+    c->count = kept;
+}
+
+static bool grow(struct cache *c, uint32_t more)
+{
+    if (c->count + more <= c->room) return true;
+    c->room = c->count + more + RAYS_MOST;
+    struct bd_surface_point *places = realloc(c->places, c->room * sizeof *places);
+    if (places) c->places = places;
+    uint64_t *numbers = realloc(c->numbers, c->room * sizeof *numbers);
+    if (numbers) c->numbers = numbers;
+    return places && numbers;
+}
+
+static enum bd_err find_places(void *user, const struct bd_receiver_part *part)
+{
+    struct cache *c = user;
+    enum bd_err err =
+        bd_cosine_rays_trace(&c->context, &c->rays, part, c->inputs->far.visibility, c->fault);
+    if (!err && !grow(c, c->rays.count))
+        err = bd_fault_set(c->fault, BD_ERR_NO_MEMORY, "cache_cells", "no memory for their places");
+    bd_slicer_work(c->context.slicer, "cache places");
+    const double rays = (double)c->rays.count / part->group_count;
+    if (!err)
+        err = bd_receivers_each(&c->context, part->group_count, UNITS_PER_PLACE * (rays + 1),
+                                place_group, c);
+    if (!err) keep_places(c);
+    return err;
+}
+
+static enum bd_err look_around(struct cache *c)
+{
+    const struct bd_receivers_inputs receivers = {
+        .askers = bd_gather_askers(c->inputs->gather),
+        .starts = true,
+        .seed = c->inputs->far.seed,
+        .receivers_max = RECEIVERS_AT_ONCE,
+        .light = find_places,
+        .user = c,
+    };
+    return bd_receivers_run(&c->context, &receivers, c->fault);
+}
+
+// --- their light --------------------------------------------------------------------------------
+
+static enum bd_err light_places(struct cache *c, const struct bd_surface_point *places,
+                                struct bd_irradiance_cells *cells, struct bd_ray_counts *traced)
+{
+    const struct bd_cache_inputs *in = c->inputs;
+    const struct bd_gather_chosen_native_inputs gather = {
+        .receivers = {.points = places, .point_count = cells->count, .seed = in->far.seed},
+        .list = in->list,
+        .rays = in->vpl_rays,
+        .visibility = in->far.visibility,
+        .of_points = cells->irradiance,
+    };
+    enum bd_err err = bd_gather_chosen_native_run(&c->context, &gather, traced, c->fault);
+    if (err) return err;
+    return bd_far_of_points(&c->context, &in->far, places, cells->count, cells->irradiance, traced,
+                            c->fault);
+}
+
+static enum bd_err light_cells(struct cache *c, struct bd_irradiance_cells *cells,
+                               struct bd_ray_counts *traced)
+{
+    struct bd_surface_point *places = malloc((cells->count + 1) * sizeof *places);
+    if (!places)
+        return bd_fault_set(c->fault, BD_ERR_NO_MEMORY, "cache_cells", "no memory for %u",
+                            cells->count);
+    for (uint32_t i = 0; i < cells->count; i++) places[i] = c->places[cells->chosen[i]];
+    const enum bd_err err = light_places(c, places, cells, traced);
+    free(places);
+    return err;
+}
+
+static enum bd_err run(struct cache *c, struct bd_irradiance_cells **out,
+                       struct bd_ray_counts *traced)
+{
+    enum bd_err err = look_around(c);
+    bd_slicer_work(c->context.slicer, "cache cells");
+    if (!err)
+        err = bd_irradiance_cells_create(c->numbers, c->count, c->inputs->cells, c->radius, out,
+                                         c->fault);
+    if (!err) err = bd_slicer_pause(c->context.slicer);
+    if (!err) err = light_cells(c, *out, traced);
+    return err;
+}
+
+enum bd_err bd_cache_run(const struct bd_pass_context *context,
+                         const struct bd_cache_inputs *inputs, struct bd_irradiance_cells **out,
+                         struct bd_ray_counts *traced, struct bd_fault *fault)
+{
+    struct cache c = {
+        .context = *context,
+        .processor = {inputs->far.visibility->pool, bd_native_loops()},
+        .inputs = inputs,
+        .rays = {.of_receiver = RAYS_OF_PIXEL,
+                 .seed = inputs->far.seed,
+                 .one_of = one_of(inputs->gather->viewpoint)},
+        .radius = (float)inputs->gather->scene->space.radius,
+        .fault = fault,
+    };
+    c.context.processor = &c.processor;
+    *out = NULL;
+    bd_surface_hits_init(&c.surfaces, inputs->far.snapshot);
+    bd_gpu_pass_begin(context->gpu, "cache");
+    const enum bd_err err = run(&c, out, traced);
+    bd_gpu_pass_end(context->gpu);
+    bd_ray_counts_add(traced, c.rays.traced);
+    if (err) bd_irradiance_cells_destroy(out);
+    bd_surface_hits_finish(&c.surfaces);
+    bd_cosine_rays_finish(&c.rays);
+    free(c.places);
+    free(c.numbers);
+    return err;
+}

@@ -1,0 +1,337 @@
+#include "pass/far.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "lights/surface_hits.h"
+#include "pass/cosine_rays.h"
+#include "pass/f3_arrays.h"
+#include "pass/kernels.h"
+
+#define HALVES BD_COSINE_HALVES
+// Of rays and what they meet at once.
+#define ROOM_BYTES ((size_t)16 << 20)
+// Of the slicer, one for each evaluation of a VPL: what a ray takes to be told of.
+#define UNITS_PER_HIT 100.0
+// What points stand for a place.
+#define UNITS_PER_PLACE 400.0
+// Numbers that nobody else of a frame draws by its seed.
+#define OF_ROULETTE 0x726f756cu
+// Chance to ask for first light, in parts of it that are left out.
+#define ROULETTE 4.0f
+
+// A receiver's ray, and what that gets for each unit of a place's irradiance.
+struct asker {
+    f3 share;
+    uint32_t group, ray;
+};
+
+struct far {
+    struct bd_pass_context context;
+    struct bd_processor processor;
+    const struct bd_far_inputs *inputs;
+    struct bd_surface_hits surfaces;
+    struct bd_sequence roulette;
+    struct bd_cosine_rays rays;
+    const struct bd_receiver_part *part;
+    uint32_t first_number; // of the part's first ray
+    // Places that ask for their first light, as many of each group, and what that brings to whom.
+    struct bd_surface_point *places;
+    struct asker *askers;
+    f3 *irradiance;
+    uint32_t *place_count, place_total;
+    // Of each place the points that stand for it, and ways to those.
+    struct bd_point_neighbours *near;
+    struct bd_segment *ways;
+    uint32_t *hidden;
+    f3 *of_points; // that are the receivers, or NULL
+    struct bd_fault *fault;
+};
+
+// --- room ---------------------------------------------------------------------------------------
+
+static size_t rays_of_group(const struct far *f)
+{
+    return (size_t)BD_LANES * f->inputs->rays;
+}
+
+static uint32_t receivers_at_once(const struct far *f)
+{
+    const size_t group =
+        bd_cosine_rays_bytes(&f->rays) +
+        rays_of_group(f) * (sizeof *f->places + sizeof *f->askers + sizeof *f->irradiance);
+    return (uint32_t)(ROOM_BYTES > group ? ROOM_BYTES / group : 1) * BD_LANES;
+}
+
+static enum bd_err make_room(struct far *f, uint32_t group_count)
+{
+    const size_t rays = group_count * rays_of_group(f);
+    if (f->places) return BD_ERR_OK; // the first part is the largest
+    f->places = malloc(rays * sizeof *f->places);
+    f->askers = malloc(rays * sizeof *f->askers);
+    f->irradiance = malloc(rays * sizeof *f->irradiance);
+    f->place_count = malloc(group_count * sizeof *f->place_count);
+    if (f->places && f->askers && f->irradiance && f->place_count) return BD_ERR_OK;
+    return bd_fault_set(f->fault, BD_ERR_NO_MEMORY, "far_rays", "no memory for %zu rays", rays);
+}
+
+// --- what rays bring ----------------------------------------------------------------------------
+
+// What virtual lights leave out of light at a distance.
+static float left_out(const struct far *f, float distance)
+{
+    const float area = f->inputs->area;
+    return area > 0 ? area / (F_PI * distance * distance + area) : 0;
+}
+
+static void add(const struct far *f, uint32_t group, uint8_t lane, f3 irradiance)
+{
+    struct bd_receiver_light *light = &f->part->light[group];
+    f3_add_at(&light->irradiance, lane / HALVES, irradiance);
+    f3_add_at(&light->noise, lane / HALVES,
+              lane % HALVES == 0 ? irradiance : f3_scale(irradiance, -1));
+}
+
+// Where little is left out few places ask for their first light (Russian roulette).
+static float chance_to_ask(const struct far *f, uint32_t ray, float part)
+{
+    const float chance = f_min(ROULETTE * part, 1);
+    float number[2];
+    bd_sequence_pair(&f->roulette, f->first_number + ray, number);
+    return number[0] < chance ? chance : 0;
+}
+
+static void tell_ray(const struct far *f, uint32_t group, uint32_t ray)
+{
+    const struct bd_far_inputs *in = f->inputs;
+    const struct bd_ray_hit *hit = &f->rays.hits[ray];
+    const float *d = f->rays.rays[ray].direction;
+    struct bd_surface_point at;
+    if (hit->triangle == BD_NO_TRIANGLE) return;
+    const float part = left_out(f, hit->distance), chance = chance_to_ask(f, ray, part);
+    if ((!in->cells && chance == 0) || !bd_surface_hit_at(&f->surfaces, hit->triangle, hit->u,
+                                                          hit->v, f3_of(d[0], d[1], d[2]), &at))
+        return;
+    const f3 diffuse =
+        f3_scale(bd_surface_hit_diffuse(&f->surfaces, hit->triangle, hit->u, hit->v, in->lambert),
+                 1 / (float)in->rays);
+    if (in->cells)
+        add(f, group, f->rays.lanes[ray],
+            f3_mul(diffuse, bd_irradiance_cells_look(in->cells, at.position, at.normal)));
+    if (chance == 0) return;
+    const uint32_t slot = f->rays.first_ray[group] + f->place_count[group]++;
+    f->places[slot] = at;
+    f->askers[slot] = (struct asker){f3_scale(diffuse, part / chance), group, ray};
+}
+
+static void tell_group(void *user, uint32_t group)
+{
+    const struct far *f = user;
+    const uint32_t first = f->rays.first_ray[group];
+    f->place_count[group] = 0;
+    for (uint32_t i = first; i < first + f->rays.ray_count[group]; i++) tell_ray(f, group, i);
+}
+
+// Of all groups, side by side.
+static uint32_t close_ranks(struct far *f)
+{
+    uint32_t count = 0;
+    for (uint32_t g = 0; g < f->part->group_count; g++) {
+        const uint32_t from = f->rays.first_ray[g];
+        memmove(f->places + count, f->places + from, f->place_count[g] * sizeof *f->places);
+        memmove(f->askers + count, f->askers + from, f->place_count[g] * sizeof *f->askers);
+        count += f->place_count[g];
+    }
+    return count;
+}
+
+// From where the place is looked at: a point beyond a wall that stands on both does not count, nor
+// one that faces away.
+static struct bd_segment way_to(const struct far *f, const struct bd_ray *ray, uint32_t point)
+{
+    const struct bd_surface_point *at = &f->inputs->points->points.points[point];
+    struct bd_segment way = {.from_triangle = ray->from_triangle,
+                             .to = {at->position.x, at->position.y, at->position.z},
+                             .to_triangle = at->triangle};
+    memcpy(way.from, ray->origin, sizeof way.from);
+    return way;
+}
+
+// A segment is not blocked by the triangles at its ends: both sides have to look at each other.
+static bool face_each_other(const struct far *f, const struct asker *asker, uint32_t point)
+{
+    const struct bd_ray *ray = &f->rays.rays[asker->ray];
+    const struct bd_surface_point *at = &f->inputs->points->points.points[point];
+    const f3 from = f3_of(ray->origin[0], ray->origin[1], ray->origin[2]);
+    const f3 way = f3_sub(at->position, from);
+    const f3 normal = f3_at(&f->part->receivers[asker->group].normal_geometric,
+                            f->rays.lanes[asker->ray] / HALVES);
+    return f3_dot(at->normal, way) < 0 && f3_dot(normal, way) > 0;
+}
+
+static void find_points(void *user, uint32_t group)
+{
+    const struct far *f = user;
+    for (uint32_t i = group * BD_LANES; i < (group + 1) * BD_LANES; i++) {
+        struct bd_segment *ways = f->ways + (size_t)i * BD_IRRADIANCE_POINTS_ASKED;
+        memset(ways, 0, BD_IRRADIANCE_POINTS_ASKED * sizeof *ways);
+        if (i >= f->place_total) continue;
+        const struct bd_ray *ray = &f->rays.rays[f->askers[i].ray];
+        struct bd_point_neighbours *near = &f->near[i];
+        bd_irradiance_points_find(f->inputs->points, f->places[i].position, f->places[i].normal,
+                                  near);
+        for (uint32_t k = 0; k < near->count; k++) {
+            if (!face_each_other(f, &f->askers[i], near->point[k])) near->share[k] = 0;
+            ways[k] = way_to(f, ray, near->point[k]);
+        }
+    }
+}
+
+static uint32_t hidden_of(const struct far *f, uint32_t place)
+{
+    const uint32_t bit = place * BD_IRRADIANCE_POINTS_ASKED;
+    return f->hidden[bit / 32] >> bit % 32 & ((1u << BD_IRRADIANCE_POINTS_ASKED) - 1);
+}
+
+// Where no point stands for the place, it is so near to the receiver that what comes to that will
+// do.
+static f3 light_of_points(const struct far *f, uint32_t place)
+{
+    const struct asker *asker = &f->askers[place];
+    const uint32_t receiver = asker->group * BD_LANES + f->rays.lanes[asker->ray] / HALVES;
+    f3 light;
+    if (bd_irradiance_points_tell(f->inputs->points, &f->near[place], hidden_of(f, place), &light))
+        return light;
+    return f->of_points[f->part->slice.first + receiver];
+}
+
+_Static_assert(32 % BD_IRRADIANCE_POINTS_ASKED == 0, "those of a place are bits of one word");
+
+// Beside their first light.
+static enum bd_err add_light_of_points(struct far *f)
+{
+    const uint32_t groups = (f->place_total + BD_LANES - 1) / BD_LANES;
+    const size_t room = (size_t)groups * BD_LANES;
+    enum bd_err err = BD_ERR_OK;
+    f->near = malloc((room + 1) * sizeof *f->near);
+    f->ways = malloc((room + 1) * BD_IRRADIANCE_POINTS_ASKED * sizeof *f->ways);
+    f->hidden = malloc((room + 1) * BD_IRRADIANCE_POINTS_ASKED * sizeof *f->hidden / 8);
+    if (!f->near || !f->ways || !f->hidden)
+        err = bd_fault_set(f->fault, BD_ERR_NO_MEMORY, "far_rays", "no memory for %zu ways", room);
+    if (!err)
+        err = bd_receivers_each(&f->context, groups, UNITS_PER_PLACE * BD_LANES, find_points, f);
+    if (!err)
+        err = bd_visibility_ask(&f->context, f->inputs->visibility, f->ways,
+                                room * BD_IRRADIANCE_POINTS_ASKED, f->hidden, &f->rays.traced,
+                                f->fault);
+    for (uint32_t i = 0; !err && i < f->place_total; i++)
+        f->irradiance[i] = f3_add(f->irradiance[i], light_of_points(f, i));
+    free(f->near);
+    free(f->ways);
+    free(f->hidden);
+    return err;
+}
+
+static enum bd_err add_light_of_places(struct far *f)
+{
+    const struct bd_far_inputs *in = f->inputs;
+    f->place_total = close_ranks(f);
+    enum bd_err err = bd_first_light_run(&f->context, in->first, in->visibility, in->seed,
+                                         f->places, f->place_total, f->first_number, f->irradiance,
+                                         &f->rays.traced, f->fault);
+    if (!err && in->points && f->place_total > 0) err = add_light_of_points(f);
+    for (uint32_t i = 0; !err && i < f->place_total; i++)
+        add(f, f->askers[i].group, f->rays.lanes[f->askers[i].ray],
+            f3_mul(f->askers[i].share, f->irradiance[i]));
+    return err;
+}
+
+static void keep_points(const struct far *f)
+{
+    const struct bd_receiver_part *part = f->part;
+    for (uint32_t i = 0; i < part->count; i++) {
+        f3 *to = &f->of_points[part->slice.first + i];
+        *to = f3_add(*to, f3_at(&part->light[i / BD_LANES].irradiance, i % BD_LANES));
+    }
+}
+
+static enum bd_err light_part(void *user, const struct bd_receiver_part *part)
+{
+    struct far *f = user;
+    f->part = part;
+    enum bd_err err = make_room(f, part->group_count);
+    if (!err)
+        err = bd_cosine_rays_trace(&f->context, &f->rays, part, f->inputs->visibility, f->fault);
+    bd_slicer_work(f->context.slicer, "far");
+    if (!err)
+        err = bd_receivers_each(&f->context, part->group_count, UNITS_PER_HIT * rays_of_group(f),
+                                tell_group, f);
+    if (!err) err = add_light_of_places(f);
+    f->first_number += f->rays.count;
+    if (!err && f->of_points) keep_points(f);
+    return err;
+}
+
+// --- the pass -----------------------------------------------------------------------------------
+
+static enum bd_err run(const struct bd_pass_context *context, const struct bd_far_inputs *inputs,
+                       struct bd_receivers_inputs *receivers, f3 *of_points,
+                       struct bd_ray_counts *traced, struct bd_fault *fault)
+{
+    struct far f = {
+        .context = *context,
+        .processor = {inputs->visibility->pool, NULL},
+        .inputs = inputs,
+        .roulette = bd_sequence_of(bd_askers_seed(inputs->seed), OF_ROULETTE),
+        .rays = {.of_receiver = inputs->rays, .seed = inputs->seed, .one_of = 1},
+        .of_points = of_points,
+        .fault = fault,
+    };
+    f.context.processor = &f.processor;
+    receivers->starts = true;
+    receivers->seed = inputs->seed;
+    receivers->receivers_max = receivers_at_once(&f);
+    receivers->light = light_part;
+    receivers->user = &f;
+    bd_surface_hits_init(&f.surfaces, inputs->snapshot);
+    const enum bd_err err = bd_receivers_run(&f.context, receivers, fault);
+    bd_ray_counts_add(traced, f.rays.traced);
+    bd_surface_hits_finish(&f.surfaces);
+    bd_cosine_rays_finish(&f.rays);
+    free(f.places);
+    free(f.askers);
+    free(f.irradiance);
+    free(f.place_count);
+    return err;
+}
+
+static void bind_outputs(const void *user, struct bd_bindings *bindings)
+{
+    const struct bd_indirect *out = user;
+    bd_bind_image(bindings, 0, out->irradiance, true, true);
+    bd_bind_image(bindings, 2, out->noise, true, true);
+}
+
+enum bd_err bd_far_run(const struct bd_pass_context *context, const struct bd_far_inputs *inputs,
+                       const struct bd_gather_inputs *gather, struct bd_indirect *indirect,
+                       struct bd_fault *fault)
+{
+    struct bd_receivers_inputs receivers = {
+        .askers = bd_gather_askers(gather),
+        .pass = "far",
+        .noise = true,
+        .adds = true,
+        .bind = bind_outputs,
+        .out = indirect,
+    };
+    return run(context, inputs, &receivers, NULL, &indirect->rays, fault);
+}
+
+enum bd_err bd_far_of_points(const struct bd_pass_context *context,
+                             const struct bd_far_inputs *inputs,
+                             const struct bd_surface_point *points, uint32_t count, f3 *irradiance,
+                             struct bd_ray_counts *traced, struct bd_fault *fault)
+{
+    struct bd_receivers_inputs receivers = {.points = points, .point_count = count};
+    return run(context, inputs, &receivers, irradiance, traced, fault);
+}

@@ -1,0 +1,56 @@
+// Final gather: a few rays from every receiver that go as its diffuse lobe looks, and bring what
+// virtual point lights leave out: light that was reflected more often, from a cache of irradiance;
+// and of their own light what their kernel takes off near them.
+//
+// Wallace's kernel with area A gives pi r^2 / (pi r^2 + A) of a point's light at distance r. A ray
+// that meets a surface there brings the rest of what falls on it, so that both together have all of
+// it, whatever A: a large one makes light of few virtual lights smooth, and noise of it.
+//
+// Of each receiver half of the rays make one picture and half another, which share no random
+// number. Unbiased but for the cache. Cost: a ray and a look into the cache, some .5 us of one
+// core.
+//
+// Kollig and Keller 2004 (what a bounded kernel leaves out); Jensen 1996 (final gather).
+//
+// Thread: render thread, and the pool's.
+
+#ifndef BD_PASS_FAR_H
+#define BD_PASS_FAR_H
+
+#include "lights/irradiance_cells.h"
+#include "lights/irradiance_points.h"
+#include "pass/first_light.h"
+#include "pass/gather.h"
+
+#define BD_FAR_RAYS_MAX 1024u
+
+struct bd_far_inputs {
+    const struct bd_scene *snapshot;
+    const struct bd_visibility_inputs *visibility;
+    // What is brought of every place that is met, whatever the distance; or NULL.
+    const struct bd_irradiance_cells *cells;
+    // What is brought beside first light where virtual lights leave something out, of points that
+    // are the receivers; or NULL.
+    const struct bd_irradiance_points *points;
+    const struct bd_first_light *first;
+    float area;    // A, render units squared; 0: nothing was left out near virtual lights
+    uint32_t rays; // of a receiver: even, 2 to BD_FAR_RAYS_MAX
+    uint64_t seed;
+    bool lambert; // metals have a diffuse lobe, too
+};
+
+// Of pixels, in a pass "far". Adds to `irradiance`, `noise` and `rays` of `indirect`.
+BD_MUST_CHECK
+enum bd_err bd_far_run(const struct bd_pass_context *context, const struct bd_far_inputs *inputs,
+                       const struct bd_gather_inputs *gather, struct bd_indirect *indirect,
+                       struct bd_fault *fault);
+
+// Of points, within whatever pass. Adds to what they got, which stands for what comes to places
+// beside them that nobody else knows.
+BD_MUST_CHECK
+enum bd_err bd_far_of_points(const struct bd_pass_context *context,
+                             const struct bd_far_inputs *inputs,
+                             const struct bd_surface_point *points, uint32_t count, f3 *irradiance,
+                             struct bd_ray_counts *traced, struct bd_fault *fault);
+
+#endif

@@ -1,0 +1,202 @@
+#include "pass/first_light.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/assert.h"
+#include "lights/sequence.h"
+#include "pass/area_samples.h"
+#include "pass/lamp_photons.h"
+#include "pass/receivers.h"
+
+// To emitters and the sky.
+#define AREA_RAYS 2u
+// Places whose rays are on their way at once.
+#define AT_ONCE 16384u
+// Of the slicer, one for each evaluation of a VPL.
+#define UNITS_PER_PLACE 300.0
+#define UNITS_PER_LAMP  4.0
+// Numbers that nobody else of a frame draws by its seed.
+#define OF_LAMPS 0x6c616d70u
+
+struct lighting {
+    const struct bd_pass_context *context;
+    const struct bd_first_light *light;
+    struct bd_area_sampling sampling;
+    struct bd_sequence sequence;
+    const struct bd_surface_point *places;
+    uint32_t count, number; // of places, and the number of the first
+    // Of each place its rays, and what they bring.
+    uint32_t ray_count;
+    struct bd_segment *segments;
+    f3 *brought;
+    uint32_t *occluded;
+};
+
+static uint32_t lamps_asked(const struct bd_first_light *light)
+{
+    return light->lamp_count < BD_FIRST_LAMPS ? light->lamp_count : BD_FIRST_LAMPS;
+}
+
+// --- lamps --------------------------------------------------------------------------------------
+
+static f3 light_of_lamp(const struct bd_light_uniform *lamp, const struct bd_surface_point *place)
+{
+    return bd_lamp_irradiance(lamp, place->position, place->normal);
+}
+
+static void ask_lamp(const struct lighting *l, const struct bd_surface_point *place,
+                     const struct bd_light_uniform *lamp, f3 brings, uint32_t ray)
+{
+    const f3 direction = f3_of(lamp->direction.x, lamp->direction.y, lamp->direction.z);
+    const f3 from = place->position;
+    const f3 to = lamp->kind.x == BD_LIGHT_KIND_DIRECTIONAL
+                      ? f3_sub(from, f3_scale(direction, lamp->direction.w))
+                      : f3_of(lamp->position.x, lamp->position.y, lamp->position.z);
+    l->brought[ray] = brings;
+    if (!(brings.x > 0 || brings.y > 0 || brings.z > 0)) return;
+    l->segments[ray] = (struct bd_segment){.from = {from.x, from.y, from.z},
+                                           .from_triangle = place->triangle,
+                                           .to = {to.x, to.y, to.z},
+                                           .to_triangle = BD_NO_TRIANGLE};
+}
+
+static float strongest(f3 rgb)
+{
+    return f_max(rgb.x, f_max(rgb.y, rgb.z));
+}
+
+// In even steps through what all would give.
+static void draw_lamps(const struct lighting *l, const struct bd_surface_point *place,
+                       uint32_t number, uint32_t ray)
+{
+    const struct bd_first_light *light = l->light;
+    float sum = 0, passed = 0, start[2];
+    for (uint32_t i = 0; i < light->lamp_count; i++)
+        sum += strongest(light_of_lamp(&light->lamps[i], place));
+    if (!(sum > 0)) return;
+    bd_sequence_pair(&l->sequence, number, start);
+    const float step = sum / BD_FIRST_LAMPS;
+    uint32_t next = 0;
+    for (uint32_t i = 0; i < light->lamp_count && next < BD_FIRST_LAMPS; i++) {
+        const f3 brings = light_of_lamp(&light->lamps[i], place);
+        passed += strongest(brings);
+        for (; next < BD_FIRST_LAMPS && ((float)next + start[0]) * step < passed; next++)
+            ask_lamp(l, place, &light->lamps[i], f3_scale(brings, step / strongest(brings)),
+                     ray + next);
+    }
+}
+
+static void ask_lamps(const struct lighting *l, const struct bd_surface_point *place,
+                      uint32_t number, uint32_t ray)
+{
+    const struct bd_first_light *light = l->light;
+    if (light->lamp_count > BD_FIRST_LAMPS) {
+        draw_lamps(l, place, number, ray);
+        return;
+    }
+    for (uint32_t i = 0; i < light->lamp_count; i++)
+        ask_lamp(l, place, &light->lamps[i], light_of_lamp(&light->lamps[i], place), ray + i);
+}
+
+// --- emitters and the sky -----------------------------------------------------------------------
+
+static void ask_areas(const struct lighting *l, const struct bd_surface_point *place,
+                      uint32_t number, uint32_t ray)
+{
+    const struct bd_area_receiver at = {
+        .position = place->position,
+        .normal = place->normal,
+        .normal_geometric = place->normal,
+        .viewer = place->normal,
+        .triangle = place->triangle,
+        .place = number,
+    };
+    struct bd_area_light_found found[AREA_RAYS] = {0};
+    struct bd_area_shares shares = {0};
+    bd_area_sample(&l->sampling, &at, 0, l->segments + ray, found, NULL, &shares);
+    for (uint32_t i = 0; i < AREA_RAYS; i++) l->brought[ray + i] = found[i].irradiance;
+}
+
+// --- all ----------------------------------------------------------------------------------------
+
+static void ask_group(void *user, uint32_t group)
+{
+    const struct lighting *l = user;
+    const uint32_t lamps = lamps_asked(l->light);
+    for (uint32_t i = group * BD_LANES; i < (group + 1) * BD_LANES; i++) {
+        const size_t first = (size_t)i * l->ray_count;
+        memset(l->segments + first, 0, l->ray_count * sizeof *l->segments);
+        memset(l->brought + first, 0, l->ray_count * sizeof *l->brought);
+        if (i >= l->count) continue;
+        ask_lamps(l, &l->places[i], l->number + i, (uint32_t)first);
+        if (l->light->lights) ask_areas(l, &l->places[i], l->number + i, (uint32_t)first + lamps);
+    }
+}
+
+static void sum_rays(const struct lighting *l, f3 *irradiance)
+{
+    for (uint32_t i = 0; i < l->count; i++) {
+        f3 sum = f3_of(0, 0, 0);
+        for (uint32_t r = i * l->ray_count; r < (i + 1) * l->ray_count; r++)
+            if (!(l->occluded[r / 32] >> r % 32 & 1)) sum = f3_add(sum, l->brought[r]);
+        irradiance[i] = sum;
+    }
+}
+
+static enum bd_err light_some(struct lighting *l, const struct bd_visibility_inputs *visibility,
+                              f3 *irradiance, struct bd_ray_counts *traced, struct bd_fault *fault)
+{
+    const uint32_t groups = (l->count + BD_LANES - 1) / BD_LANES;
+    const double units = UNITS_PER_PLACE + UNITS_PER_LAMP * l->light->lamp_count;
+    bd_slicer_work(l->context->slicer, "first light");
+    enum bd_err err = bd_receivers_each(l->context, groups, units * BD_LANES, ask_group, l);
+    if (!err)
+        err =
+            bd_visibility_ask(l->context, visibility, l->segments,
+                              (size_t)groups * BD_LANES * l->ray_count, l->occluded, traced, fault);
+    if (!err) sum_rays(l, irradiance);
+    return err;
+}
+
+static struct lighting lighting_of(const struct bd_pass_context *context,
+                                   const struct bd_first_light *light, uint64_t seed)
+{
+    struct lighting l = {.context = context, .light = light};
+    l.sequence = bd_sequence_of((uint32_t)(seed ^ seed >> 32), OF_LAMPS);
+    l.ray_count = lamps_asked(light) + (light->lights ? AREA_RAYS : 0);
+    if (!light->lights) return l;
+    l.sampling = bd_area_sampling_of(light->lights, 2 * AREA_RAYS, seed ^ OF_LAMPS);
+    l.sampling.reach = 1.01f * (float)light->space->radius;
+    l.sampling.from_cd_m2 = (float)(1 / light->space->unit_cd_m2);
+    l.sampling.lambert = true;
+    return l;
+}
+
+enum bd_err bd_first_light_run(const struct bd_pass_context *context,
+                               const struct bd_first_light *light,
+                               const struct bd_visibility_inputs *visibility, uint64_t seed,
+                               const struct bd_surface_point *places, uint32_t count,
+                               uint32_t first_number, f3 *irradiance, struct bd_ray_counts *traced,
+                               struct bd_fault *fault)
+{
+    struct lighting l = lighting_of(context, light, seed);
+    const uint32_t most = count < AT_ONCE ? count : AT_ONCE;
+    const size_t rays = (size_t)((most + BD_LANES - 1) / BD_LANES) * BD_LANES * l.ray_count;
+    enum bd_err err = BD_ERR_OK;
+    l.segments = malloc((rays + 1) * sizeof *l.segments);
+    l.brought = malloc((rays + 1) * sizeof *l.brought);
+    l.occluded = malloc((rays / 32 + 1) * sizeof *l.occluded);
+    if (!l.segments || !l.brought || !l.occluded)
+        err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "far_rays", "no memory for %zu rays", rays);
+    for (uint32_t at = 0; !err && at < count; at += l.count) {
+        l.places = places + at;
+        l.count = count - at < AT_ONCE ? count - at : AT_ONCE;
+        l.number = first_number + at;
+        err = light_some(&l, visibility, irradiance + at, traced, fault);
+    }
+    free(l.segments);
+    free(l.brought);
+    free(l.occluded);
+    return err;
+}

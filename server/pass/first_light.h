@@ -1,0 +1,38 @@
+// Light that comes straight from lights of all kinds to places on surfaces, wherever they are: what
+// rays that met something ask about it. Of at most BD_FIRST_LAMPS lamps each is asked, of more as
+// many, drawn by what they would give; emitters and the sky get two rays (pass/area_samples.h).
+//
+// Unbiased. Private to pass/. Cost: some 3 us a place and core; with many lamps 4 ns for each.
+//
+// Thread: render thread, and the pool's.
+
+#ifndef BD_PASS_FIRST_LIGHT_H
+#define BD_PASS_FIRST_LIGHT_H
+
+#include "lights/area_lights.h"
+#include "lights/surface_points.h"
+#include "pass/visibility.h"
+#include "shared/light.h"
+
+#define BD_FIRST_LAMPS 4u
+
+struct bd_render_space;
+
+struct bd_first_light {
+    const struct bd_area_lights *lights; // NULL: none
+    const struct bd_light_uniform *lamps;
+    uint32_t lamp_count;
+    const struct bd_render_space *space;
+};
+
+// `irradiance` of each place, in the frame's unit: at a place with a number of its own, from
+// `first_number` on, which chooses what is left to chance. In slices of their own.
+BD_MUST_CHECK
+enum bd_err bd_first_light_run(const struct bd_pass_context *context,
+                               const struct bd_first_light *light,
+                               const struct bd_visibility_inputs *visibility, uint64_t seed,
+                               const struct bd_surface_point *places, uint32_t count,
+                               uint32_t first_number, f3 *irradiance, struct bd_ray_counts *traced,
+                               struct bd_fault *fault);
+
+#endif

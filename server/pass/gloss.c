@@ -1,0 +1,349 @@
+#include "pass/gloss.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "kernel/choice.h"
+#include "lights/directions.h"
+#include "lights/sequence.h"
+#include "lights/surface_hits.h"
+#include "pass/f3_arrays.h"
+#include "pass/lobe.h"
+#include "pass/nearest.h"
+#include "pass/receivers.h"
+
+#define HALVES 2u
+#define KINDS  2u // of rays: of the cosine, of the lobe
+// Of rays and what they meet at once.
+#define ROOM_BYTES ((size_t)16 << 20)
+// Of the slicer, one for each evaluation of a VPL: what a ray takes to be aimed, and to be told of.
+#define UNITS_PER_RAY 60.0
+#define UNITS_PER_HIT 100.0
+// Numbers that nobody else of a frame draws by its seed.
+#define PURPOSE 0x676c6f73u
+
+// What a pixel reflects for each unit of radiance that its ray brings.
+struct share {
+    f3 beyond;
+    uint32_t pixel;
+    uint32_t half;
+};
+
+struct gloss {
+    struct bd_pass_context context;
+    struct bd_processor processor;
+    const struct bd_far_inputs *inputs;
+    struct bd_surface_hits surfaces;
+    struct bd_sequence sequence[HALVES * KINDS];
+    uint32_t width_px, height_px, stride;
+    float view_reach;
+    const struct bd_receiver_part *part;
+    uint32_t first_number; // of the part's first ray
+    // Of a part: of each group its rays, then those of all groups side by side.
+    uint32_t count;
+    struct bd_ray *rays;
+    struct share *shares;
+    uint32_t *ray_count, *first_ray; // of each group
+    struct bd_ray_hit *hits;
+    struct bd_surface_point *places; // `triangle` BD_NO_TRIANGLE: nothing that sends light
+    f3 *irradiance;
+    // Of the picture: four floats a pixel.
+    float *half[HALVES];
+    struct bd_ray_counts traced;
+    struct bd_fault *fault;
+};
+
+// --- room ---------------------------------------------------------------------------------------
+
+static size_t rays_of_group(const struct gloss *g)
+{
+    return (size_t)BD_LANES * KINDS * g->inputs->rays;
+}
+
+static uint32_t receivers_at_once(const struct gloss *g)
+{
+    const size_t group = rays_of_group(g) * (sizeof *g->rays + sizeof *g->shares + sizeof *g->hits +
+                                             sizeof *g->places + sizeof *g->irradiance);
+    return (uint32_t)(ROOM_BYTES > group ? ROOM_BYTES / group : 1) * BD_LANES;
+}
+
+static enum bd_err no_memory(const struct gloss *g)
+{
+    return bd_fault_set(g->fault, BD_ERR_NO_MEMORY, "size", "no memory for lobes of %ux%u pixels",
+                        g->width_px, g->height_px);
+}
+
+static enum bd_err make_room(struct gloss *g, uint32_t group_count)
+{
+    const size_t rays = group_count * rays_of_group(g);
+    if (g->rays) return BD_ERR_OK; // the first part is the largest
+    g->rays = malloc(rays * sizeof *g->rays);
+    g->shares = malloc(rays * sizeof *g->shares);
+    g->hits = malloc(rays * sizeof *g->hits);
+    g->places = malloc(rays * sizeof *g->places);
+    g->irradiance = malloc(rays * sizeof *g->irradiance);
+    g->ray_count = malloc(group_count * sizeof *g->ray_count);
+    g->first_ray = malloc(group_count * sizeof *g->first_ray);
+    const bool all = g->rays && g->shares && g->hits && g->places && g->irradiance &&
+                     g->ray_count && g->first_ray;
+    return all ? BD_ERR_OK : no_memory(g);
+}
+
+static enum bd_err make_halves(struct gloss *g)
+{
+    const size_t pixels = (size_t)g->width_px * g->height_px;
+    bool all = true;
+    for (uint32_t half = 0; half < HALVES; half++)
+        all &= (g->half[half] = calloc(pixels, 4 * sizeof(float))) != NULL;
+    return all ? BD_ERR_OK : no_memory(g);
+}
+
+static void free_all(struct gloss *g)
+{
+    void *arrays[] = {g->rays,      g->shares,    g->hits,    g->places, g->irradiance,
+                      g->ray_count, g->first_ray, g->half[0], g->half[1]};
+    for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++) free(arrays[i]);
+}
+
+// --- where they go ------------------------------------------------------------------------------
+
+static bool receiver_at(const struct gloss *g, uint32_t group, uint32_t lane,
+                        struct bd_area_receiver *out)
+{
+    const struct bd_receivers *r = &g->part->receivers[group];
+    const struct bd_ray_starts *start = &g->part->starts[group];
+    const struct bd_glossy_receivers *surface = &g->part->surfaces[group];
+    const struct bd_tile *tile = &g->part->slice.tile;
+    const uint32_t index = group * BD_LANES + lane;
+    if (index >= g->part->count || r->lit[lane] == 0 || surface->has_lobe[lane] == 0) return false;
+    *out = (struct bd_area_receiver){
+        .position = f3_at(&start->position, lane),
+        .normal = f3_at(&r->normal, lane),
+        .normal_geometric = f3_at(&start->normal_geometric, lane),
+        .viewer = f3_at(&surface->viewer, lane),
+        .base_color = f3_at(&surface->base_color, lane),
+        .metallic = surface->metallic[lane],
+        .roughness = surface->roughness[lane],
+        .f0_dielectric = surface->f0_dielectric[lane],
+        .has_lobe = true,
+        .triangle = start->triangle[lane],
+        .x_px = tile->x + index % tile->width,
+        .y_px = tile->y + index / tile->width,
+    };
+    out->place = bd_sequence_place(out->x_px, out->y_px, g->stride);
+    return true;
+}
+
+static f3 direction_of(const struct gloss *g, const struct bd_lobe *lobe, uint32_t half,
+                       uint32_t kind, uint32_t number)
+{
+    const f3 n = lobe->at->normal;
+    float numbers[2];
+    bd_sequence_pair(&g->sequence[half * KINDS + kind], lobe->at->place + number, numbers);
+    if (kind == 1) return bd_lobe_choose(lobe, numbers);
+    const struct bd_basis basis = bd_basis_of(n);
+    return bd_from_basis(&basis, n, bd_cosine_direction(numbers));
+}
+
+// False where nothing would come of it.
+static bool aim(const struct gloss *g, const struct bd_lobe *lobe, uint32_t half, f3 d,
+                struct bd_ray *ray, struct share *share)
+{
+    const struct bd_area_receiver *at = lobe->at;
+    const float of_kind = (float)(g->inputs->rays / HALVES);
+    const float density =
+        of_kind * (f_max(f3_dot(at->normal, d), 0) / F_PI + bd_lobe_density(lobe, d));
+    if (!bd_lobe_is_above(lobe, d) || !(density > 0) || !isfinite(density)) return false;
+    const float lift = lift_of_segment(g->view_reach, at->position, at->position);
+    const f3 from = f3_add(at->position, f3_scale(at->normal_geometric, lift));
+    *ray = (struct bd_ray){.origin = {from.x, from.y, from.z},
+                           .from_triangle = at->triangle,
+                           .direction = {d.x, d.y, d.z},
+                           .far = INFINITY};
+    *share = (struct share){f3_scale(bd_lobe_received(lobe, d).beyond, 1 / density),
+                            at->y_px * g->width_px + at->x_px, half};
+    return true;
+}
+
+static void aim_group(void *user, uint32_t group)
+{
+    const struct gloss *g = user;
+    const size_t first = group * rays_of_group(g);
+    size_t next = first;
+    for (uint32_t lane = 0; lane < BD_LANES; lane++) {
+        struct bd_area_receiver at;
+        if (!receiver_at(g, group, lane, &at)) continue;
+        const struct bd_lobe lobe = bd_lobe_of(&at, false);
+        for (uint32_t i = 0; lobe.is_there && i < KINDS * g->inputs->rays; i++) {
+            const uint32_t half = i % HALVES, kind = i / HALVES % KINDS;
+            const f3 d = direction_of(g, &lobe, half, kind, i / (HALVES * KINDS));
+            next += aim(g, &lobe, half, d, &g->rays[next], &g->shares[next]);
+        }
+    }
+    g->ray_count[group] = (uint32_t)(next - first);
+}
+
+static void close_ranks(struct gloss *g)
+{
+    g->count = 0;
+    for (uint32_t i = 0; i < g->part->group_count; i++) {
+        const size_t from = i * rays_of_group(g);
+        memmove(g->rays + g->count, g->rays + from, g->ray_count[i] * sizeof *g->rays);
+        memmove(g->shares + g->count, g->shares + from, g->ray_count[i] * sizeof *g->shares);
+        g->first_ray[i] = g->count;
+        g->count += g->ray_count[i];
+    }
+}
+
+// --- what they bring ----------------------------------------------------------------------------
+
+// Each share becomes one of the irradiance where the ray ends.
+static void place_ray(const struct gloss *g, uint32_t i)
+{
+    const struct bd_ray_hit *hit = &g->hits[i];
+    const float *d = g->rays[i].direction;
+    g->places[i] = (struct bd_surface_point){.normal = {0, 0, 1}, .triangle = BD_NO_TRIANGLE};
+    if (hit->triangle == BD_NO_TRIANGLE ||
+        !bd_surface_hit_at(&g->surfaces, hit->triangle, hit->u, hit->v, f3_of(d[0], d[1], d[2]),
+                           &g->places[i]))
+        return;
+    const f3 diffuse = bd_surface_hit_diffuse(&g->surfaces, hit->triangle, hit->u, hit->v, true);
+    g->shares[i].beyond = f3_mul(g->shares[i].beyond, f3_scale(diffuse, 1 / F_PI));
+}
+
+static void place_group(void *user, uint32_t group)
+{
+    const struct gloss *g = user;
+    const uint32_t first = g->first_ray[group];
+    for (uint32_t i = first; i < first + g->ray_count[group]; i++) place_ray(g, i);
+}
+
+// In the order of the rays.
+static void sum(const struct gloss *g)
+{
+    for (uint32_t i = 0; i < g->count; i++) {
+        const struct bd_surface_point *at = &g->places[i];
+        if (at->triangle == BD_NO_TRIANGLE) continue;
+        f3 light = g->irradiance[i];
+        if (g->inputs->cells)
+            light =
+                f3_add(light, bd_irradiance_cells_look(g->inputs->cells, at->position, at->normal));
+        light = f3_mul(light, g->shares[i].beyond);
+        float *pixel = g->half[g->shares[i].half] + 4 * (size_t)g->shares[i].pixel;
+        pixel[0] += light.x;
+        pixel[1] += light.y;
+        pixel[2] += light.z;
+    }
+}
+
+static enum bd_err light_part(void *user, const struct bd_receiver_part *part)
+{
+    struct gloss *g = user;
+    const struct bd_far_inputs *in = g->inputs;
+    const double rays = (double)rays_of_group(g);
+    g->part = part;
+    enum bd_err err = make_room(g, part->group_count);
+    bd_slicer_work(g->context.slicer, "gloss");
+    if (!err)
+        err = bd_receivers_each(&g->context, part->group_count, UNITS_PER_RAY * rays, aim_group, g);
+    if (err) return err;
+    close_ranks(g);
+    err = bd_nearest_ask(&g->context, in->visibility, g->rays, g->count, g->hits, &g->traced,
+                         g->fault);
+    if (!err)
+        err =
+            bd_receivers_each(&g->context, part->group_count, UNITS_PER_HIT * rays, place_group, g);
+    if (!err)
+        err = bd_first_light_run(&g->context, in->first, in->visibility, in->seed + PURPOSE,
+                                 g->places, g->count, g->first_number, g->irradiance, &g->traced,
+                                 g->fault);
+    if (!err) sum(g);
+    g->first_number += g->count;
+    return err;
+}
+
+// --- the pass -----------------------------------------------------------------------------------
+
+// The mean of the halves, and half their difference.
+static void combine(struct gloss *g)
+{
+    const size_t floats = 4 * (size_t)g->width_px * g->height_px;
+    for (size_t i = 0; i < floats; i++) {
+        const float a = g->half[0][i], b = g->half[1][i];
+        g->half[0][i] = i % 4 == 3 ? 1 : 0.5f * (a + b);
+        g->half[1][i] = i % 4 == 3 ? 1 : 0.5f * (a - b);
+    }
+}
+
+static enum bd_err write_half(const struct gloss *g, uint32_t half, const char *name,
+                              struct bd_tex **out)
+{
+    const struct bd_tex_desc desc = {.name = name,
+                                     .format = BD_FORMAT_RGBA32F,
+                                     .width_px = g->width_px,
+                                     .height_px = g->height_px};
+    const size_t row_floats = 4 * (size_t)g->width_px;
+    enum bd_err err = bd_tex_create(g->context.gpu, &desc, out, g->fault);
+    bd_slicer_work(g->context.slicer, "gloss write");
+    for (uint32_t row = 0, rows; !err && row < g->height_px; row += rows) {
+        rows = bd_slicer_rows(g->context.slicer, g->width_px, g->height_px - row);
+        bd_tex_upload_rows(g->context.gpu, *out, 0, row, rows, g->half[half] + row * row_floats,
+                           rows * row_floats * sizeof(float));
+        err = bd_slicer_checkpoint(g->context.slicer, (double)g->width_px * rows);
+    }
+    return err;
+}
+
+static enum bd_err run(struct gloss *g, const struct bd_gather_inputs *gather,
+                       struct bd_indirect *indirect)
+{
+    const struct bd_receivers_inputs receivers = {
+        .askers = bd_gather_askers(gather),
+        .pass = "gloss",
+        .glossy = true,
+        .starts = true,
+        .seed = g->inputs->seed,
+        .receivers_max = receivers_at_once(g),
+        .light = light_part,
+        .user = g,
+    };
+    enum bd_err err = make_halves(g);
+    g->view_reach = bd_askers_reach(&receivers.askers);
+    if (!err) err = bd_receivers_run(&g->context, &receivers, g->fault);
+    if (err) return err;
+    combine(g);
+    err = write_half(g, 0, "indirect glossy", &indirect->glossy);
+    return err ? err : write_half(g, 1, "noise of indirect glossy", &indirect->noise_glossy);
+}
+
+static uint32_t power_of_two_from(uint32_t least)
+{
+    uint32_t power = 1;
+    while (power < least) power *= 2;
+    return power;
+}
+
+enum bd_err bd_gloss_run(const struct bd_pass_context *context, const struct bd_far_inputs *inputs,
+                         const struct bd_gather_inputs *gather, struct bd_indirect *indirect,
+                         struct bd_fault *fault)
+{
+    struct gloss g = {
+        .context = *context,
+        .processor = {inputs->visibility->pool, NULL},
+        .inputs = inputs,
+        .width_px = gather->viewpoint->width_px,
+        .height_px = gather->viewpoint->height_px,
+        .stride = power_of_two_from(inputs->rays / HALVES),
+        .fault = fault,
+    };
+    g.context.processor = &g.processor;
+    for (uint32_t i = 0; i < HALVES * KINDS; i++)
+        g.sequence[i] = bd_sequence_of(bd_askers_seed(inputs->seed), PURPOSE + i);
+    bd_surface_hits_init(&g.surfaces, inputs->snapshot);
+    const enum bd_err err = run(&g, gather, indirect);
+    bd_ray_counts_add(&indirect->rays, g.traced);
+    bd_surface_hits_finish(&g.surfaces);
+    free_all(&g);
+    return err;
+}

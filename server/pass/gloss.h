@@ -1,0 +1,24 @@
+// Indirect light in specular lobes: what the whole BRDF of a pixel reflects beyond its diffuse
+// lobe, by rays of the specular lobe and of the cosine, which share by the balance heuristic (Veach
+// 1995). What a ray meets is lit there and then, by all lights and by a cache of irradiance:
+// mirrors show what they should, and rough floors no points of light.
+//
+// Of each pixel half of the rays make one picture and half another. Unbiased but for the cache, and
+// but for what specular surfaces send on, which counts as sent by a diffuse one.
+// Cost: some 3 us of one core a ray, of pixels that have a lobe.
+//
+// Thread: render thread, and the pool's.
+
+#ifndef BD_PASS_GLOSS_H
+#define BD_PASS_GLOSS_H
+
+#include "pass/far.h"
+
+// `inputs->rays` of either kind. `points` and `area` are not read. Makes `glossy` and
+// `noise_glossy` of `indirect`, which has neither; adds to its `rays`. In a pass "gloss".
+BD_MUST_CHECK
+enum bd_err bd_gloss_run(const struct bd_pass_context *context, const struct bd_far_inputs *inputs,
+                         const struct bd_gather_inputs *gather, struct bd_indirect *indirect,
+                         struct bd_fault *fault);
+
+#endif
