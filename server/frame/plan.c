@@ -36,6 +36,10 @@ static uint32_t count_lights(const struct bd_plan *plan, const struct bd_scene *
 static uint64_t count_vpls(const struct bd_plan *plan, const struct bd_scene *scene)
 {
     uint64_t count = 0;
+    if (plan->cached)
+        return bd_plan_light_path_count(plan) +
+               bd_plan_photon_vpl_count(plan) *
+                   ((plan->light_count > 0) + (uint32_t)plan->emitters);
     for (uint32_t i = 0; !plan->lamps_by_rays && i < scene->placed_light_count; i++) {
         if (!bd_plan_light_shines(plan, scene, i)) continue;
         const struct bd_light_setup setup = bd_light_setup_of(scene, i);
@@ -338,6 +342,12 @@ static void describe_request(const struct bd_plan *plan, const struct bd_scene *
     report->counts.triangles = scene->features.triangle_count;
 }
 
+static bool asks_rays(const struct bd_plan *plan)
+{
+    return bd_plan_reads(plan, BD_PARAM_INDIRECT_VISIBILITY) &&
+           plan->params.indirect_visibility == BD_VISIBILITY_RAYS;
+}
+
 // --- the plan -------------------------------------------------------------------------------
 
 static enum bd_err find_camera(const struct bd_scene *scene, const char *name, int32_t *out,
@@ -375,9 +385,10 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
     const uint32_t lights = model_of(out).lights;
     out->rig_yields = bd_scene_lights_yield(scene, (lights & BD_LIGHTS_EMISSIVE) != 0,
                                             (lights & BD_LIGHTS_ENVIRONMENT) != 0);
-    out->area_lights =
-        !out->technique->is_reference && ((f->has_emissive && lights & BD_LIGHTS_EMISSIVE) ||
-                                          (f->has_environment && lights & BD_LIGHTS_ENVIRONMENT));
+    const bool renders = !out->technique->is_reference;
+    out->emitters = renders && f->has_emissive && lights & BD_LIGHTS_EMISSIVE;
+    out->sky = renders && f->has_environment && lights & BD_LIGHTS_ENVIRONMENT;
+    out->area_lights = out->emitters || out->sky;
     out->light_count = count_lights(out, scene);
     out->lamps_by_rays = are_by_rays(out, scene, request);
     const bool reflects = out->technique->indirect != NULL;
@@ -385,15 +396,15 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
                                 model_of(out).indirect_lights & ~(uint32_t)BD_LIGHTS_PUNCTUAL;
     out->indirect = reflects_areas || (reflects && out->light_count > 0);
     out->bounces = model_of(out).indirect_bounces;
-    out->light_paths =
-        reflects_areas || (out->indirect && (out->bounces > 1 || out->lamps_by_rays));
+    out->cached = out->indirect && out->technique->inputs & BD_INPUT_CACHE;
+    out->light_paths = reflects_areas || out->cached ||
+                       (out->indirect && (out->bounces > 1 || out->lamps_by_rays));
     out->glossy = out->indirect && out->technique->model.glossy_receivers && !out->params.lambert &&
                   f->has_glossy;
     out->flux_lm = total_flux_lm(out, scene);
-    out->rays = out->indirect && bd_plan_reads(out, BD_PARAM_INDIRECT_VISIBILITY) &&
-                out->params.indirect_visibility == BD_VISIBILITY_RAYS;
-    out->chosen = out->rays && out->params.rays < count_vpls(out, scene) &&
-                  out->params.rays <= BD_RAYS_CHOSEN_MAX;
+    out->rays = out->indirect && (out->cached || asks_rays(out));
+    out->chosen = out->cached || (out->rays && out->params.rays < count_vpls(out, scene) &&
+                                  out->params.rays <= BD_RAYS_CHOSEN_MAX);
     out->filtered = out->chosen && out->params.noise_filter && out->params.rays > 1;
     out->shared = request->aa > 1 && out->indirect &&
                   bd_technique_shares(out->technique, &out->params, out->glossy);
@@ -441,6 +452,7 @@ static double vpl_budget_of(const struct bd_plan *plan)
 uint32_t bd_plan_light_path_count(const struct bd_plan *plan)
 {
     if (!plan->light_paths) return 0;
+    if (plan->cached && !plan->sky) return 0;
     const bool has_maps = plan->light_count > 0 && !plan->lamps_by_rays;
     const double share = vpl_budget_of(plan) / (has_maps ? 4 : 1);
     const double most =
@@ -449,6 +461,11 @@ uint32_t bd_plan_light_path_count(const struct bd_plan *plan)
     if (!(plan->technique->inputs & BD_INPUT_VPL_TREE)) return (uint32_t)count;
     const uint32_t side = nearest_power_of_two(sqrt(count));
     return side * side;
+}
+
+uint32_t bd_plan_photon_vpl_count(const struct bd_plan *plan)
+{
+    return plan->cached ? plan->params.vpls : 0;
 }
 
 uint32_t bd_plan_light_path_root_side(const struct bd_plan *plan)

@@ -28,7 +28,9 @@ struct bd_plan {
     uint32_t stages;      // bits of enum bd_stage (frame/stage_rows.h)
     bool rig_yields;      // the default lights do, to what else shines
     bool area_lights;     // some surface emits or some sky shines, and lights
+    bool emitters, sky;   // which of them
     bool light_paths;     // surfaces send that on, or any light more than once
+    bool cached;          // and what they bring to any place is kept
     uint32_t bounces;     // of indirect light
     bool indirect;        // the technique's indirect light runs
     bool rays;            // hide indirect light
@@ -96,9 +98,11 @@ static inline bool bd_plan_asks_processor(const struct bd_plan *plan)
     return plan->area_lights || plan->lamps_by_rays || plan->tracing != BD_TRACING_NONE;
 }
 
-// VPLs of light paths; 0 where there are none. For trees a square
+// VPLs of light paths; 0 where there are none, or all light that they bring is in the cache. For trees a square
 // of a power of two. And roots along a side of their tree; 0 where the technique has none.
 uint32_t bd_plan_light_path_count(const struct bd_plan *plan);
+// Beside them, with a cache: photons of all lamps, and of all emitters.
+uint32_t bd_plan_photon_vpl_count(const struct bd_plan *plan);
 uint32_t bd_plan_light_path_root_side(const struct bd_plan *plan);
 
 // Most texels along a side of the block that one VPL sums up. One work group reads them all, three

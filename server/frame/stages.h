@@ -12,6 +12,7 @@
 #include "lights/lamp_tree.h"
 #include "pass/composite.h"
 #include "pass/direct.h"
+#include "pass/first_light.h"
 #include "pass/fragments.h"
 #include "pass/gather.h"
 #include "pass/light_paths.h"
@@ -117,10 +118,14 @@ const struct bd_tracer *bd_stage_tracer(struct bd_frame *frame, uint64_t samples
 
 // Rays that look for lights with a size.
 struct bd_visibility_inputs bd_stage_light_visibility(const struct bd_frame *frame);
-// How many lists of VPLs there are: one a light that has maps, and that of the light paths, which is
-// the last.
-uint32_t bd_stage_list_count(const struct bd_frame *frame);
-void bd_stage_lists(const struct bd_frame *frame, const struct bd_vpl_list **lists);
+// All lamps, in render space and the frame's unit; the caller's.
+struct bd_light_uniform *bd_stage_lamps(const struct bd_frame *frame);
+// Lists of VPLs, how many there are and may be: one a light that has maps, and those of the light
+// paths, which come last.
+uint32_t bd_stage_lists(const struct bd_frame *frame, const struct bd_vpl_list **lists);
+uint32_t bd_stage_lists_most(const struct bd_frame *frame);
+// Trees over them, where the technique has any.
+void bd_stage_trees(const struct bd_frame *frame, const struct bd_vpl_tree **trees);
 
 // Before another sub-frame is seen: this one's outputs stay in the memo.
 void bd_stage_leave_camera_side(struct bd_frame *frame);

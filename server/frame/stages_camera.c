@@ -144,13 +144,19 @@ static enum bd_err with_inputs(struct bd_frame *frame,
                                enum bd_err (*run)(struct bd_frame *frame,
                                                   const struct bd_technique_inputs *inputs))
 {
-    const uint32_t lights = frame->plan->lamps_by_rays ? 0 : frame->subject.light_count;
-    const struct bd_vpl_list **lists = calloc(lights + 1, sizeof *lists);
-    const struct bd_vpl_tree **trees = calloc(lights + 1, sizeof *trees);
+    const uint32_t most = bd_stage_lists_most(frame);
+    const struct bd_vpl_list **lists = calloc(most, sizeof *lists);
+    const struct bd_vpl_tree **trees = calloc(most, sizeof *trees);
     BD_ASSERT(lists && trees);
-    bd_stage_lists(frame, lists);
-    for (uint32_t i = 0; i < lights; i++) trees[i] = frame->subject.lights[i].tree;
-    if (frame->light_paths) trees[lights] = frame->light_paths->tree;
+    const uint32_t count = bd_stage_lists(frame, lists);
+    bd_stage_trees(frame, trees);
+    struct bd_light_uniform *lamps = frame->plan->cached ? bd_stage_lamps(frame) : NULL;
+    const struct bd_first_light first_light = {
+        frame->emitters,
+        lamps,
+        lamps ? frame->subject.light_count : 0,
+        &frame->scene->space,
+    };
     const struct bd_technique_inputs inputs = {
         .scene = frame->scene,
         .viewpoint = &frame->subject.viewpoint,
@@ -159,19 +165,24 @@ static enum bd_err with_inputs(struct bd_frame *frame,
         .vpl_lists = lists,
         .vpl_trees = trees,
         .vpls_in_order = frame->order,
-        .list_count = bd_stage_list_count(frame),
+        .list_count = count,
         .discontinuity = frame->discontinuity,
         .fragments = frame->fragments,
         .surfaces = frame->surfaces,
+        .light_paths = frame->light_paths,
+        .first_light = &first_light,
+        .snapshot = frame->snapshot,
         .occluders = frame->plan->rays ? frame->occluders : NULL,
         .pool = frame->renderer->pool,
         .chosen = frame->plan->chosen,
         .filtered = frame->plan->filtered,
         .seed = frame->subject.seed,
+        .seed_of_sub_frame = seed_of_sub_frame(&frame->subject),
         .glossy_receivers = frame->plan->glossy,
         .normal_maps = frame->plan->normal_maps,
     };
     enum bd_err err = run(frame, &inputs);
+    free(lamps);
     free(lists);
     free(trees);
     return err;

@@ -133,7 +133,7 @@ enum bd_err bd_run_vpl_tree(struct bd_frame *frame, struct bd_frame_light *light
     return bd_vpl_tree_run(&frame->context, &inputs, &light->tree, frame->fault);
 }
 
-static struct bd_light_uniform *lamps_of(const struct bd_frame *frame)
+struct bd_light_uniform *bd_stage_lamps(const struct bd_frame *frame)
 {
     const struct bd_subject *subject = &frame->subject;
     struct bd_light_uniform *lamps = calloc(subject->light_count + 1, sizeof *lamps);
@@ -147,25 +147,36 @@ enum bd_err bd_run_lamps(struct bd_frame *frame, struct bd_frame_light *light)
 {
     (void)light;
     bd_slicer_work(frame->context.slicer, "emitters");
-    return bd_lamp_tree_create(lamps_of(frame), frame->subject.light_count, bd_slicer_pause,
+    return bd_lamp_tree_create(bd_stage_lamps(frame), frame->subject.light_count, bd_slicer_pause,
                                frame->context.slicer, &frame->lamps, frame->fault);
+}
+
+// On the way to a place that is seen, or to one that a final gather's rays meet.
+static uint32_t reflections_of(const struct bd_plan *plan)
+{
+    if (!plan->cached) return plan->bounces - 1;
+    return plan->bounces > 2 ? plan->bounces - 2 : 0;
 }
 
 enum bd_err bd_run_light_paths(struct bd_frame *frame, struct bd_frame_light *light)
 {
     (void)light;
     const struct bd_plan *plan = frame->plan;
-    struct bd_light_uniform *lamps = lamps_of(frame);
+    struct bd_light_uniform *lamps = bd_stage_lamps(frame);
     const struct bd_light_paths_inputs inputs = {
         .scene = frame->scene,
         .snapshot = frame->snapshot,
         .lights = frame->emitters,
         .lamps = lamps,
         .lamp_count = frame->subject.light_count,
-        .lamps_fall = plan->lamps_by_rays,
-        .reflections = plan->bounces - 1,
+        .lamps_fall = plan->lamps_by_rays && !plan->cached,
+        .reflections = reflections_of(plan),
         .visibility = bd_stage_light_visibility(frame),
         .count = bd_plan_light_path_count(plan),
+        .walk_vpls = plan->cached ? plan->params.walk_vpls : 0,
+        .lamp_vpls = plan->light_count > 0 ? bd_plan_photon_vpl_count(plan) : 0,
+        .emitter_vpls = plan->emitters ? bd_plan_photon_vpl_count(plan) : 0,
+        .seed = frame->subject.seed,
         .kernel = (enum bd_vpl_kernel)plan->params.vpl_kernel,
         .near_field = plan->params.near_field,
         .lambert = plan->params.lambert,
@@ -177,27 +188,47 @@ enum bd_err bd_run_light_paths(struct bd_frame *frame, struct bd_frame_light *li
     return err;
 }
 
-uint32_t bd_stage_list_count(const struct bd_frame *frame)
+// Lights that have lists of their own.
+static uint32_t lights_with_lists(const struct bd_frame *frame)
 {
-    const uint32_t with_maps = frame->plan->lamps_by_rays ? 0 : frame->subject.light_count;
-    return with_maps + (frame->light_paths != NULL);
+    const uint32_t inputs = frame->plan->technique->inputs;
+    const bool has_maps = inputs & (BD_INPUT_VPL_GRID | BD_INPUT_VPL_CLUSTERS);
+    return has_maps && !frame->plan->lamps_by_rays ? frame->subject.light_count : 0;
 }
 
-void bd_stage_lists(const struct bd_frame *frame, const struct bd_vpl_list **lists)
+uint32_t bd_stage_lists(const struct bd_frame *frame, const struct bd_vpl_list **lists)
 {
-    const uint32_t with_maps = frame->plan->lamps_by_rays ? 0 : frame->subject.light_count;
-    for (uint32_t i = 0; i < with_maps; i++) lists[i] = frame->subject.lights[i].vpls;
-    if (frame->light_paths) lists[with_maps] = frame->light_paths->vpls;
+    const uint32_t lights = lights_with_lists(frame);
+    const struct bd_light_paths *paths = frame->light_paths;
+    uint32_t count = 0;
+    while (count < lights) {
+        lists[count] = frame->subject.lights[count].vpls;
+        count++;
+    }
+    if (paths && paths->vpls) lists[count++] = paths->vpls;
+    return count;
+}
+
+void bd_stage_trees(const struct bd_frame *frame, const struct bd_vpl_tree **trees)
+{
+    const uint32_t lights = lights_with_lists(frame);
+    for (uint32_t i = 0; i < lights; i++) trees[i] = frame->subject.lights[i].tree;
+    if (frame->light_paths) trees[lights] = frame->light_paths->tree;
+}
+
+uint32_t bd_stage_lists_most(const struct bd_frame *frame)
+{
+    return lights_with_lists(frame) + 1;
 }
 
 enum bd_err bd_run_vpl_order(struct bd_frame *frame, struct bd_frame_light *light)
 {
     (void)light;
-    const uint32_t count = bd_stage_list_count(frame);
-    const struct bd_vpl_list **lists = calloc(count + 1, sizeof *lists);
+    const struct bd_vpl_list **lists = calloc(bd_stage_lists_most(frame), sizeof *lists);
     BD_ASSERT(lists);
-    bd_stage_lists(frame, lists);
-    enum bd_err err = bd_vpl_order_run(&frame->context, lists, count, &frame->order, frame->fault);
+    const uint32_t count = bd_stage_lists(frame, lists);
+    enum bd_err err =
+        bd_vpl_order_run(&frame->context, lists, count, false, &frame->order, frame->fault);
     free(lists);
     return err;
 }

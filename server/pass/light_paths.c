@@ -7,9 +7,11 @@
 #include "base/assert.h"
 #include "lights/surface_points.h"
 #include "pass/area_samples.h"
+#include "pass/first_vpls.h"
 #include "pass/light_patches.h"
 #include "pass/light_walk.h"
 #include "pass/receivers.h"
+#include "pass/vpl_order.h"
 
 #define POINTS_PER_VPL 16u
 #define POINTS_LEAST   16384u
@@ -18,13 +20,16 @@
 // Sponza, 12.9 and 12.0 % of the indirect light, 285 and 150 ms.
 #define POINTS_MOST_OF_LAMPS 65536u
 #define RAYS_PER_POINT       4u
+// Of those that a final gather asks for.
+#define POINTS_PER_WALK_VPL 4u
 // Points whose rays are on their way at once.
 #define POINTS_AT_ONCE 4096u
 // Of the slicer, one for each evaluation of a VPL.
 #define UNITS_PER_RAY 60.0
 
 struct paths {
-    struct bd_pass_context context;
+    struct bd_pass_context context;      // with the pool's threads, whatever the device
+    const struct bd_pass_context *frame; // whose it is
     const struct bd_light_paths_inputs *inputs;
     struct bd_area_sampling sampling;
     struct bd_surface_points points;
@@ -33,8 +38,7 @@ struct paths {
     struct bd_segment *segments;
     struct bd_area_light_found *found;
     uint32_t *occluded;
-    // Of all points.
-    f3 *irradiance;
+    struct bd_lit_points lit;
     struct bd_fault *fault;
 };
 
@@ -71,7 +75,7 @@ static void sum_rays(struct paths *p)
         f3 sum = f3_of(0, 0, 0);
         for (size_t r = i * rays; r < (i + 1) * rays; r++)
             if (!(p->occluded[r / 32] >> r % 32 & 1)) sum = f3_add(sum, p->found[r].irradiance);
-        p->irradiance[p->first + i] = sum;
+        p->lit.others[p->first + i] = sum;
     }
 }
 
@@ -95,7 +99,7 @@ static enum bd_err light_points(struct paths *p)
     return err;
 }
 
-// --- the pass -----------------------------------------------------------------------------------
+// --- points -------------------------------------------------------------------------------------
 
 static enum bd_err no_memory(const struct paths *p)
 {
@@ -103,15 +107,20 @@ static enum bd_err no_memory(const struct paths *p)
                         p->inputs->count);
 }
 
+static uint32_t points_of(const struct bd_light_paths_inputs *in)
+{
+    uint32_t count = POINTS_PER_VPL * in->count;
+    if (in->walk_vpls > 0) count = POINTS_PER_WALK_VPL * in->walk_vpls;
+    const uint32_t least = in->walk_vpls > 0 ? 1 : POINTS_LEAST;
+    const uint32_t most = in->lamps_fall ? POINTS_MOST_OF_LAMPS : POINTS_MOST;
+    return count < least ? least : count > most ? most : count;
+}
+
 static enum bd_err spread_points(struct paths *p)
 {
-    uint32_t count = POINTS_PER_VPL * p->inputs->count;
-    if (count < POINTS_LEAST) count = POINTS_LEAST;
-    const uint32_t most = p->inputs->lamps_fall ? POINTS_MOST_OF_LAMPS : POINTS_MOST;
-    if (count > most) count = most;
     bd_slicer_work(p->context.slicer, "surface points");
-    return bd_surface_points_init(&p->points, p->inputs->snapshot, count, p->inputs->lambert,
-                                  bd_slicer_pause, p->context.slicer, p->fault);
+    return bd_surface_points_init(&p->points, p->inputs->snapshot, points_of(p->inputs),
+                                  p->inputs->lambert, bd_slicer_pause, p->context.slicer, p->fault);
 }
 
 static enum bd_err make_room(struct paths *p)
@@ -120,8 +129,8 @@ static enum bd_err make_room(struct paths *p)
     p->segments = malloc(rays * sizeof *p->segments);
     p->found = malloc(rays * sizeof *p->found);
     p->occluded = malloc((rays + 31) / 32 * sizeof *p->occluded);
-    p->irradiance = calloc(p->points.count + 1, sizeof *p->irradiance);
-    const bool all = p->segments && p->found && p->occluded && p->irradiance;
+    p->lit.others = calloc(p->points.count + 1, sizeof *p->lit.others);
+    const bool all = p->segments && p->found && p->occluded && p->lit.others;
     return all ? BD_ERR_OK : no_memory(p);
 }
 
@@ -142,33 +151,136 @@ static enum bd_err make_tree(const struct bd_pass_context *context,
     return bd_vpl_tree_run(context, &tree, &paths->tree, fault);
 }
 
-static enum bd_err write_vpls(const struct bd_pass_context *context, const struct paths *p,
-                              struct bd_light_paths *paths)
+// What VPLs send on is of all that they have room for: maps hold where lamps' light first falls, a
+// final gather has lists of its own for what comes further.
+static f3 *irradiance_of_vpls(struct paths *p)
+{
+    f3 *sum = malloc((p->points.count + 1) * sizeof *sum);
+    BD_ASSERT(sum);
+    for (uint32_t i = 0; i < p->points.count; i++) {
+        sum[i] = p->lit.others[i];
+        if (p->inputs->walk_vpls > 0) continue;
+        if (p->lit.lamps && p->inputs->lamps_fall) sum[i] = f3_add(sum[i], p->lit.lamps[i]);
+        if (p->lit.further) sum[i] = f3_add(sum[i], p->lit.further[i]);
+    }
+    return sum;
+}
+
+static enum bd_err upload_list(struct paths *p, const void *lights, const void *quads,
+                               uint32_t count, struct bd_vpl_list **out)
+{
+    struct bd_gpu *gpu = p->context.gpu;
+    enum bd_err err = bd_vpl_list_create(gpu, count, out, p->fault);
+    if (err || count == 0) return err;
+    bd_buf_upload(gpu, (*out)->vpls, 0, lights, count * BD_VPL_VEC4S * sizeof(struct bd_vec4));
+    bd_buf_upload(gpu, (*out)->quads, 0, quads, count * BD_VPL_QUAD_VEC4S * sizeof(struct bd_vec4));
+    return BD_ERR_OK;
+}
+
+// Of the points, and what comes to them.
+static enum bd_err write_patches(struct paths *p, const f3 *irradiance, uint32_t count,
+                                 struct bd_vpl_list **list, struct bd_light_paths *paths)
 {
     const struct bd_light_paths_inputs *in = p->inputs;
     const struct bd_light_patches_inputs how = {
         .points = &p->points,
-        .irradiance = p->irradiance,
-        .count = in->count,
+        .irradiance = irradiance,
+        .count = count,
         .kernel = in->kernel,
         .near_field = in->near_field,
         .root_side = in->root_side,
-        .slicer = context->slicer,
+        .slicer = p->context.slicer,
     };
     struct bd_light_patches patches;
     enum bd_err err = bd_light_patches_init(&patches, &how, p->fault);
     if (err) return err;
-    err = bd_vpl_list_create(context->gpu, in->count, &paths->vpls, p->fault);
-    if (!err) {
-        bd_buf_upload(context->gpu, paths->vpls->vpls, 0, patches.lights,
-                      in->count * sizeof *patches.lights);
-        bd_buf_upload(context->gpu, paths->vpls->quads, 0, patches.quads,
-                      in->count * sizeof *patches.quads);
-    }
-    if (!err && in->root_side > 0) err = make_tree(context, in, &patches, paths, p->fault);
+    err = upload_list(p, patches.lights, patches.quads, count, list);
+    if (!err && in->root_side > 0) err = make_tree(p->frame, in, &patches, paths, p->fault);
     bd_light_patches_finish(&patches);
     return err;
 }
+
+static enum bd_err write_vpls(struct paths *p, struct bd_light_paths *paths)
+{
+    if (p->inputs->count == 0) return BD_ERR_OK;
+    f3 *irradiance = irradiance_of_vpls(p);
+    const enum bd_err err = write_patches(p, irradiance, p->inputs->count, &paths->vpls, paths);
+    free(irradiance);
+    return err;
+}
+
+// --- for a final gather -------------------------------------------------------------------------
+
+static enum bd_err write_first(struct paths *p, struct bd_vpl_list **list)
+{
+    const struct bd_light_paths_inputs *in = p->inputs;
+    const struct bd_first_vpls_inputs how = {
+        .snapshot = in->snapshot,
+        .visibility = &in->visibility,
+        .lamps = in->lamps,
+        .lamp_count = in->lamp_count,
+        .emitters = in->lights,
+        .from_cd_m2 = p->sampling.from_cd_m2,
+        .of_lamps = in->lamp_vpls,
+        .of_emitters = in->emitter_vpls,
+        .seed = in->seed,
+        .lambert = in->lambert,
+    };
+    const uint32_t count = in->lamp_vpls + in->emitter_vpls;
+    struct bd_vec4(*lights)[BD_VPL_VEC4S] = malloc((count + 1) * sizeof *lights);
+    struct bd_vec4(*quads)[BD_VPL_QUAD_VEC4S] = malloc((count + 1) * sizeof *quads);
+    BD_ASSERT(lights && quads);
+    enum bd_err err = bd_first_vpls_run(&p->context, &how, lights, quads, p->fault);
+    if (!err) err = upload_list(p, lights, quads, count, list);
+    free(lights);
+    free(quads);
+    return err;
+}
+
+// The sky's patches belong to the first set.
+static enum bd_err put_in_order(struct paths *p, const struct bd_vpl_list *first,
+                                const struct bd_vpl_list *walked, struct bd_light_paths *paths)
+{
+    const struct bd_vpl_list *all[3] = {first, walked, paths->vpls};
+    const struct bd_vpl_list *of_first[2] = {first, paths->vpls};
+    const uint32_t sky = paths->vpls ? 1 : 0;
+    const enum bd_err err =
+        bd_vpl_order_run(&p->context, of_first, 1 + sky, true, &paths->first, p->fault);
+    if (err) return err;
+    return bd_vpl_order_run(&p->context, all, 2 + sky, true, &paths->all, p->fault);
+}
+
+static enum bd_err write_sets(struct paths *p, struct bd_light_paths *paths)
+{
+    struct bd_vpl_list *first = NULL, *walked = NULL;
+    enum bd_err err = write_first(p, &first);
+    if (!err) err = write_patches(p, p->lit.further, p->inputs->walk_vpls, &walked, paths);
+    if (!err) err = put_in_order(p, first, walked, paths);
+    bd_vpl_list_destroy(p->context.gpu, &first);
+    bd_vpl_list_destroy(p->context.gpu, &walked);
+    bd_vpl_list_destroy(p->context.gpu, &paths->vpls);
+    return err;
+}
+
+// Of what comes to the points further, which is kept.
+static enum bd_err keep_points(struct paths *p, struct bd_light_paths *paths)
+{
+    bd_slicer_work(p->context.slicer, "point tree");
+    f3 *further = p->lit.further;
+    p->lit.further = NULL;
+    return bd_irradiance_points_create(&p->points, further, bd_slicer_pause, p->context.slicer,
+                                       &paths->further, p->fault);
+}
+
+static enum bd_err write_lists(struct paths *p, struct bd_light_paths *paths)
+{
+    enum bd_err err = write_vpls(p, paths);
+    if (err || p->inputs->walk_vpls == 0) return err;
+    err = write_sets(p, paths);
+    return err ? err : keep_points(p, paths);
+}
+
+// --- the pass -----------------------------------------------------------------------------------
 
 static enum bd_err walk(struct paths *p)
 {
@@ -178,19 +290,23 @@ static enum bd_err walk(struct paths *p)
         .visibility = p->inputs->visibility,
         .lamps = p->inputs->lamps,
         .lamp_count = p->inputs->lamp_count,
-        .lamps_fall = p->inputs->lamps_fall,
         .reflections = p->inputs->reflections,
         .lambert = p->inputs->lambert,
+        .emitters = p->inputs->walk_vpls > 0 ? p->inputs->lights : NULL,
+        .from_cd_m2 = p->sampling.from_cd_m2,
+        .seed = p->inputs->walk_vpls > 0 ? bd_askers_seed(p->inputs->seed) : 0,
     };
-    return bd_light_walk_run(&p->context, &inputs, &p->irradiance, p->fault);
+    return bd_light_walk_run(&p->context, &inputs, &p->lit, p->fault);
 }
 
 static enum bd_err find_points(struct paths *p)
 {
+    const struct bd_light_paths_inputs *in = p->inputs;
     enum bd_err err = spread_points(p);
     if (!err) err = make_room(p);
-    if (!err && p->inputs->lights) err = light_points(p);
-    if (!err && (p->inputs->reflections > 0 || p->inputs->lamps_fall)) err = walk(p);
+    if (!err && p->sampling.lights && bd_area_lights_shine(p->sampling.lights))
+        err = light_points(p);
+    if (!err && (in->reflections > 0 || in->lamps_fall || in->walk_vpls > 0)) err = walk(p);
     return err ? err : bd_slicer_pause(p->context.slicer);
 }
 
@@ -198,30 +314,38 @@ enum bd_err bd_light_paths_run(const struct bd_pass_context *context,
                                const struct bd_light_paths_inputs *inputs,
                                struct bd_light_paths **out, struct bd_fault *fault)
 {
-    BD_ASSERT(inputs->count > 0 && inputs->count <= BD_LIGHT_PATHS_MAX);
+    BD_ASSERT(inputs->count > 0 || inputs->walk_vpls > 0);
+    BD_ASSERT(inputs->count <= BD_LIGHT_PATHS_MAX);
     const struct bd_render_space *space = &inputs->scene->space;
     const struct bd_processor processor = {inputs->visibility.pool, NULL};
     struct paths p = {
         .context = *context,
+        .frame = context,
         .inputs = inputs,
         .sampling = inputs->lights ? bd_area_sampling_of(inputs->lights, 2 * RAYS_PER_POINT, 0)
                                    : (struct bd_area_sampling){0},
         .fault = fault,
     };
     p.context.processor = &processor;
+    // Of a final gather emitters' photons find what they light.
+    struct bd_area_lights sky = inputs->lights ? *inputs->lights : (struct bd_area_lights){0};
+    sky.count = 0;
+    if (inputs->lights && inputs->walk_vpls > 0) p.sampling.lights = &sky;
     p.sampling.reach = 1.01f * (float)space->radius;
     p.sampling.from_cd_m2 = (float)(1 / space->unit_cd_m2);
     p.sampling.lambert = true;
     *out = calloc(1, sizeof **out);
     BD_ASSERT(*out);
     enum bd_err err = find_points(&p);
-    if (!err) err = write_vpls(context, &p, *out);
+    if (!err) err = write_lists(&p, *out);
     if (err) bd_light_paths_destroy(context->gpu, out);
     bd_surface_points_finish(&p.points);
     free(p.segments);
     free(p.found);
     free(p.occluded);
-    free(p.irradiance);
+    free(p.lit.others);
+    free(p.lit.lamps);
+    free(p.lit.further);
     return err;
 }
 
@@ -229,12 +353,22 @@ void bd_light_paths_destroy(struct bd_gpu *gpu, struct bd_light_paths **paths)
 {
     if (!*paths) return;
     bd_vpl_list_destroy(gpu, &(*paths)->vpls);
+    bd_vpl_list_destroy(gpu, &(*paths)->first);
+    bd_vpl_list_destroy(gpu, &(*paths)->all);
     bd_vpl_tree_destroy(gpu, &(*paths)->tree);
+    bd_irradiance_points_destroy(&(*paths)->further);
     free(*paths);
     *paths = NULL;
 }
 
+static uint64_t list_bytes(const struct bd_vpl_list *list)
+{
+    return list ? bd_vpl_list_bytes(list) : 0;
+}
+
 uint64_t bd_light_paths_bytes(const struct bd_light_paths *paths)
 {
-    return bd_vpl_list_bytes(paths->vpls) + (paths->tree ? bd_vpl_tree_bytes(paths->tree) : 0);
+    return list_bytes(paths->vpls) + list_bytes(paths->first) + list_bytes(paths->all) +
+           (paths->tree ? bd_vpl_tree_bytes(paths->tree) : 0) +
+           (paths->further ? bd_irradiance_points_bytes(paths->further) : 0);
 }

@@ -1,7 +1,8 @@
 // Light that surfaces send on and no lamp's map holds, as VPLs: where that of emissive surfaces,
 // the sky and lamps without maps first falls (the *first* set of light paths), and where any light
 // falls after further reflections (the *walk* set, pass/light_walk.h). One description for all
-// techniques, beside the maps of punctual lights.
+// techniques, beside the maps of punctual lights. For a final gather (pass/far.h) the two sets
+// stand apart, and first light of lamps and emitters comes as photons (pass/first_vpls.h).
 //
 // Points are spread over all surfaces by area (lights/surface_points.h), each is lit by a few rays
 // as pixels are (pass/area_samples.h) and by what walks, and those that are lit are divided into
@@ -15,7 +16,8 @@
 // that a point stands for is known, where a photon's would have to be estimated. What lights a very
 // small part of all surfaces alone (a sun through a keyhole) is seen by few points.
 //
-// A function of the snapshot and these numbers: neither of a camera nor of a seed.
+// A function of the snapshot and these numbers: not of a camera, and of a seed for a final gather
+// alone.
 //
 // Cost: 16 points a VPL, at least 16,384 and at most 131,072 in all, four rays a point: 20 to 60 ms
 // of two cores for a thousand VPLs; 270 bytes a point while it runs. What walks takes as long
@@ -27,6 +29,7 @@
 #define BD_PASS_LIGHT_PATHS_H
 
 #include "lights/area_lights.h"
+#include "lights/irradiance_points.h"
 #include "pass/visibility.h"
 #include "pass/vpl_grid.h"
 #include "pass/vpl_tree.h"
@@ -47,7 +50,11 @@ struct bd_light_paths_inputs {
     bool lamps_fall;      // no maps hold where their light first falls
     uint32_t reflections; // of the walk, as in pass/light_walk.h; 0: none
     struct bd_visibility_inputs visibility;
-    uint32_t count; // of VPLs, 1 to BD_LIGHT_PATHS_MAX
+    uint32_t count; // of VPLs, at most BD_LIGHT_PATHS_MAX; 0: none
+    // For a final gather: VPLs of what walks, at least 1. Then `count` are of where the sky's light
+    // first falls, and others are photons. 0: none is made.
+    uint32_t walk_vpls, lamp_vpls, emitter_vpls;
+    uint64_t seed; // of a final gather
     enum bd_vpl_kernel kernel;
     double near_field; // as in pass/vpl_grid.h
     bool lambert;
@@ -55,8 +62,12 @@ struct bd_light_paths_inputs {
 };
 
 struct bd_light_paths {
-    struct bd_vpl_list *vpls; // where fewer points are lit than VPLs, some send nothing
+    struct bd_vpl_list *vpls; // where fewer points are lit than VPLs, some send nothing; or NULL
     struct bd_vpl_tree *tree; // or NULL
+    // For a final gather, or NULL: VPLs of where light first falls, and those with what walks, both
+    // in order and soft (pass/vpl_order.h); and what comes to any place further.
+    struct bd_vpl_list *first, *all;
+    struct bd_irradiance_points *further;
 };
 
 BD_MUST_CHECK

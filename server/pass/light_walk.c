@@ -9,6 +9,7 @@
 #include "lights/point_tree.h"
 #include "lights/sequence.h"
 #include "lights/surface_hits.h"
+#include "pass/emitter_photons.h"
 #include "pass/lamp_photons.h"
 #include "pass/nearest.h"
 #include "pass/receivers.h"
@@ -24,6 +25,8 @@
 // Points that take a photon, if either is seen from where it came. Else all that are near are
 // asked: a ninth of the rays, and where points are many, no less even.
 #define TAKERS_FIRST 2u
+// Numbers that no round draws.
+#define OF_EMITTERS 0x656d6974u
 // A round of few is as cheap as one of fewer.
 #define PHOTONS_LEAST 1024u
 
@@ -234,7 +237,7 @@ static double flux_of_lamps(const struct bd_light_walk_inputs *inputs)
 
 static enum bd_err shine(struct walk *w, const struct bd_light_uniform *lamp, double of_all)
 {
-    const struct bd_sequence sequence = bd_sequence_of(0, w->round);
+    const struct bd_sequence sequence = bd_sequence_of(w->inputs->seed, w->round);
     const f3 flux = bd_lamp_flux(lamp);
     const double share = of_all > 0 ? strongest(flux) / of_all : 0;
     const uint32_t count = (uint32_t)fmax(round(share * w->at_first), 1);
@@ -250,12 +253,25 @@ static enum bd_err shine(struct walk *w, const struct bd_light_uniform *lamp, do
     return err;
 }
 
+static enum bd_err shine_of_emitters(struct walk *w)
+{
+    struct bd_emitter_photons photons = bd_emitter_photons_of(
+        w->inputs->emitters, w->at_first, w->inputs->from_cd_m2, w->inputs->seed, OF_EMITTERS);
+    struct bd_ray ray;
+    f3 flux, normal;
+    enum bd_err err = BD_ERR_OK;
+    while (!err && bd_emitter_photons_next(&photons, &ray, &flux, &normal))
+        err = set_out(w, ray, (struct photon){flux, normal, 0, false, false});
+    return err;
+}
+
 static enum bd_err shine_all(struct walk *w)
 {
     const double of_all = flux_of_lamps(w->inputs);
     enum bd_err err = BD_ERR_OK;
     for (uint32_t i = 0; !err && i < w->inputs->lamp_count; i++)
         err = shine(w, &w->inputs->lamps[i], of_all);
+    if (!err) err = shine_of_emitters(w);
     return err || w->at_once == 0 ? err : let_fly(w);
 }
 
@@ -282,7 +298,7 @@ static struct bd_ray ray_from(const struct bd_surface_point *point, const float 
 // `flux`: of all that is sent.
 static enum bd_err send_on(struct walk *w, double flux, uint32_t count)
 {
-    const struct bd_sequence sequence = bd_sequence_of(0, w->round);
+    const struct bd_sequence sequence = bd_sequence_of(w->inputs->seed, w->round);
     const double step = flux / count;
     double passed = 0;
     uint32_t next = 0;
@@ -302,14 +318,25 @@ static enum bd_err send_on(struct walk *w, double flux, uint32_t count)
     return err || w->at_once == 0 ? err : let_fly(w);
 }
 
-// What arrived is sent on, and told where it counts.
-static void reflect(struct walk *w, f3 *irradiance)
+// What arrived is sent on, and told.
+static void reflect(struct walk *w, f3 *told)
 {
     const struct bd_surface_points *points = w->inputs->points;
     for (uint32_t i = 0; i < points->count; i++) {
         w->sent[i] = f3_mul(points->points[i].diffuse, w->arrived[i]);
-        if (irradiance)
-            irradiance[i] = f3_add(irradiance[i], f3_scale(w->arrived[i], 1 / points->area));
+        told[i] = f3_add(told[i], f3_scale(w->arrived[i], 1 / points->area));
+        w->arrived[i] = f3_of(0, 0, 0);
+    }
+}
+
+// Of the lamps' light, and of what others bring.
+static void reflect_first(struct walk *w, struct bd_lit_points *lit)
+{
+    const struct bd_surface_points *points = w->inputs->points;
+    for (uint32_t i = 0; i < points->count; i++) {
+        lit->lamps[i] = f3_scale(w->arrived[i], 1 / points->area);
+        const f3 all = f3_add(w->arrived[i], f3_scale(lit->others[i], points->area));
+        w->sent[i] = f3_mul(points->points[i].diffuse, all);
         w->arrived[i] = f3_of(0, 0, 0);
     }
 }
@@ -326,18 +353,12 @@ static enum bd_err plant_tree(struct walk *w)
                               w->fault);
 }
 
-static enum bd_err walk_on(struct walk *w, f3 *irradiance)
+static enum bd_err walk_on(struct walk *w, struct bd_lit_points *lit)
 {
-    const struct bd_surface_points *points = w->inputs->points;
     enum bd_err err = plant_tree(w);
     if (!err) err = shine_all(w);
     if (err) return err;
-    for (uint32_t i = 0; i < points->count; i++) {
-        const f3 of_others = irradiance[i], of_lamps = f3_scale(w->arrived[i], 1 / points->area);
-        if (w->inputs->lamps_fall) irradiance[i] = f3_add(of_others, of_lamps);
-        w->arrived[i] = f3_add(w->arrived[i], f3_scale(of_others, points->area));
-    }
-    reflect(w, NULL);
+    reflect_first(w, lit);
     const double at_first = flux_sent(w);
     for (w->round = 1; !err && w->round <= w->inputs->reflections; w->round++) {
         const double flux = flux_sent(w);
@@ -345,25 +366,27 @@ static enum bd_err walk_on(struct walk *w, f3 *irradiance)
         const double count = ceil(PHOTONS_PER_POINT * w->at_first * (flux / at_first));
         err = plant_tree(w);
         if (!err) err = send_on(w, flux, (uint32_t)fmax(count, PHOTONS_LEAST));
-        reflect(w, irradiance);
+        reflect(w, lit->further);
     }
     return err;
 }
 
 // Of more points, too.
-static bool grow(struct walk *w, f3 **irradiance)
+static bool grow(struct walk *w, struct bd_lit_points *lit)
 {
     struct bd_surface_points *points = w->inputs->points;
     const size_t most = w->points_max + 1;
     struct bd_surface_point *array = realloc(points->points, most * sizeof *array);
     if (array) points->points = array;
-    f3 *grown = realloc(*irradiance, most * sizeof *grown);
-    if (grown) *irradiance = grown;
-    for (size_t i = points->count; grown && i < most; i++) grown[i] = f3_of(0, 0, 0);
-    return array && grown;
+    f3 *others = realloc(lit->others, most * sizeof *others);
+    if (others) lit->others = others;
+    for (size_t i = points->count; others && i < most; i++) others[i] = f3_of(0, 0, 0);
+    lit->lamps = calloc(most, sizeof *lit->lamps);
+    lit->further = calloc(most, sizeof *lit->further);
+    return array && others && lit->lamps && lit->further;
 }
 
-static enum bd_err make_room(struct walk *w, f3 **irradiance)
+static enum bd_err make_room(struct walk *w, struct bd_lit_points *lit)
 {
     w->at_first = w->inputs->points->count;
     w->points_max = 2 * w->at_first;
@@ -378,19 +401,19 @@ static enum bd_err make_room(struct walk *w, f3 **irradiance)
     w->segments = malloc(AT_ONCE * BD_POINT_NEIGHBOURS * sizeof *w->segments);
     w->occluded = malloc(AT_ONCE * BD_POINT_NEIGHBOURS / 8);
     if (w->rays && w->photons && w->met && w->taken_by && w->sought && w->segments && w->occluded &&
-        w->arrived && w->sent && grow(w, irradiance))
+        w->arrived && w->sent && grow(w, lit))
         return BD_ERR_OK;
     return bd_fault_set(w->fault, BD_ERR_NO_MEMORY, "indirect_bounces", "no memory for photons");
 }
 
 enum bd_err bd_light_walk_run(const struct bd_pass_context *context,
-                              const struct bd_light_walk_inputs *inputs, f3 **irradiance,
+                              const struct bd_light_walk_inputs *inputs, struct bd_lit_points *lit,
                               struct bd_fault *fault)
 {
     struct walk w = {.context = *context, .inputs = inputs, .fault = fault};
     bd_surface_hits_init(&w.hits, inputs->snapshot);
-    enum bd_err err = make_room(&w, irradiance);
-    if (!err) err = walk_on(&w, *irradiance);
+    enum bd_err err = make_room(&w, lit);
+    if (!err) err = walk_on(&w, lit);
     bd_surface_hits_finish(&w.hits);
     bd_point_tree_finish(&w.tree);
     free(w.rays);

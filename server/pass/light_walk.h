@@ -5,14 +5,13 @@
 // surface sends light out; those nearest to where one arrives take what it brings
 // (lights/point_tree.h) and send their part of that on in the next round. Each round's photons are
 // chosen anew, in even steps through the flux of all points: as many as the flux that is left
-// (Russian roulette, stratified). Lamps' own light is brought to the points in the same way, and is
-// told only where they have no maps that send it on.
+// (Russian roulette, stratified). Lamps' own light is brought to the points in the same way.
 //
 // Where none of those sees where it came from, the surface is so small that no point stands for it:
 // the place itself becomes a point. Flux is conserved to rounding but for what leaves the scene and
 // what unlit surfaces and rears absorb.
 //
-// A function of the snapshot and these numbers: neither of a camera nor of a seed.
+// A function of the snapshot and these numbers, and not of a camera.
 //
 // Cost: as many photons as points for the lamps, and for the first round: about 1 us each of one
 // core.
@@ -24,6 +23,7 @@
 #ifndef BD_PASS_LIGHT_WALK_H
 #define BD_PASS_LIGHT_WALK_H
 
+#include "lights/area_lights.h"
 #include "lights/surface_points.h"
 #include "pass/pass.h"
 #include "pass/visibility.h"
@@ -35,17 +35,25 @@ struct bd_light_walk_inputs {
     struct bd_visibility_inputs visibility;
     const struct bd_light_uniform *lamps; // render space, frame's unit
     uint32_t lamp_count;
-    bool lamps_fall;      // where their own light arrives is told, too
+    const struct bd_area_lights *emitters; // whose light comes as lamps' does; NULL: none
+    float from_cd_m2;                      // to the frame's unit
     uint32_t reflections; // that light takes at most on its way to a point; 0 to 63
     bool lambert;         // as in lights/surface_points.h
+    uint32_t seed;        // of photons
 };
 
-// `irradiance` of each point, allocated, the caller's: in, what other lights than the lamps bring;
-// out, of the points that there are then, what arrives after that many reflections and fewer, and
-// the former. Where as little as 1/8192 of the flux is left, it is left out.
+// Irradiance of each point, by what it has come by.
+struct bd_lit_points {
+    f3 *others;  // straight from other lights than those that send photons
+    f3 *lamps;   // straight from those
+    f3 *further; // from any, after reflections
+};
+
+// `lit->others` is the caller's, allocated; the result is of all points that there are then, and
+// the caller's, too. Where as little as 1/8192 of the flux is left, it is left out.
 BD_MUST_CHECK
 enum bd_err bd_light_walk_run(const struct bd_pass_context *context,
-                              const struct bd_light_walk_inputs *inputs, f3 **irradiance,
+                              const struct bd_light_walk_inputs *inputs, struct bd_lit_points *lit,
                               struct bd_fault *fault);
 
 #endif

@@ -27,6 +27,7 @@ struct bd_vpl_list {
     struct bd_buf *vpls, *quads; // shared/vpl.h
     struct bd_buf *groups; // of neighbours, of a long list in order (pass/vpl_groups.h), or NULL
     uint32_t count;
+    float soft_area; // of a list that was made soft (pass/vpl_order.h): of each; else 0
 };
 
 BD_MUST_CHECK

@@ -95,6 +95,67 @@ static enum bd_err read_list(struct bd_gpu *gpu, const struct bd_vpl_list *list,
     return err;
 }
 
+// --- soft ---------------------------------------------------------------------------------------
+
+// Areas of VPLs that the disk of a soft one has. It hardly matters: 1, 2 and 5 of them, 1,024 VPLs
+// and four rays of either kind, leave 9.3, 9.3 and 9.6 % of indirect light under a spot, 9.8, 10.0
+// and 10.3 in Sponza.
+#define SOFT_AREAS 2.0f
+// Of the light comes from VPLs of at most that area, before they are soft.
+#define SOFT_SHARE 0.75
+
+struct part {
+    float area, flux;
+};
+
+static int compare_areas(const void *a, const void *b)
+{
+    const struct part *x = a, *y = b;
+    return (x->area > y->area) - (x->area < y->area);
+}
+
+static float distance2(const struct vpl *a, const struct vpl *b)
+{
+    const float *p = position_of(a), *q = position_of(b);
+    float sum = 0;
+    for (int c = 0; c < 3; c++) sum += (p[c] - q[c]) * (p[c] - q[c]);
+    return sum;
+}
+
+// Of those in order: a VPL's own area is about the square of its neighbour's distance.
+static float soft_area_of(const struct vpl *vpls, const struct entry *entries, size_t count)
+{
+    struct part *parts = malloc((count + 1) * sizeof *parts);
+    BD_ASSERT(parts);
+    double flux = 0, below = 0;
+    for (size_t i = 0; i < count; i++) {
+        const struct vpl *vpl = &vpls[entries[i].vpl];
+        const struct vpl *next = &vpls[entries[i + 1 < count ? i + 1 : 0].vpl];
+        const struct bd_vec4 *f = &vpl->light[2];
+        parts[i] = (struct part){distance2(vpl, next), f->x + f->y + f->z};
+        flux += parts[i].flux;
+    }
+    qsort(parts, count, sizeof *parts, compare_areas);
+    size_t at = 0;
+    for (; at + 1 < count && below + parts[at].flux < SOFT_SHARE * flux; at++)
+        below += parts[at].flux;
+    const float area = count ? parts[at].area : 0;
+    free(parts);
+    return SOFT_AREAS * area;
+}
+
+static float soften(struct vpl *vpls, const struct entry *entries, size_t count)
+{
+    const float area = soft_area_of(vpls, entries, count);
+    for (size_t i = 0; i < count; i++) {
+        vpls[i].light[0].w = area;
+        vpls[i].light[1].w = 0;
+    }
+    return area;
+}
+
+// --- the list -----------------------------------------------------------------------------------
+
 static enum bd_err write_groups(struct bd_gpu *gpu, const struct bd_vec4 *lights,
                                 struct bd_vpl_list *list, struct bd_fault *fault)
 {
@@ -143,7 +204,7 @@ static enum bd_err room_for(const struct bd_gpu *gpu, size_t count, struct bd_fa
 }
 
 enum bd_err bd_vpl_order_run(const struct bd_pass_context *context,
-                             const struct bd_vpl_list *const *lists, uint32_t list_count,
+                             const struct bd_vpl_list *const *lists, uint32_t list_count, bool soft,
                              struct bd_vpl_list **out, struct bd_fault *fault)
 {
     size_t room = 1, count = 0;
@@ -161,7 +222,9 @@ enum bd_err bd_vpl_order_run(const struct bd_pass_context *context,
     for (size_t i = 0; !err && i < count; i++)
         entries[i] = (struct entry){key_of(&vpls[i], &box), (uint32_t)i};
     if (!err) qsort(entries, count, sizeof *entries, compare);
+    const float soft_area = !err && soft ? soften(vpls, entries, count) : 0;
     if (!err) err = write_list(context->gpu, vpls, entries, count, out, fault);
+    if (!err) (*out)->soft_area = soft_area;
     free(vpls);
     free(entries);
     return err;

@@ -10,6 +10,8 @@
 #include "base/hash.h"
 #include "base/nearest.h"
 #include "pass/area_direct.h"
+#include "pass/far.h"
+#include "pass/light_paths.h"
 #include "technique/technique.h"
 
 enum param_type {
@@ -152,6 +154,11 @@ static const struct param_row table[BD_PARAM_COUNT] = {
         {"executor", PARAM_CHOICE, FIELD(executor), 0, 0, 0, {"auto", "device", "native"}},
     [BD_PARAM_DRAWING] =
         {"drawing", PARAM_CHOICE, FIELD(drawing), 0, 0, 0, {"auto", "raster", "rays"}},
+    [BD_PARAM_WALK_VPLS] =
+        {"walk_vpls", PARAM_COUNT, FIELD(walk_vpls), 64, BD_LIGHT_PATHS_MAX, 2048, {0}},
+    [BD_PARAM_CACHE_CELLS] =
+        {"cache_cells", PARAM_COUNT, FIELD(cache_cells), 64, 1u << 20, 2048, {0}},
+    [BD_PARAM_FAR_RAYS] = {"far_rays", PARAM_EVEN, FIELD(far_rays), 2, BD_FAR_RAYS_MAX, 4, {0}},
 };
 
 // Other words for choices. They are read, and never written.

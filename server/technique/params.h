@@ -97,6 +97,9 @@ enum bd_param {
     BD_PARAM_DRAWING,             // auto | raster | rays: how what cameras and lights see is found;
                                   // auto is rays on a software device, where the frame has them
                                   // anyway and triangles outnumber the samples of a map or picture
+    BD_PARAM_WALK_VPLS,           // that light what a final gather's rays meet, beside VPLS
+    BD_PARAM_CACHE_CELLS,         // of places that they meet, at most
+    BD_PARAM_FAR_RAYS,            // of a pixel, even
     BD_PARAM_COUNT,
 };
 
@@ -161,6 +164,7 @@ struct bd_params {
     uint32_t indirect_lights; // enum bd_lights
     uint32_t executor;        // enum bd_executor
     uint32_t drawing;         // enum bd_drawing
+    uint32_t walk_vpls, cache_cells, far_rays;
 };
 
 // What clients are told about a parameter.

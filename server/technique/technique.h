@@ -21,6 +21,7 @@ enum bd_frame_input {
     BD_INPUT_FRAGMENTS = 1u << 1, // the picture's blocks that are lit as a whole
     BD_INPUT_VPL_CLUSTERS = 1u << 2, // instead of the grid: VPLs from blocks of several sizes
     BD_INPUT_VPL_TREE = 1u << 3, // beside the grid, whose side is a power of two: a tree over it
+    BD_INPUT_CACHE = 1u << 4, // light paths for a final gather (pass/light_paths.h)
 };
 
 // Parameters that the frame reads for those inputs, G-buffer and direct light included.
@@ -87,7 +88,10 @@ struct bd_tolerance {
 };
 
 struct bd_discontinuity;
+struct bd_first_light;
 struct bd_fragments;
+struct bd_light_paths;
+struct bd_scene;
 struct bd_surfaces;
 struct bd_vpl_tree;
 
@@ -104,11 +108,15 @@ struct bd_technique_inputs {
     const struct bd_discontinuity *discontinuity; // BD_INPUT_FRAGMENTS
     const struct bd_fragments *fragments;         // BD_INPUT_FRAGMENTS
     const struct bd_surfaces *surfaces;           // BD_INPUT_FRAGMENTS
+    const struct bd_light_paths *light_paths;     // BD_INPUT_CACHE
+    const struct bd_first_light *first_light;     // likewise
+    const struct bd_scene *snapshot;
     const struct bd_occluders *occluders;         // indirect_visibility=rays
     struct bd_pool *pool;                         // for them
     bool chosen;                                  // there are fewer of them than VPLs
     bool filtered;                                // what they leave noisy
     uint64_t seed;                                // of what is chosen
+    uint64_t seed_of_sub_frame;                   // of what each draws by numbers of its own
     bool glossy_receivers;
     bool normal_maps; // some surface has one: normals change from pixel to pixel
 };
@@ -161,6 +169,7 @@ struct bd_technique {
     const char *const *ladder;
     // There for others to be compared with: tests of all techniques at once judge it on less.
     bool for_comparison;
+    bool is_sampled;   // decided by chance at its defaults: exact in the mean, with noise
     bool is_reference; // path-traced by reference/, not rendered on the device
     // Indirect light of one frame; NULL if the technique has none. Not called without lights.
     enum bd_err (*indirect)(const struct bd_pass_context *context,
@@ -210,6 +219,7 @@ bd_technique_gather_inputs(const struct bd_technique_inputs *inputs)
 extern const struct bd_technique bd_technique_direct;
 extern const struct bd_technique bd_technique_hisr;
 extern const struct bd_technique bd_technique_isr;
+extern const struct bd_technique bd_technique_many_light;
 extern const struct bd_technique bd_technique_multires_gather;
 extern const struct bd_technique bd_technique_multires_splat;
 extern const struct bd_technique bd_technique_reference;

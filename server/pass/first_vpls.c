@@ -1,0 +1,145 @@
+#include "pass/first_vpls.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "kernel/light.h"
+#include "lights/sequence.h"
+#include "lights/surface_hits.h"
+#include "pass/emitter_photons.h"
+#include "pass/lamp_photons.h"
+#include "pass/nearest.h"
+#include "pass/receivers.h"
+
+// Of the slicer, one for each evaluation of a VPL.
+#define UNITS_PER_PHOTON 300.0
+// Numbers that nobody else of a frame draws by its seed.
+#define OF_LAMPS    0x766c616du
+#define OF_EMITTERS 0x76656d69u
+
+struct photons {
+    const struct bd_pass_context *context;
+    const struct bd_first_vpls_inputs *inputs;
+    struct bd_surface_hits hits;
+    uint32_t count;
+    struct bd_ray *rays;
+    struct bd_ray_hit *met;
+    f3 *flux;             // of each
+    float *inverse_range; // of its lamp
+    struct bd_vec4 (*lights)[BD_VPL_VEC4S];
+};
+
+static float strongest(f3 rgb)
+{
+    return f_max(rgb.x, f_max(rgb.y, rgb.z));
+}
+
+static void set_out(struct photons *p, struct bd_ray ray, f3 flux, float inverse_range)
+{
+    p->rays[p->count] = ray;
+    p->flux[p->count] = flux;
+    p->inverse_range[p->count++] = inverse_range;
+}
+
+// In even steps through the flux of all.
+static void set_out_from_lamps(struct photons *p)
+{
+    const struct bd_first_vpls_inputs *in = p->inputs;
+    const struct bd_sequence sequence = bd_sequence_of(bd_askers_seed(in->seed), OF_LAMPS);
+    double all = 0, passed = 0;
+    for (uint32_t i = 0; i < in->lamp_count; i++) all += strongest(bd_lamp_flux(&in->lamps[i]));
+    const double step = all / in->of_lamps;
+    uint32_t next = 0;
+    for (uint32_t i = 0; all > 0 && i < in->lamp_count; i++) {
+        const f3 flux = bd_lamp_flux(&in->lamps[i]);
+        const f3 carried = f3_scale(flux, (float)(step / strongest(flux)));
+        const bool last = i + 1 == in->lamp_count;
+        passed += strongest(flux);
+        for (; next < in->of_lamps && (last || (next + 0.5) * step < passed); next++) {
+            float number[2];
+            bd_sequence_pair(&sequence, next, number);
+            set_out(p, bd_lamp_ray(&in->lamps[i], number), carried, in->lamps[i].position.w);
+        }
+    }
+}
+
+static void set_out_from_emitters(struct photons *p)
+{
+    const struct bd_first_vpls_inputs *in = p->inputs;
+    struct bd_emitter_photons photons = bd_emitter_photons_of(
+        in->emitters, in->of_emitters, in->from_cd_m2, bd_askers_seed(in->seed), OF_EMITTERS);
+    struct bd_ray ray;
+    f3 flux, normal;
+    while (bd_emitter_photons_next(&photons, &ray, &flux, &normal)) set_out(p, ray, flux, 0);
+}
+
+// --- where they land ----------------------------------------------------------------------------
+
+static struct bd_vec4 vec4_of(f3 v)
+{
+    return (struct bd_vec4){v.x, v.y, v.z, 0};
+}
+
+static void land(const struct photons *p, uint32_t i)
+{
+    const struct bd_ray_hit *hit = &p->met[i];
+    const float *d = p->rays[i].direction;
+    struct bd_surface_point at;
+    if (hit->triangle == BD_NO_TRIANGLE ||
+        !bd_surface_hit_at(&p->hits, hit->triangle, hit->u, hit->v, f3_of(d[0], d[1], d[2]), &at))
+        return;
+    const f3 diffuse =
+        bd_surface_hit_diffuse(&p->hits, hit->triangle, hit->u, hit->v, p->inputs->lambert);
+    const float window = window_of_range(hit->distance, p->inverse_range[i]);
+    p->lights[i][0] = vec4_of(at.position);
+    p->lights[i][1] = vec4_of(at.normal);
+    p->lights[i][2] = vec4_of(f3_mul(diffuse, f3_scale(p->flux[i], window)));
+}
+
+static void land_group(void *user, uint32_t group)
+{
+    const struct photons *p = user;
+    for (uint32_t i = group * BD_LANES; i < (group + 1) * BD_LANES && i < p->count; i++) land(p, i);
+}
+
+static enum bd_err fly(struct photons *p, struct bd_fault *fault)
+{
+    struct bd_ray_counts traced = {0};
+    set_out_from_lamps(p);
+    set_out_from_emitters(p);
+    enum bd_err err = bd_nearest_ask(p->context, p->inputs->visibility, p->rays, p->count, p->met,
+                                     &traced, fault);
+    bd_slicer_work(p->context->slicer, "first vpls");
+    if (!err)
+        err = bd_receivers_each(p->context, (p->count + BD_LANES - 1) / BD_LANES,
+                                UNITS_PER_PHOTON * BD_LANES, land_group, p);
+    return err;
+}
+
+enum bd_err bd_first_vpls_run(const struct bd_pass_context *context,
+                              const struct bd_first_vpls_inputs *inputs,
+                              struct bd_vec4 (*lights)[BD_VPL_VEC4S],
+                              struct bd_vec4 (*quads)[BD_VPL_QUAD_VEC4S], struct bd_fault *fault)
+{
+    const size_t room = (size_t)inputs->of_lamps + inputs->of_emitters;
+    struct photons p = {.context = context,
+                        .inputs = inputs,
+                        .rays = malloc((room + 1) * sizeof *p.rays),
+                        .met = malloc((room + 1) * sizeof *p.met),
+                        .flux = malloc((room + 1) * sizeof *p.flux),
+                        .inverse_range = malloc((room + 1) * sizeof *p.inverse_range),
+                        .lights = lights};
+    enum bd_err err = BD_ERR_OK;
+    memset(lights, 0, room * sizeof *lights);
+    memset(quads, 0, room * sizeof *quads);
+    bd_surface_hits_init(&p.hits, inputs->snapshot);
+    if (!p.rays || !p.met || !p.flux || !p.inverse_range)
+        err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "vpls", "no memory for %zu photons", room);
+    if (!err && room > 0) err = fly(&p, fault);
+    bd_surface_hits_finish(&p.hits);
+    free(p.rays);
+    free(p.met);
+    free(p.flux);
+    free(p.inverse_range);
+    return err;
+}

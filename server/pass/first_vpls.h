@@ -1,0 +1,47 @@
+// Virtual point lights where light first falls: photons of equal flux, of punctual lights as many
+// of each as its part of all their flux, of emissive surfaces likewise. All of the light lands
+// somewhere, on however small a surface. Private to pass/.
+//
+// Against a grid over a lamp's map: no block of it straddles an edge, whatever the lamp sees from
+// the side; and lamps may be many. What is off is where photons fall, which goes faster than by
+// chance as they become many (Sobol 1967). For soft lists (pass/vpl_order.h): they have no areas.
+//
+// A function of the snapshot, these numbers and the seed. Cost: some 2 us of one core each.
+//
+// Keller 1997 (instant radiosity).
+//
+// Thread: render thread, and the pool's.
+
+#ifndef BD_PASS_FIRST_VPLS_H
+#define BD_PASS_FIRST_VPLS_H
+
+#include "lights/area_lights.h"
+#include "pass/pass.h"
+#include "pass/visibility.h"
+#include "shared/light.h"
+#include "shared/types.h"
+#include "shared/vpl.h"
+
+struct bd_scene;
+
+struct bd_first_vpls_inputs {
+    const struct bd_scene *snapshot;
+    const struct bd_visibility_inputs *visibility;
+    const struct bd_light_uniform *lamps; // render space, frame's unit
+    uint32_t lamp_count;
+    const struct bd_area_lights *emitters; // NULL: none
+    float from_cd_m2;                      // to the frame's unit
+    uint32_t of_lamps, of_emitters;        // photons
+    uint64_t seed;
+    bool lambert; // metals have a diffuse lobe, too
+};
+
+// Of each photon a VPL, which sends nothing where that met nothing: so many of each array as there
+// are photons of both.
+BD_MUST_CHECK
+enum bd_err bd_first_vpls_run(const struct bd_pass_context *context,
+                              const struct bd_first_vpls_inputs *inputs,
+                              struct bd_vec4 (*lights)[BD_VPL_VEC4S],
+                              struct bd_vec4 (*quads)[BD_VPL_QUAD_VEC4S], struct bd_fault *fault);
+
+#endif
