@@ -33,5 +33,6 @@ const struct bd_technique bd_technique_reference = {
     .tolerance = {.direct = 1e-3, .indirect = 1e-2},
     .hazard_codes = "",
     .ladder = ladder,
+    .is_sampled = true,
     .is_reference = true,
 };

@@ -13,6 +13,7 @@ static const struct bd_technique *const techniques[] = {
     &bd_technique_multires_splat,
     &bd_technique_isr,
     &bd_technique_hisr,
+    &bd_technique_many_light,
     &bd_technique_reference,
 };
 #define TECHNIQUE_COUNT (sizeof techniques / sizeof techniques[0])

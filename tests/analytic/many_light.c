@@ -1,0 +1,233 @@
+// `many_light` against what is known on paper: every reflection counted once, whatever its virtual
+// lights leave out; mirrors; and pictures that do not depend on what was rendered before.
+
+#include <math.h>
+#include <string.h>
+
+#include "tests/analytic/world.h"
+#include "tests/unit/cmocka_all.h"
+
+#define SIDE_PX 24
+#define RADIUS  2.0
+
+static const double origin[3] = {0, 0, 0}, down[3] = {0, -1, 0};
+
+static void make_sphere(struct world *w)
+{
+    const double target[3] = {1, 0.7, 0.4};
+    world_clear(w);
+    world_add_sphere_room(w, world_add_material(w, 0.5f), RADIUS, 4);
+    world_add_light(w, BD_LIGHT_POINT, origin, down, 1);
+    world_add_camera(w, origin, target, M_PI / 2);
+    world_finish(w);
+}
+
+static double mean_of(const struct bd_image *image)
+{
+    double sum = 0;
+    for (uint32_t y = 0; y < SIDE_PX; y++)
+        for (uint32_t x = 0; x < SIDE_PX; x++) sum += bd_image_at(image, x, y)[0];
+    return sum / (SIDE_PX * SIDE_PX);
+}
+
+// Each reflection brings half of what the one before did, to every place alike (algorithms.md D2).
+static void every_reflection_counts_once(void **state)
+{
+    static const char *const bounces[][3] = {{"indirect_bounces=1", "far_rays=16", NULL},
+                                             {"indirect_bounces=2", "far_rays=16", NULL},
+                                             {"indirect_bounces=3", "far_rays=16", NULL},
+                                             {"far_rays=16", NULL, NULL}};
+    const double expected[] = {.5, .75, .875, 1};
+    const double once = 0.5 / M_PI * 1 / (RADIUS * RADIUS);
+    struct world *w = *state;
+    make_sphere(w);
+    for (int i = 0; i < 4; i++) {
+        struct bd_image *layers[BD_LAYER_COUNT];
+        world_render(w, "many_light", 0, SIDE_PX, SIDE_PX, 1u << BD_LAYER_INDIRECT, bounces[i],
+                     layers);
+        ASSERT_REL(mean_of(layers[BD_LAYER_INDIRECT]) / once, expected[i], .015);
+        for (uint32_t y = 0; y < SIDE_PX; y++)
+            for (uint32_t x = 0; x < SIDE_PX; x++)
+                assert_relative(__FILE__, __LINE__, "a pixel",
+                                bd_image_at(layers[BD_LAYER_INDIRECT], x, y)[0] / once, expected[i],
+                                .15);
+        world_free_layers(layers);
+    }
+}
+
+static int32_t add_mirror(struct world *w)
+{
+    const int32_t mirror = world_add_material(w, 1);
+    w->scene->materials[mirror].metallic = 1;
+    w->scene->materials[mirror].roughness = 0;
+    return mirror;
+}
+
+// A mirror at x = -1, a wall at x = 1, a lamp between.
+static void a_mirror_shows_the_light_of_the_wall(void **state)
+{
+    static const char *const once[] = {"indirect_bounces=1", "far_rays=16", NULL};
+    const double wall[4][3] = {{1, -1, -1}, {1, -1, 1}, {1, 1, 1}, {1, 1, -1}};
+    const double mirror[4][3] = {{-1, -1, 1}, {-1, -1, -1}, {-1, 1, -1}, {-1, 1, 1}};
+    const double lamp[3] = {.25, .5, .1}, at[3] = {-1, .125, -.25}, to_wall[3] = {1, 0, 0};
+    struct world *w = *state;
+    world_clear(w);
+    world_add_quad(w, world_add_material(w, 0.5f), wall, 4);
+    world_add_quad(w, add_mirror(w), mirror, 4);
+    world_add_light(w, BD_LIGHT_POINT, lamp, down, 1);
+    const int32_t probe = world_add_probe(w, at, to_wall, 1e-3);
+    world_finish(w);
+    const double x = 1 - lamp[0], y = at[1] - lamp[1], z = at[2] - lamp[2];
+    const double distance2 = x * x + y * y + z * z;
+    const double expected = 0.5 / M_PI * x / (distance2 * sqrt(distance2));
+    ASSERT_REL(world_probe(w, "many_light", (uint32_t)probe, BD_LAYER_INDIRECT, once), expected,
+               .01);
+}
+
+static bool same_bytes(const struct bd_image *a, const struct bd_image *b)
+{
+    return memcmp(a->pixels, b->pixels,
+                  sizeof *a->pixels * a->width_px * a->height_px * a->channel_count) == 0;
+}
+
+static void make_room(struct world *w, float lamp_cd)
+{
+    const double block[4][3] = {{-.3, -1, .2}, {.2, -1, .4}, {.2, 0, .4}, {-.3, 0, .2}};
+    const double lamp[3] = {.3, .5, .2}, eyes[3][3] = {{.7, .4, .9}, {-.6, .1, .8}, {.1, -.5, -.7}};
+    const double target[3] = {-.2, -.1, 0};
+    world_clear(w);
+    world_add_box_room(w, world_add_material(w, 0.6f), origin, 1);
+    world_add_quad(w, add_mirror(w), block, 1);
+    world_add_light(w, BD_LIGHT_POINT, lamp, down, lamp_cd);
+    for (int i = 0; i < 3; i++) world_add_camera(w, eyes[i], target, 1.2);
+    world_finish(w);
+}
+
+static void look(struct world *w, uint32_t camera, enum bd_fresh fresh,
+                 struct bd_image *layers[BD_LAYER_COUNT])
+{
+    w->fresh = fresh;
+    world_render(w, "many_light", camera, SIDE_PX, SIDE_PX, 1u << BD_LAYER_INDIRECT, NULL, layers);
+}
+
+// Not on other cameras' frames, and not on those of another revision.
+static void a_picture_has_no_history(void **state)
+{
+    struct world *w = *state;
+    struct bd_image *alone[BD_LAYER_COUNT], *other[BD_LAYER_COUNT], *again[BD_LAYER_COUNT];
+    make_room(w, 1);
+    look(w, 0, BD_FRESH_ALL, alone);
+    for (uint32_t camera = 1; camera < 3; camera++) {
+        look(w, camera, BD_FRESH_NONE, other);
+        assert_false(same_bytes(alone[BD_LAYER_INDIRECT], other[BD_LAYER_INDIRECT]));
+        world_free_layers(other);
+    }
+    make_room(w, 3);
+    look(w, 0, BD_FRESH_NONE, other);
+    assert_false(same_bytes(alone[BD_LAYER_INDIRECT], other[BD_LAYER_INDIRECT]));
+    make_room(w, 1);
+    look(w, 0, BD_FRESH_NONE, again);
+    assert_true(same_bytes(alone[BD_LAYER_INDIRECT], again[BD_LAYER_INDIRECT]));
+    world_free_layers(again);
+    world_reopen_device(w);
+    make_room(w, 1);
+    look(w, 0, BD_FRESH_NONE, again);
+    assert_true(same_bytes(alone[BD_LAYER_INDIRECT], again[BD_LAYER_INDIRECT]));
+    world_free_layers(alone);
+    world_free_layers(other);
+    world_free_layers(again);
+}
+
+// --- a corridor --------------------------------------------------------------------------------
+
+#define LONG_PX 32
+#define PARTS   4
+
+// 8 m long and 2 m wide and high, a lamp at one end; seen from above, without its ceiling's front.
+static void make_corridor(struct world *w)
+{
+    const double faces[6][4][3] = {
+        {{-4, -1, 1}, {4, -1, 1}, {4, -1, -1}, {-4, -1, -1}},
+        {{-4, 1, -1}, {4, 1, -1}, {4, 1, 1}, {-4, 1, 1}},
+        {{-4, -1, -1}, {4, -1, -1}, {4, 1, -1}, {-4, 1, -1}},
+        {{4, -1, 1}, {-4, -1, 1}, {-4, 1, 1}, {4, 1, 1}},
+        {{-4, -1, 1}, {-4, -1, -1}, {-4, 1, -1}, {-4, 1, 1}},
+        {{4, -1, -1}, {4, -1, 1}, {4, 1, 1}, {4, 1, -1}},
+    };
+    const double lamp[3] = {-3.2, .3, .2}, eye[3] = {0, 0, .9}, target[3] = {0, 0, -1};
+    world_clear(w);
+    const int32_t grey = world_add_material(w, 0.6f);
+    for (int i = 0; i < 6; i++) world_add_quad(w, grey, faces[i], 8);
+    world_add_light(w, BD_LIGHT_POINT, lamp, down, 1);
+    world_add_camera(w, eye, target, 1.9);
+    world_finish(w);
+}
+
+static void corridor_by(struct world *w, const char *technique, const char *const *settings,
+                        double parts[PARTS])
+{
+    struct bd_image *layers[BD_LAYER_COUNT];
+    world_render(w, technique, 0, LONG_PX, LONG_PX / 2, 1u << BD_LAYER_INDIRECT, settings, layers);
+    for (uint32_t part = 0; part < PARTS; part++) {
+        parts[part] = 0;
+        for (uint32_t y = 0; y < LONG_PX / 2; y++)
+            for (uint32_t x = 0; x < LONG_PX / PARTS; x++)
+                parts[part] +=
+                    bd_image_at(layers[BD_LAYER_INDIRECT], part * LONG_PX / PARTS + x, y)[0];
+    }
+    world_free_layers(layers);
+}
+
+// Virtual lights of all reflections, without a cache, have as much everywhere along it.
+static void a_corridor_is_as_light_as_by_virtual_lights_alone(void **state)
+{
+    static const char *const all[] = {"indirect_visibility=rays", "rays=64", "vpls=8192",
+                                      "indirect_bounces=64", NULL};
+    static const char *const gathered[] = {"rays=16", "far_rays=32", "vpls=4096", NULL};
+    struct world *w = *state;
+    double expected[PARTS], seen[PARTS];
+    make_corridor(w);
+    corridor_by(w, "rsm", all, expected);
+    corridor_by(w, "many_light", gathered, seen);
+    assert_true(expected[0] > 3 * expected[PARTS - 1]);
+    for (uint32_t part = 0; part < PARTS; part++) ASSERT_REL(seen[part], expected[part], .05);
+}
+
+// --- two rooms ----------------------------------------------------------------------------------
+
+// Floor, ceiling and walls go on behind a wall of one sheet, of which both sides are lit; the lamp
+// is on its left, the eye on its right.
+static void a_sheet_hides_every_reflection(void **state)
+{
+    const double sheet[4][3] = {{0, -1, 0}, {0, -1, 1}, {0, 1, 1}, {0, 1, 0}};
+    const double other[4][3] = {{0, -1, -1}, {0, -1, 0}, {0, 1, 0}, {0, 1, -1}};
+    const double lamp[3] = {-.4, .1, .2}, eye[3] = {.9, 0, .6}, target[3] = {.1, -.1, -.8};
+    struct bd_image *layers[BD_LAYER_COUNT];
+    struct world *w = *state;
+    world_clear(w);
+    const int32_t grey = world_add_material(w, 0.8f);
+    w->scene->materials[grey].double_sided = true;
+    world_add_box_room(w, grey, origin, 1);
+    world_add_quad(w, grey, sheet, 1);
+    world_add_quad(w, grey, other, 1);
+    world_add_light(w, BD_LIGHT_POINT, lamp, down, 100);
+    world_add_camera(w, eye, target, 1.6);
+    world_finish(w);
+    world_render(w, "many_light", 0, SIDE_PX, SIDE_PX, 1u << BD_LAYER_INDIRECT, NULL, layers);
+    for (uint32_t y = 0; y < SIDE_PX; y++)
+        for (uint32_t x = 0; x < SIDE_PX; x++)
+            assert_true(bd_image_at(layers[BD_LAYER_INDIRECT], x, y)[0] == 0);
+    world_free_layers(layers);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(every_reflection_counts_once),
+        cmocka_unit_test(a_mirror_shows_the_light_of_the_wall),
+        cmocka_unit_test(a_picture_has_no_history),
+        cmocka_unit_test(a_sheet_hides_every_reflection),
+        cmocka_unit_test(a_corridor_is_as_light_as_by_virtual_lights_alone),
+    };
+    return cmocka_run_group_tests(tests, world_open, world_close);
+}
