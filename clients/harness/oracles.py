@@ -136,7 +136,7 @@ def judge_sighting(oracle, reading, sighting, reproduce):
     if not sighting.expected.any():
         figure, tolerance = float(np.abs(np.nan_to_num(sighting.seen, nan=np.inf)).max()), 0
         note += ", exactly 0"
-    elif oracle.whole or reading.technique.is_reference:
+    elif oracle.whole or reading.technique.is_sampled:
         figure, deviation = sighting.error_of_sum()
         tolerance += SIGMAS * deviation
         note += ", of the sum"

@@ -95,6 +95,7 @@ static Bounced__Technique *technique_message(const struct bd_technique *techniqu
     out->hazard_codes = bd_answer_text(technique->hazard_codes);
     BD_SET(out, is_reference, technique->is_reference);
     BD_SET(out, for_comparison, technique->for_comparison);
+    BD_SET(out, is_sampled, technique->is_sampled);
     BD_SET(out, is_default, technique == bd_technique_default);
     return out;
 }

@@ -26,6 +26,7 @@ def states(frame):
     ("rsm", {"indirect_visibility": "rays", "rays": 9, "indirect_bounces": 3}),
     ("multires_gather", {"indirect_visibility": "rays", "rays": 9}), ("hisr", {"indirect_visibility": "rays", "rays": 9}),
     ("direct", {"drawing": "rays"}), ("multires_gather", {"drawing": "rays"}),
+    ("many_light", {"vpls": 256, "walk_vpls": 256, "cache_cells": 256}),
     ("multires_gather", {"lamps": "rays", "light_rays": 2}), ("hisr", {"lamps": "rays", "indirect_bounces": 2, "vpls": 1024})])
 def test_the_renderer_does_what_the_dry_run_said(daemon, technique, parameters):
     look = {**LOOK, "technique": technique, "parameters": parameters}

@@ -6,6 +6,7 @@ report that counts no such pixel. What else holds is the row's to say.
 
 import numpy as np
 
+from ..techniques import UNLIMITED
 from .row import Failure, NotApplicable
 
 LIGHT = ("beauty", "direct", "indirect", "emission")
@@ -75,9 +76,10 @@ class Case:
         self.needs_indirect()
         if self.model.indirect_bounces == wanted:
             return {}
-        self.needs(self.technique.has("bounces"),
+        key = "bounces" if self.technique.is_reference else "indirect_bounces"
+        self.needs(self.model.indirect_bounces == UNLIMITED and self.technique.has(key),
                    f"cannot be held to {wanted} bounce{'s' if wanted > 1 else ''}")
-        return {"bounces": wanted}
+        return {key: wanted}
 
     def settings(self, wanted, best, samples):
         """`wanted` on what every row starts from; `best` adds the ladder's top."""
@@ -142,7 +144,7 @@ class Case:
 
     def noise(self, values):
         """Standard error of the mean of values with one expectation; 0 unless it is sampled."""
-        if not self.technique.is_reference or values.size < 2:
+        if not self.technique.is_sampled or values.size < 2:
             return 0.0
         return float(values.std(ddof=1) / np.sqrt(values.size))
 
@@ -164,7 +166,7 @@ class Case:
     def flat(self, view, what, values, expected, tolerance):
         """Every value within `tolerance` of `expected`: of a sampled picture the mean, and no
         value beyond six of its own standard deviations."""
-        if self.technique.is_reference:
+        if self.technique.is_sampled:
             self.near(view, f"mean {what}", values.mean(), expected, tolerance, self.noise(values))
             tolerance = tolerance + 6 * values.std() / expected
         worst = values.ravel()[np.abs(values - expected).argmax()]
@@ -197,7 +199,7 @@ class Case:
                       f"worst by {worst:.3g}")
 
     def _is_noise(self, difference, allowed):
-        if not self.technique.is_reference:
+        if not self.technique.is_sampled:
             return False
         d = difference.mean(axis=-1)
         return abs(d.mean()) <= 4 * self.noise(d) + allowed

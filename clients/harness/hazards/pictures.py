@@ -82,8 +82,8 @@ def smallest(case):
             continue
         case.same(view, _Part(large, part), 1e-5, outliers=0.05)
     # One pixel does not tell its noise: many samples instead.
-    sampled = case.technique.is_reference
-    one, nine = (case.render(path, size, settings=SINGLE_PIXELS, samples=1024)
+    sampled = case.technique.is_sampled
+    one, nine = (case.render(path, size, settings=SINGLE_PIXELS, samples=1024, best=sampled)
                  for size in ((1, 1), (3, 3)))
     case.same(one, _Part(nine, np.s_[1:2, 1:2]), 0.02 if sampled else 1e-5)
     if not sampled:

@@ -93,7 +93,7 @@ def million_terms(case):
     """Naive sums of equal terms in 32 bits are off by per cents."""
     case.needs_indirect()
     case.needs_range("vpls", 1 << 20)
-    settings = {"vpls": 1 << 20, "vpl_kernel": None}
+    settings = {**case.bounces(1), "vpls": 1 << 20, "vpl_kernel": None}
     if "point" in case.technique.parameters.get("vpl_kernel", {}).get("choices", []):
         settings["vpl_kernel"] = "point"
     if case.technique.has("rsm_size"):
@@ -188,7 +188,7 @@ def filtered_visibility(case):
                                  settings=settings))
     seen, free = (view.irradiance("indirect", 0.5) for view in reversed(views))
     allowed = case.technique.tolerance_indirect * free.max() + 4 * (seen.std() + free.std()
-                                                                    if case.technique.is_reference
+                                                                    if case.technique.is_sampled
                                                                     else 0)
     case.expect((seen <= free + allowed).all(), views[1], "E no larger than without the blocker",
                 f"larger by {(seen - free).max():.3g}")

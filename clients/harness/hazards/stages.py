@@ -33,7 +33,7 @@ def grazing(case):
         e = view.irradiance("indirect", 0.5)[depth_of_floor]
         case.expect(e.size > 0, view, "floor in the picture", "none")
         slack = case.technique.tolerance_indirect + 0.05 + (
-            4 * e.std() / exact if case.technique.is_reference else 0)
+            4 * e.std() / exact if case.technique.is_sampled else 0)
         case.expect(e.max() <= exact * (1 + slack), view, f"E <= {exact:.4g} at {angle} degrees",
                     f"{e.max():.4g}")
         if angle <= 75:
