@@ -121,7 +121,7 @@ def test_seeds_are_joined_by_their_mean_square():
 # --- the ladder of models -------------------------------------------------------------------
 
 def technique(**model):
-    return Technique("some", "", Model(**model), {}, (), 0, 0, "", False)
+    return Technique("some", "", Model(**model), {}, (), 0, 0, "", False, False)
 
 
 def test_rungs_follow_from_the_model():
