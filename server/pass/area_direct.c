@@ -7,9 +7,9 @@
 #include "base/assert.h"
 #include "image/light_filter.h"
 #include "pass/area_samples.h"
-#include "pass/f3_arrays.h"
 #include "pass/filter_light.h"
 #include "pass/lamp_light.h"
+#include "pass/lobe.h"
 #include "pass/nearest.h"
 #include "pass/receivers.h"
 
@@ -115,39 +115,6 @@ static void free_all(struct area *a)
 
 // --- receivers ----------------------------------------------------------------------------------
 
-static uint32_t part_size(const struct area *a)
-{
-    return (uint32_t)bd_askers_count(a->part->askers, &a->part->slice);
-}
-
-// False behind the part's end, and where nothing is lit.
-static bool receiver_at(const struct area *a, uint32_t group, uint32_t lane,
-                        struct bd_area_receiver *out)
-{
-    const struct bd_receivers *r = &a->part->receivers[group];
-    const struct bd_ray_starts *start = &a->part->starts[group];
-    const struct bd_glossy_receivers *surface = &a->part->surfaces[group];
-    const struct bd_tile *tile = &a->part->slice.tile;
-    const uint32_t index = group * BD_LANES + lane;
-    if (index >= part_size(a) || r->lit[lane] == 0) return false;
-    *out = (struct bd_area_receiver){
-        .position = f3_at(&start->position, lane),
-        .normal = f3_at(&r->normal, lane),
-        .normal_geometric = f3_at(&start->normal_geometric, lane),
-        .viewer = f3_at(&surface->viewer, lane),
-        .base_color = f3_at(&surface->base_color, lane),
-        .metallic = surface->metallic[lane],
-        .roughness = surface->roughness[lane],
-        .f0_dielectric = surface->f0_dielectric[lane],
-        .has_lobe = surface->has_lobe[lane] != 0,
-        .triangle = start->triangle[lane],
-        .x_px = tile->x + index % tile->width,
-        .y_px = tile->y + index / tile->width,
-    };
-    out->place = bd_sequence_place(out->x_px, out->y_px, 1);
-    return true;
-}
-
 static void keep_guides(const struct area *a, const struct bd_area_receiver *at)
 {
     const size_t pixel = (size_t)at->y_px * a->width_px + at->x_px;
@@ -172,7 +139,7 @@ static void see_group(void *user, uint32_t group)
     const struct area *a = user;
     for (uint32_t lane = 0; lane < BD_LANES; lane++) {
         struct bd_area_receiver at;
-        if (receiver_at(a, group, lane, &at)) keep_guides(a, &at);
+        if (bd_lobe_receiver_at(a->part, group, lane, &at)) keep_guides(a, &at);
     }
 }
 
@@ -184,7 +151,7 @@ static void sample_group(void *user, uint32_t group)
     for (uint32_t lane = 0; lane < BD_LANES; lane++) {
         struct bd_area_receiver at;
         struct bd_emitter_cut cut;
-        const bool is_lit = receiver_at(a, group, lane, &at);
+        const bool is_lit = bd_lobe_receiver_at(a->part, group, lane, &at);
         if (is_lit && !bd_area_all_are_weighed(&a->sampling)) {
             bd_emitter_tree_cut(&a->inputs->lights->tree, at.position, at.normal, &cut);
             at.cut = &cut;
@@ -270,7 +237,7 @@ static void sum_group(void *user, uint32_t group)
     const struct bd_ray_hit *hit = a->hits + a->first_ray[group];
     for (uint32_t lane = 0; lane < BD_LANES; lane++) {
         struct bd_area_receiver at;
-        if (!receiver_at(a, group, lane, &at)) continue;
+        if (!bd_lobe_receiver_at(a->part, group, lane, &at)) continue;
         for (uint32_t half = 0; half < HALVES; half++)
             sum_half(a, &at, ((size_t)group * BD_LANES + lane) * HALVES + half, half, &hit);
     }
@@ -332,7 +299,7 @@ static void light_block(void *user, uint32_t block)
     for (uint32_t y = top; y < top + BLOCK_SIDE && y < tile->height; y++)
         for (uint32_t x = left; x < left + BLOCK_SIDE && x < tile->width; x++) {
             const uint32_t index = y * tile->width + x;
-            count += receiver_at(a, index / BD_LANES, index % BD_LANES, &at[count]);
+            count += bd_lobe_receiver_at(a->part, index / BD_LANES, index % BD_LANES, &at[count]);
         }
     bd_lamp_light_block(&a->lamps, at, count, halves);
     for (uint32_t i = 0; i < count; i++) add_to_pixel(a, &at[i], halves[i]);

@@ -8,7 +8,6 @@
 #include "lights/directions.h"
 #include "lights/sequence.h"
 #include "lights/surface_hits.h"
-#include "pass/f3_arrays.h"
 #include "pass/lobe.h"
 #include "pass/nearest.h"
 #include "pass/receivers.h"
@@ -108,39 +107,13 @@ static void free_all(struct gloss *g)
 
 // --- where they go ------------------------------------------------------------------------------
 
-static bool receiver_at(const struct gloss *g, uint32_t group, uint32_t lane,
-                        struct bd_area_receiver *out)
-{
-    const struct bd_receivers *r = &g->part->receivers[group];
-    const struct bd_ray_starts *start = &g->part->starts[group];
-    const struct bd_glossy_receivers *surface = &g->part->surfaces[group];
-    const struct bd_tile *tile = &g->part->slice.tile;
-    const uint32_t index = group * BD_LANES + lane;
-    if (index >= g->part->count || r->lit[lane] == 0 || surface->has_lobe[lane] == 0) return false;
-    *out = (struct bd_area_receiver){
-        .position = f3_at(&start->position, lane),
-        .normal = f3_at(&r->normal, lane),
-        .normal_geometric = f3_at(&start->normal_geometric, lane),
-        .viewer = f3_at(&surface->viewer, lane),
-        .base_color = f3_at(&surface->base_color, lane),
-        .metallic = surface->metallic[lane],
-        .roughness = surface->roughness[lane],
-        .f0_dielectric = surface->f0_dielectric[lane],
-        .has_lobe = true,
-        .triangle = start->triangle[lane],
-        .x_px = tile->x + index % tile->width,
-        .y_px = tile->y + index / tile->width,
-    };
-    out->place = bd_sequence_place(out->x_px, out->y_px, g->stride);
-    return true;
-}
-
 static f3 direction_of(const struct gloss *g, const struct bd_lobe *lobe, uint32_t half,
                        uint32_t kind, uint32_t number)
 {
     const f3 n = lobe->at->normal;
     float numbers[2];
-    bd_sequence_pair(&g->sequence[half * KINDS + kind], lobe->at->place + number, numbers);
+    bd_sequence_pair(&g->sequence[half * KINDS + kind], lobe->at->place * g->stride + number,
+                     numbers);
     if (kind == 1) return bd_lobe_choose(lobe, numbers);
     const struct bd_basis basis = bd_basis_of(n);
     return bd_from_basis(&basis, n, bd_cosine_direction(numbers));
@@ -173,7 +146,7 @@ static void aim_group(void *user, uint32_t group)
     size_t next = first;
     for (uint32_t lane = 0; lane < BD_LANES; lane++) {
         struct bd_area_receiver at;
-        if (!receiver_at(g, group, lane, &at)) continue;
+        if (!bd_lobe_receiver_at(g->part, group, lane, &at)) continue;
         const struct bd_lobe lobe = bd_lobe_of(&at, false);
         for (uint32_t i = 0; lobe.is_there && i < KINDS * g->inputs->rays; i++) {
             const uint32_t half = i % HALVES, kind = i / HALVES % KINDS;

@@ -4,6 +4,34 @@
 
 #include "kernel/brdf.h"
 #include "lights/directions.h"
+#include "pass/f3_arrays.h"
+
+bool bd_lobe_receiver_at(const struct bd_receiver_part *part, uint32_t group, uint32_t lane,
+                         struct bd_area_receiver *out)
+{
+    const struct bd_receivers *r = &part->receivers[group];
+    const struct bd_ray_starts *start = &part->starts[group];
+    const struct bd_glossy_receivers *surface = &part->surfaces[group];
+    const struct bd_tile *tile = &part->slice.tile;
+    const uint32_t index = group * BD_LANES + lane;
+    if (index >= part->count || r->lit[lane] == 0) return false;
+    *out = (struct bd_area_receiver){
+        .position = f3_at(&start->position, lane),
+        .normal = f3_at(&r->normal, lane),
+        .normal_geometric = f3_at(&start->normal_geometric, lane),
+        .viewer = f3_at(&surface->viewer, lane),
+        .base_color = f3_at(&surface->base_color, lane),
+        .metallic = surface->metallic[lane],
+        .roughness = surface->roughness[lane],
+        .f0_dielectric = surface->f0_dielectric[lane],
+        .has_lobe = surface->has_lobe[lane] != 0,
+        .triangle = start->triangle[lane],
+        .x_px = tile->x + index % tile->width,
+        .y_px = tile->y + index / tile->width,
+    };
+    out->place = bd_sequence_place(out->x_px, out->y_px, 1);
+    return true;
+}
 
 struct bd_lobe bd_lobe_of(const struct bd_area_receiver *at, bool lambert)
 {

@@ -9,12 +9,18 @@
 #define BD_PASS_LOBE_H
 
 #include "pass/area_samples.h"
+#include "pass/receivers.h"
 
 struct bd_lobe {
     const struct bd_area_receiver *at;
     bool lambert, is_there; // a lobe that is worth its price
     float alpha, view_cosine, view_root;
 };
+
+// A pixel of a part whose surfaces and starts of rays are known; a number of it for a sequence of
+// one a pixel is its place. False behind the part's end, and where nothing is lit.
+bool bd_lobe_receiver_at(const struct bd_receiver_part *part, uint32_t group, uint32_t lane,
+                         struct bd_area_receiver *out);
 
 struct bd_lobe bd_lobe_of(const struct bd_area_receiver *at, bool lambert);
 
