@@ -179,7 +179,9 @@ enum bd_err bd_run_light_paths(struct bd_frame *frame, struct bd_frame_light *li
         .seed = frame->subject.seed,
         .kernel = (enum bd_vpl_kernel)plan->params.vpl_kernel,
         .near_field = plan->params.near_field,
-        .lambert = plan->params.lambert,
+        .sends = plan->params.lambert ? BD_SENDS_LAMBERT
+                 : plan->cached       ? BD_SENDS_ALL
+                                      : BD_SENDS_DIFFUSE,
         .root_side = bd_plan_light_path_root_side(plan),
     };
     const enum bd_err err =

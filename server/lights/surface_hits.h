@@ -27,8 +27,8 @@ void bd_surface_hits_finish(struct bd_surface_hits *hits);
 bool bd_surface_hit_at(const struct bd_surface_hits *hits, uint32_t triangle, float u, float v,
                        f3 direction, struct bd_surface_point *point);
 
-// Its `diffuse`; `lambert` as in lights/surface_points.h.
+// Its `diffuse`, of what it sends on.
 f3 bd_surface_hit_diffuse(const struct bd_surface_hits *hits, uint32_t triangle, float u, float v,
-                          bool lambert);
+                          enum bd_sends sends);
 
 #endif

@@ -32,7 +32,7 @@ struct spreading {
     struct part *parts;
     size_t part_count;
     struct bd_sequence sequence;
-    bool lambert;
+    enum bd_sends sends;
     enum bd_err (*pause)(void *user);
     void *user;
     double area, passed; // of all; of the triangles so far
@@ -149,7 +149,7 @@ static void add_point(struct spreading *s, const struct place *place, bool is_be
         .position = bd_triangle_place_at(&place->at, u, v),
         .normal = f3_scale(place->at.normal, is_behind ? -1 : 1),
         .diffuse =
-            bd_diffuse_of(s->scene, place->primitive, place->index, u, v, color.rgb, s->lambert),
+            bd_diffuse_of(s->scene, place->primitive, place->index, u, v, color.rgb, s->sends),
         .triangle = place->number,
     };
 }
@@ -169,8 +169,9 @@ static void spread(struct spreading *s, const struct place *place)
 }
 
 enum bd_err bd_surface_points_init(struct bd_surface_points *points, const struct bd_scene *scene,
-                                   uint32_t count, bool lambert, enum bd_err (*pause)(void *user),
-                                   void *user, struct bd_fault *fault)
+                                   uint32_t count, enum bd_sends sends,
+                                   enum bd_err (*pause)(void *user), void *user,
+                                   struct bd_fault *fault)
 {
     BD_ASSERT(count > 0 && count <= BD_SURFACE_POINTS_MAX);
     *points = (struct bd_surface_points){.points = malloc(count * sizeof *points->points)};
@@ -181,7 +182,7 @@ enum bd_err bd_surface_points_init(struct bd_surface_points *points, const struc
         .scene = scene,
         .space = bd_render_space_of(scene),
         .sequence = bd_sequence_of(0, 0),
-        .lambert = lambert,
+        .sends = sends,
         .pause = pause,
         .user = user,
         .asked = count,

@@ -20,9 +20,16 @@
 
 #define BD_SURFACE_POINTS_MAX (UINT32_C(1) << 20)
 
+// What of the light that comes to it a surface sends on as a diffuse one would.
+enum bd_sends {
+    BD_SENDS_DIFFUSE, // what its diffuse lobe reflects
+    BD_SENDS_LAMBERT, // its base colour: metals have such a lobe, too
+    BD_SENDS_ALL,     // what all of its BRDF reflects, of light from everywhere
+};
+
 struct bd_surface_point {
     f3 position, normal; // render space; unit, the triangle's own, to the side it lies on
-    f3 diffuse;          // albedo of the diffuse lobe
+    f3 diffuse;          // albedo, of what it sends on
     uint32_t triangle;
 };
 
@@ -32,12 +39,13 @@ struct bd_surface_points {
     struct bd_surface_point *points;
 };
 
-// `lambert`: metals have a diffuse lobe, too. `pause` as in lights/area_lights.h.
+// `pause` as in lights/area_lights.h.
 // BD_ERR_NO_MEMORY, or what `pause` returns. `count`: 1 to BD_SURFACE_POINTS_MAX.
 BD_MUST_CHECK
 enum bd_err bd_surface_points_init(struct bd_surface_points *points, const struct bd_scene *scene,
-                                   uint32_t count, bool lambert, enum bd_err (*pause)(void *user),
-                                   void *user, struct bd_fault *fault);
+                                   uint32_t count, enum bd_sends sends,
+                                   enum bd_err (*pause)(void *user), void *user,
+                                   struct bd_fault *fault);
 void bd_surface_points_finish(struct bd_surface_points *points);
 
 #endif

@@ -113,7 +113,7 @@ static void tell_ray(const struct far *f, uint32_t group, uint32_t ray)
                                                           hit->v, f3_of(d[0], d[1], d[2]), &at))
         return;
     const f3 diffuse =
-        f3_scale(bd_surface_hit_diffuse(&f->surfaces, hit->triangle, hit->u, hit->v, in->lambert),
+        f3_scale(bd_surface_hit_diffuse(&f->surfaces, hit->triangle, hit->u, hit->v, in->sends),
                  1 / (float)in->rays);
     if (in->cells)
         add(f, group, f->rays.lanes[ray],

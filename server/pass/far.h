@@ -36,7 +36,7 @@ struct bd_far_inputs {
     float area;    // A, render units squared; 0: nothing was left out near virtual lights
     uint32_t rays; // of a receiver: even, 2 to BD_FAR_RAYS_MAX
     uint64_t seed;
-    bool lambert; // metals have a diffuse lobe, too
+    enum bd_sends sends; // what surfaces do
 };
 
 // Of pixels, in a pass "far". Adds to `irradiance`, `noise` and `rays` of `indirect`.

@@ -16,6 +16,7 @@
 #define BD_PASS_FIRST_VPLS_H
 
 #include "lights/area_lights.h"
+#include "lights/surface_points.h"
 #include "pass/pass.h"
 #include "pass/visibility.h"
 #include "shared/light.h"
@@ -33,7 +34,7 @@ struct bd_first_vpls_inputs {
     float from_cd_m2;                      // to the frame's unit
     uint32_t of_lamps, of_emitters;        // photons
     uint64_t seed;
-    bool lambert; // metals have a diffuse lobe, too
+    enum bd_sends sends; // what surfaces do
 };
 
 // Of each photon a VPL, which sends nothing where that met nothing: so many of each array as there

@@ -181,7 +181,9 @@ static void place_ray(const struct gloss *g, uint32_t i)
         !bd_surface_hit_at(&g->surfaces, hit->triangle, hit->u, hit->v, f3_of(d[0], d[1], d[2]),
                            &g->places[i]))
         return;
-    const f3 diffuse = bd_surface_hit_diffuse(&g->surfaces, hit->triangle, hit->u, hit->v, true);
+    // As it looks where it has no highlight.
+    const f3 diffuse =
+        bd_surface_hit_diffuse(&g->surfaces, hit->triangle, hit->u, hit->v, BD_SENDS_LAMBERT);
     g->shares[i].beyond = f3_mul(g->shares[i].beyond, f3_scale(diffuse, 1 / F_PI));
 }
 

@@ -4,7 +4,7 @@
 // mirrors show what they should, and rough floors no points of light.
 //
 // Of each pixel half of the rays make one picture and half another. Unbiased but for the cache, and
-// but for what specular surfaces send on, which counts as sent by a diffuse one.
+// but for what specular surfaces send on, which counts as sent by diffuse ones.
 // Cost: some 3 us of one core a ray, of pixels that have a lobe.
 //
 // Thread: render thread, and the pool's.
@@ -14,7 +14,7 @@
 
 #include "pass/far.h"
 
-// `inputs->rays` of either kind. `points` and `area` are not read. Makes `glossy` and
+// `inputs->rays` of either kind. `points`, `area` and `sends` are not read. Makes `glossy` and
 // `noise_glossy` of `indirect`, which has neither; adds to its `rays`. In a pass "gloss".
 BD_MUST_CHECK
 enum bd_err bd_gloss_run(const struct bd_pass_context *context, const struct bd_far_inputs *inputs,

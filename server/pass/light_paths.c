@@ -120,7 +120,7 @@ static enum bd_err spread_points(struct paths *p)
 {
     bd_slicer_work(p->context.slicer, "surface points");
     return bd_surface_points_init(&p->points, p->inputs->snapshot, points_of(p->inputs),
-                                  p->inputs->lambert, bd_slicer_pause, p->context.slicer, p->fault);
+                                  p->inputs->sends, bd_slicer_pause, p->context.slicer, p->fault);
 }
 
 static enum bd_err make_room(struct paths *p)
@@ -224,7 +224,7 @@ static enum bd_err write_first(struct paths *p, struct bd_vpl_list **list)
         .of_lamps = in->lamp_vpls,
         .of_emitters = in->emitter_vpls,
         .seed = in->seed,
-        .lambert = in->lambert,
+        .sends = in->sends,
     };
     const uint32_t count = in->lamp_vpls + in->emitter_vpls;
     struct bd_vec4(*lights)[BD_VPL_VEC4S] = malloc((count + 1) * sizeof *lights);
@@ -291,7 +291,7 @@ static enum bd_err walk(struct paths *p)
         .lamps = p->inputs->lamps,
         .lamp_count = p->inputs->lamp_count,
         .reflections = p->inputs->reflections,
-        .lambert = p->inputs->lambert,
+        .sends = p->inputs->sends,
         .emitters = p->inputs->walk_vpls > 0 ? p->inputs->lights : NULL,
         .from_cd_m2 = p->sampling.from_cd_m2,
         .seed = p->inputs->walk_vpls > 0 ? bd_askers_seed(p->inputs->seed) : 0,

@@ -30,6 +30,7 @@
 
 #include "lights/area_lights.h"
 #include "lights/irradiance_points.h"
+#include "lights/surface_points.h"
 #include "pass/visibility.h"
 #include "pass/vpl_grid.h"
 #include "pass/vpl_tree.h"
@@ -56,9 +57,9 @@ struct bd_light_paths_inputs {
     uint32_t walk_vpls, lamp_vpls, emitter_vpls;
     uint64_t seed; // of a final gather
     enum bd_vpl_kernel kernel;
-    double near_field; // as in pass/vpl_grid.h
-    bool lambert;
-    uint32_t root_side; // of a tree over them, `count` a square of a power of two; 0: none
+    double near_field;   // as in pass/vpl_grid.h
+    enum bd_sends sends; // what surfaces do
+    uint32_t root_side;  // of a tree over them, `count` a square of a power of two; 0: none
 };
 
 struct bd_light_paths {

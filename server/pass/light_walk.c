@@ -186,7 +186,7 @@ static void add_point(struct walk *w, uint32_t i, f3 flux)
         !bd_surface_hit_at(&w->hits, hit->triangle, hit->u, hit->v, f3_of(d[0], d[1], d[2]), point))
         return;
     point->diffuse =
-        bd_surface_hit_diffuse(&w->hits, hit->triangle, hit->u, hit->v, w->inputs->lambert);
+        bd_surface_hit_diffuse(&w->hits, hit->triangle, hit->u, hit->v, w->inputs->sends);
     w->arrived[points->count++] = flux;
 }
 

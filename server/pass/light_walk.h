@@ -38,7 +38,7 @@ struct bd_light_walk_inputs {
     const struct bd_area_lights *emitters; // whose light comes as lamps' does; NULL: none
     float from_cd_m2;                      // to the frame's unit
     uint32_t reflections; // that light takes at most on its way to a point; 0 to 63
-    bool lambert;         // as in lights/surface_points.h
+    enum bd_sends sends;  // as in lights/surface_points.h
     uint32_t seed;        // of photons
 };
 

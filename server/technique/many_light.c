@@ -9,8 +9,8 @@
 // Exact when: `vpls`, `rays`, `far_rays`, `walk_vpls` and `cache_cells` grow, and surfaces that
 // send
 //         light on are diffuse
-// Known:  what metals send on counts as a diffuse surface's in lobes, and is nothing to others; a
-//         cell of the cache may lie on both sides of a thin wall
+// Known:  surfaces send light on as diffuse ones do, as much as their whole BRDF reflects; a cell of
+//         the cache may lie on both sides of a thin wall
 
 #include "pass/cache.h"
 #include "pass/filter_light.h"
@@ -43,7 +43,7 @@ static struct bd_far_inputs far_of(const struct bd_technique_inputs *inputs,
         .area = list->soft_area,
         .rays = rays,
         .seed = inputs->seed_of_sub_frame,
-        .lambert = inputs->params->lambert,
+        .sends = inputs->params->lambert ? BD_SENDS_LAMBERT : BD_SENDS_ALL,
     };
 }
 

@@ -33,10 +33,11 @@ static double mean_of(const struct bd_image *image)
 // Each reflection brings half of what the one before did, to every place alike (algorithms.md D2).
 static void every_reflection_counts_once(void **state)
 {
-    static const char *const bounces[][3] = {{"indirect_bounces=1", "far_rays=16", NULL},
-                                             {"indirect_bounces=2", "far_rays=16", NULL},
-                                             {"indirect_bounces=3", "far_rays=16", NULL},
-                                             {"far_rays=16", NULL, NULL}};
+    static const char *const bounces[][4] = {
+        {"indirect_bounces=1", "far_rays=16", "brdf=lambert", NULL},
+        {"indirect_bounces=2", "far_rays=16", "brdf=lambert", NULL},
+        {"indirect_bounces=3", "far_rays=16", "brdf=lambert", NULL},
+        {"far_rays=16", "brdf=lambert", NULL, NULL}};
     const double expected[] = {.5, .75, .875, 1};
     const double once = 0.5 / M_PI * 1 / (RADIUS * RADIUS);
     struct world *w = *state;
@@ -181,9 +182,10 @@ static void corridor_by(struct world *w, const char *technique, const char *cons
 // Virtual lights of all reflections, without a cache, have as much everywhere along it.
 static void a_corridor_is_as_light_as_by_virtual_lights_alone(void **state)
 {
-    static const char *const all[] = {"indirect_visibility=rays", "rays=64", "vpls=8192",
-                                      "indirect_bounces=64", NULL};
-    static const char *const gathered[] = {"rays=16", "far_rays=32", "vpls=4096", NULL};
+    static const char *const all[] = {"indirect_visibility=rays", "rays=64",      "vpls=8192",
+                                      "indirect_bounces=64",      "brdf=lambert", NULL};
+    static const char *const gathered[] = {"rays=16", "far_rays=32", "vpls=4096", "brdf=lambert",
+                                           NULL};
     struct world *w = *state;
     double expected[PARTS], seen[PARTS];
     make_corridor(w);

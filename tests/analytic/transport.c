@@ -190,8 +190,8 @@ static void cube_room_with_a_vpl_a_wall(void **state)
     }
 }
 
-// The lamp in many parts, one of them with half of its power: all together have the budget's virtual
-// lights, and light the room as one lamp does. Of two parts each has its own.
+// The lamp in many parts, one of them with half of its power: all together have the budget's
+// virtual lights, and light the room as one lamp does. Of two parts each has its own.
 static void many_lamps_share_a_budget(void **state)
 {
     const double centre[][2] = {{0, 0}};
@@ -229,9 +229,9 @@ static const char *const *settings_of(const char *technique)
 {
     // It has fewer virtual lights than the others, for the sake of time.
     static const char *const as_many[] = {"vpls=1024", NULL};
-    // It has all reflections, and by default the noise of few rays.
-    static const char *const first[] = {"indirect_bounces=1", "vpls=8192", "rays=128",
-                                        "far_rays=64", NULL};
+    // It has all reflections, of all that surfaces send on, and by default the noise of few rays.
+    static const char *const first[] = {"indirect_bounces=1", "vpls=8192",    "rays=128",
+                                        "far_rays=64",        "brdf=lambert", NULL};
     if (strcmp(technique, "many_light") == 0) return first;
     return strcmp(technique, "rsm_splat") == 0 ? as_many : NULL;
 }
