@@ -98,8 +98,8 @@ static inline bool bd_plan_asks_processor(const struct bd_plan *plan)
     return plan->area_lights || plan->lamps_by_rays || plan->tracing != BD_TRACING_NONE;
 }
 
-// VPLs of light paths; 0 where there are none, or all light that they bring is in the cache. For trees a square
-// of a power of two. And roots along a side of their tree; 0 where the technique has none.
+// VPLs of light paths; 0 where there are none, and with a cache without a sky. For trees a square of
+// a power of two. And roots along a side of their tree; 0 where the technique has none.
 uint32_t bd_plan_light_path_count(const struct bd_plan *plan);
 // Beside them, with a cache: photons of all lamps, and of all emitters.
 uint32_t bd_plan_photon_vpl_count(const struct bd_plan *plan);

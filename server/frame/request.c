@@ -75,12 +75,9 @@ uint32_t bd_layers_named(const char *name)
 const char *bd_fresh_name(enum bd_fresh fresh)
 {
     switch (fresh) {
-    case BD_FRESH_NONE:
-        return "none";
-    case BD_FRESH_CAMERA:
-        return "camera";
-    case BD_FRESH_ALL:
-        return "all";
+    case BD_FRESH_NONE: return "none";
+    case BD_FRESH_CAMERA: return "camera";
+    case BD_FRESH_ALL: return "all";
     }
     return NULL;
 }
@@ -88,8 +85,7 @@ const char *bd_fresh_name(enum bd_fresh fresh)
 const char *bd_against_name(enum bd_against against)
 {
     switch (against) {
-    case BD_AGAINST_FULL:
-        return "full";
+    case BD_AGAINST_FULL: return "full";
     case BD_AGAINST_MODEL:
         return "model";
     case BD_AGAINST_COUNT:

@@ -40,9 +40,9 @@ static inline uint32_t bd_askers_seed(uint64_t seed)
     return (uint32_t)(seed ^ seed >> 32);
 }
 
-// How a list is divided for running sums. The groups of a long list (pass/vpl_groups.h) count as
-// one VPL each where they are far (`as_one`); not for specular lobes, whose reflection of a whole
-// group is not known.
+// How a list is divided for running sums. The groups of a long list (pass/vpl_groups.h) count as one
+// VPL each where they are far (`as_one`); not for specular lobes, whose reflection of a whole group
+// is not known.
 struct bd_list_groups {
     uint32_t vpls, count;
     bool as_one;

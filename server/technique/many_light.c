@@ -6,11 +6,10 @@
 //
 // Papers: Keller 1997 (instant radiosity); Kollig and Keller 2004 (what a bounded kernel leaves
 //         out); Jensen 1996 (final gather)
-// Exact when: `vpls`, `rays`, `far_rays`, `walk_vpls` and `cache_cells` grow, and surfaces that
-// send
-//         light on are diffuse
-// Known:  surfaces send light on as diffuse ones do, as much as their whole BRDF reflects; a cell of
-//         the cache may lie on both sides of a thin wall
+// Exact when: `vpls`, `rays`, `far_rays`, `walk_vpls` and `cache_cells` grow, and surfaces send
+//         light on as diffuse ones do
+// Known:  surfaces send on as much as their whole BRDF reflects, but evenly; a cell of the cache may
+//         lie on both sides of a thin wall
 
 #include "pass/cache.h"
 #include "pass/filter_light.h"
@@ -19,9 +18,8 @@
 #include "pass/light_paths.h"
 #include "technique/technique.h"
 
-// Noise of far rays is as white as they are few: 8.2, 5.4 and 6.3 % of the indirect mean in a box
-// with four of either kind and 1, 2 and 3 levels; 13.1, 8.9, 10.3 under a spot;
-// Sponza 10.8, 9.6, 9.8.
+// Noise of far rays is as white as they are few: 8.2, 5.4 and 6.3 % of the indirect mean in a box with
+// four of either kind and 1, 2 and 3 levels; under a spot 13.1, 8.9 and 10.3; in Sponza 10.8, 9.6 and 9.8.
 #define FILTER_LEVELS 2u
 // Of a cell of the cache: what many pixels share is worth many rays.
 #define CELL_VPL_RAYS 32u

@@ -190,8 +190,8 @@ static void cube_room_with_a_vpl_a_wall(void **state)
     }
 }
 
-// The lamp in many parts, one of them with half of its power: all together have the budget's
-// virtual lights, and light the room as one lamp does. Of two parts each has its own.
+// The lamp in many parts, one of them with half of its power: all together have the budget's virtual
+// lights, and light the room as one lamp does. Of two parts each has its own.
 static void many_lamps_share_a_budget(void **state)
 {
     const double centre[][2] = {{0, 0}};
