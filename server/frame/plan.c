@@ -36,7 +36,7 @@ static uint32_t count_lights(const struct bd_plan *plan, const struct bd_scene *
 static uint64_t count_vpls(const struct bd_plan *plan, const struct bd_scene *scene)
 {
     uint64_t count = 0;
-    if (plan->cached)
+    if (plan->final_gather)
         return bd_plan_light_path_count(plan) +
                bd_plan_photon_vpl_count(plan) *
                    ((plan->light_count > 0) + (uint32_t)plan->emitters);
@@ -396,14 +396,14 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
                                 model_of(out).indirect_lights & ~(uint32_t)BD_LIGHTS_PUNCTUAL;
     out->indirect = reflects_areas || (reflects && out->light_count > 0);
     out->bounces = model_of(out).indirect_bounces;
-    out->cached = out->indirect && out->technique->inputs & BD_INPUT_CACHE;
-    out->light_paths = reflects_areas || out->cached ||
+    out->final_gather = out->indirect && out->technique->inputs & BD_INPUT_FINAL_GATHER;
+    out->light_paths = reflects_areas || out->final_gather ||
                        (out->indirect && (out->bounces > 1 || out->lamps_by_rays));
     out->glossy = out->indirect && out->technique->model.glossy_receivers && !out->params.lambert &&
                   f->has_glossy;
     out->flux_lm = total_flux_lm(out, scene);
-    out->rays = out->indirect && (out->cached || asks_rays(out));
-    out->chosen = out->cached || (out->rays && out->params.rays < count_vpls(out, scene) &&
+    out->rays = out->indirect && (out->final_gather || asks_rays(out));
+    out->chosen = out->final_gather || (out->rays && out->params.rays < count_vpls(out, scene) &&
                                   out->params.rays <= BD_RAYS_CHOSEN_MAX);
     out->filtered = out->chosen && out->params.noise_filter && out->params.rays > 1;
     out->shared = request->aa > 1 && out->indirect &&
@@ -452,7 +452,7 @@ static double vpl_budget_of(const struct bd_plan *plan)
 uint32_t bd_plan_light_path_count(const struct bd_plan *plan)
 {
     if (!plan->light_paths) return 0;
-    if (plan->cached && !plan->sky) return 0;
+    if (plan->final_gather && !plan->sky) return 0;
     const bool has_maps = plan->light_count > 0 && !plan->lamps_by_rays;
     const double share = vpl_budget_of(plan) / (has_maps ? 4 : 1);
     const double most =
@@ -465,7 +465,7 @@ uint32_t bd_plan_light_path_count(const struct bd_plan *plan)
 
 uint32_t bd_plan_photon_vpl_count(const struct bd_plan *plan)
 {
-    return plan->cached ? plan->params.vpls : 0;
+    return plan->final_gather ? plan->params.vpls : 0;
 }
 
 uint32_t bd_plan_light_path_root_side(const struct bd_plan *plan)

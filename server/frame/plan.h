@@ -30,7 +30,7 @@ struct bd_plan {
     bool area_lights;     // some surface emits or some sky shines, and lights
     bool emitters, sky;   // which of them
     bool light_paths;     // surfaces send that on, or any light more than once
-    bool cached;          // and what they bring to any place is kept
+    bool final_gather;    // the technique has one: light paths come in two sets
     uint32_t bounces;     // of indirect light
     bool indirect;        // the technique's indirect light runs
     bool rays;            // hide indirect light
@@ -98,10 +98,10 @@ static inline bool bd_plan_asks_processor(const struct bd_plan *plan)
     return plan->area_lights || plan->lamps_by_rays || plan->tracing != BD_TRACING_NONE;
 }
 
-// VPLs of light paths; 0 where there are none, and with a cache without a sky. For trees a square of
+// VPLs of light paths; 0 where there are none, and for a final gather without a sky. For trees a square of
 // a power of two. And roots along a side of their tree; 0 where the technique has none.
 uint32_t bd_plan_light_path_count(const struct bd_plan *plan);
-// Beside them, with a cache: photons of all lamps, and of all emitters.
+// Beside them, for a final gather: photons of all lamps, and of all emitters.
 uint32_t bd_plan_photon_vpl_count(const struct bd_plan *plan);
 uint32_t bd_plan_light_path_root_side(const struct bd_plan *plan);
 

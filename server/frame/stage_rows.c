@@ -97,7 +97,7 @@ static bool has_tree(const struct bd_plan *plan)
 // A tree is in order by itself, and so is what a final gather asks.
 static bool has_order(const struct bd_plan *plan)
 {
-    return plan->chosen && !takes(plan, BD_INPUT_VPL_TREE | BD_INPUT_CACHE);
+    return plan->chosen && !takes(plan, BD_INPUT_VPL_TREE | BD_INPUT_FINAL_GATHER);
 }
 
 static bool has_fragments(const struct bd_plan *plan)
@@ -376,7 +376,7 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
             .why_not = no_light_paths,
             .from = STAGE(RAYS) | STAGE(EMITTERS) | STAGE(LAMPS),
             .reads = READS_PLACES | ASPECT(SIDES) | ASPECT(COLOUR) | ASPECT(METALNESS) |
-                     BD_READ_UNIT | BD_READ_PATH_COUNT | BD_READ_CACHE_SEED,
+                     BD_READ_UNIT | BD_READ_PATH_COUNT | BD_READ_PHOTON_SEED,
             .walking = BD_READ_LIGHT_SHAPE | BD_READ_LIGHT_POWER,
             .params = PARAMS_OF_VPL | PARAM(BRDF) | PARAM(ALPHA) | PARAM(EXECUTOR) |
                       PARAM(INDIRECT_BOUNCES) | PARAM(WALK_VPLS),
@@ -581,7 +581,7 @@ static uint64_t key_reads(uint64_t key, const struct bd_subject *subject, uint32
         key = bd_key_number(key, bd_plan_traces(subject->plan, pixels));
     if (reads & BD_READ_SEED && subject->plan->chosen) key = bd_key_number(key, subject->seed);
     if (reads & BD_READ_LIGHT_SEED) key = bd_key_number(key, subject->seed);
-    if (reads & BD_READ_CACHE_SEED && subject->plan->cached)
+    if (reads & BD_READ_PHOTON_SEED && subject->plan->final_gather)
         key = bd_key_number(key, subject->seed);
     if (reads & BD_READ_PATH_COUNT)
         key = bd_key_number(key, (uint64_t)bd_plan_light_path_root_side(subject->plan) << 32 |
@@ -617,7 +617,7 @@ uint64_t bd_stage_key(const struct bd_subject *subject, enum bd_stage stage,
 {
     const struct bd_plan *plan = subject->plan;
     const struct bd_stage_row *row = &bd_stage_rows[stage];
-    const uint32_t walking = plan->bounces > 1 || plan->cached ? row->walking : 0;
+    const uint32_t walking = plan->bounces > 1 || plan->final_gather ? row->walking : 0;
     const uint32_t tracing = plan->tracing != BD_TRACING_NONE ? row->tracing : 0;
     const uint32_t glossy = (plan->glossy ? row->glossy : 0) | walking | tracing;
     uint64_t key = bd_key_begin(row->reads_all_params ? plan->technique->name : "");

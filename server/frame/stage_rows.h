@@ -62,7 +62,7 @@ enum bd_stage_read {
     BD_READ_SHADOW_TRACING = 1024u << BD_ASPECT_COUNT,
     BD_READ_RSM_TRACING = 2048u << BD_ASPECT_COUNT,
     BD_READ_CLUSTERS_MOST = 4096u << BD_ASPECT_COUNT,
-    BD_READ_CACHE_SEED = 8192u << BD_ASPECT_COUNT, // of photons, where there is a cache
+    BD_READ_PHOTON_SEED = 8192u << BD_ASPECT_COUNT, // of photons, for a final gather
 };
 
 struct bd_frame;

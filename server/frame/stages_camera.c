@@ -150,7 +150,7 @@ static enum bd_err with_inputs(struct bd_frame *frame,
     BD_ASSERT(lists && trees);
     const uint32_t count = bd_stage_lists(frame, lists);
     bd_stage_trees(frame, trees);
-    struct bd_light_uniform *lamps = frame->plan->cached ? bd_stage_lamps(frame) : NULL;
+    struct bd_light_uniform *lamps = frame->plan->final_gather ? bd_stage_lamps(frame) : NULL;
     const struct bd_first_light first_light = {
         frame->emitters,
         lamps,

@@ -154,7 +154,7 @@ enum bd_err bd_run_lamps(struct bd_frame *frame, struct bd_frame_light *light)
 // On the way to a place that is seen, or to one that a final gather's rays meet.
 static uint32_t reflections_of(const struct bd_plan *plan)
 {
-    if (!plan->cached) return plan->bounces - 1;
+    if (!plan->final_gather) return plan->bounces - 1;
     return plan->bounces > 2 ? plan->bounces - 2 : 0;
 }
 
@@ -169,18 +169,18 @@ enum bd_err bd_run_light_paths(struct bd_frame *frame, struct bd_frame_light *li
         .lights = frame->emitters,
         .lamps = lamps,
         .lamp_count = frame->subject.light_count,
-        .lamps_fall = plan->lamps_by_rays && !plan->cached,
+        .lamps_fall = plan->lamps_by_rays && !plan->final_gather,
         .reflections = reflections_of(plan),
         .visibility = bd_stage_light_visibility(frame),
         .count = bd_plan_light_path_count(plan),
-        .walk_vpls = plan->cached ? plan->params.walk_vpls : 0,
+        .walk_vpls = plan->final_gather ? plan->params.walk_vpls : 0,
         .lamp_vpls = plan->light_count > 0 ? bd_plan_photon_vpl_count(plan) : 0,
         .emitter_vpls = plan->emitters ? bd_plan_photon_vpl_count(plan) : 0,
         .seed = frame->subject.seed,
         .kernel = (enum bd_vpl_kernel)plan->params.vpl_kernel,
         .near_field = plan->params.near_field,
         .sends = plan->params.lambert ? BD_SENDS_LAMBERT
-                 : plan->cached       ? BD_SENDS_ALL
+                 : plan->final_gather       ? BD_SENDS_ALL
                                       : BD_SENDS_DIFFUSE,
         .root_side = bd_plan_light_path_root_side(plan),
     };

@@ -160,7 +160,7 @@ static f3 *irradiance_of_vpls(struct paths *p)
     for (uint32_t i = 0; i < p->points.count; i++) {
         sum[i] = p->lit.others[i];
         if (p->inputs->walk_vpls > 0) continue;
-        if (p->lit.lamps && p->inputs->lamps_fall) sum[i] = f3_add(sum[i], p->lit.lamps[i]);
+        if (p->lit.first && p->inputs->lamps_fall) sum[i] = f3_add(sum[i], p->lit.first[i]);
         if (p->lit.further) sum[i] = f3_add(sum[i], p->lit.further[i]);
     }
     return sum;
@@ -344,7 +344,7 @@ enum bd_err bd_light_paths_run(const struct bd_pass_context *context,
     free(p.found);
     free(p.occluded);
     free(p.lit.others);
-    free(p.lit.lamps);
+    free(p.lit.first);
     free(p.lit.further);
     return err;
 }

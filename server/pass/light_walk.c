@@ -334,7 +334,7 @@ static void reflect_first(struct walk *w, struct bd_lit_points *lit)
 {
     const struct bd_surface_points *points = w->inputs->points;
     for (uint32_t i = 0; i < points->count; i++) {
-        lit->lamps[i] = f3_scale(w->arrived[i], 1 / points->area);
+        lit->first[i] = f3_scale(w->arrived[i], 1 / points->area);
         const f3 all = f3_add(w->arrived[i], f3_scale(lit->others[i], points->area));
         w->sent[i] = f3_mul(points->points[i].diffuse, all);
         w->arrived[i] = f3_of(0, 0, 0);
@@ -381,9 +381,9 @@ static bool grow(struct walk *w, struct bd_lit_points *lit)
     f3 *others = realloc(lit->others, most * sizeof *others);
     if (others) lit->others = others;
     for (size_t i = points->count; others && i < most; i++) others[i] = f3_of(0, 0, 0);
-    lit->lamps = calloc(most, sizeof *lit->lamps);
+    lit->first = calloc(most, sizeof *lit->first);
     lit->further = calloc(most, sizeof *lit->further);
-    return array && others && lit->lamps && lit->further;
+    return array && others && lit->first && lit->further;
 }
 
 static enum bd_err make_room(struct walk *w, struct bd_lit_points *lit)

@@ -44,8 +44,8 @@ struct bd_light_walk_inputs {
 
 // Irradiance of each point, by what it has come by.
 struct bd_lit_points {
-    f3 *others;  // straight from other lights than those that send photons
-    f3 *lamps;   // straight from those
+    f3 *others;  // straight from lights that send no photons
+    f3 *first;   // straight from those that do
     f3 *further; // from any, after reflections
 };
 

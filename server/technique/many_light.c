@@ -129,7 +129,7 @@ const struct bd_technique bd_technique_many_light = {
               .lights = BD_LIGHTS_ALL,
               .glossy_receivers = true,
               .indirect_lights = BD_LIGHTS_ALL},
-    .inputs = BD_INPUT_CACHE,
+    .inputs = BD_INPUT_FINAL_GATHER,
     .passes = passes,
     .params_read = BD_READS_DIRECT | BD_READS(BD_PARAM_VPLS) | BD_READS(BD_PARAM_RAYS) |
                    BD_READS(BD_PARAM_ALPHA) | BD_READS_LIGHT_PATHS | BD_READS(BD_PARAM_WALK_VPLS) |

@@ -21,7 +21,7 @@ enum bd_frame_input {
     BD_INPUT_FRAGMENTS = 1u << 1, // the picture's blocks that are lit as a whole
     BD_INPUT_VPL_CLUSTERS = 1u << 2, // instead of the grid: VPLs from blocks of several sizes
     BD_INPUT_VPL_TREE = 1u << 3, // beside the grid, whose side is a power of two: a tree over it
-    BD_INPUT_CACHE = 1u << 4, // light paths for a final gather (pass/light_paths.h)
+    BD_INPUT_FINAL_GATHER = 1u << 4, // light paths in two sets (pass/light_paths.h)
 };
 
 // Parameters that the frame reads for those inputs, G-buffer and direct light included.
@@ -108,7 +108,7 @@ struct bd_technique_inputs {
     const struct bd_discontinuity *discontinuity; // BD_INPUT_FRAGMENTS
     const struct bd_fragments *fragments;         // BD_INPUT_FRAGMENTS
     const struct bd_surfaces *surfaces;           // BD_INPUT_FRAGMENTS
-    const struct bd_light_paths *light_paths;     // BD_INPUT_CACHE
+    const struct bd_light_paths *light_paths;     // BD_INPUT_FINAL_GATHER
     const struct bd_first_light *first_light;     // likewise
     const struct bd_scene *snapshot;
     const struct bd_occluders *occluders;         // indirect_visibility=rays
