@@ -404,7 +404,7 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
     out->flux_lm = total_flux_lm(out, scene);
     out->rays = out->indirect && (out->final_gather || asks_rays(out));
     out->chosen = out->final_gather || (out->rays && out->params.rays < count_vpls(out, scene) &&
-                                  out->params.rays <= BD_RAYS_CHOSEN_MAX);
+                                        out->params.rays <= BD_RAYS_CHOSEN_MAX);
     out->filtered = out->chosen && out->params.noise_filter && out->params.rays > 1;
     out->shared = request->aa > 1 && out->indirect &&
                   bd_technique_shares(out->technique, &out->params, out->glossy);

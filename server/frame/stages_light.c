@@ -180,7 +180,7 @@ enum bd_err bd_run_light_paths(struct bd_frame *frame, struct bd_frame_light *li
         .kernel = (enum bd_vpl_kernel)plan->params.vpl_kernel,
         .near_field = plan->params.near_field,
         .sends = plan->params.lambert ? BD_SENDS_LAMBERT
-                 : plan->final_gather       ? BD_SENDS_ALL
+                 : plan->final_gather ? BD_SENDS_ALL
                                       : BD_SENDS_DIFFUSE,
         .root_side = bd_plan_light_path_root_side(plan),
     };

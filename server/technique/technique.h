@@ -111,12 +111,12 @@ struct bd_technique_inputs {
     const struct bd_light_paths *light_paths;     // BD_INPUT_FINAL_GATHER
     const struct bd_first_light *first_light;     // likewise
     const struct bd_scene *snapshot;
-    const struct bd_occluders *occluders;         // indirect_visibility=rays
-    struct bd_pool *pool;                         // for them
-    bool chosen;                                  // there are fewer of them than VPLs
-    bool filtered;                                // what they leave noisy
-    uint64_t seed;                                // of what is chosen
-    uint64_t seed_of_sub_frame;                   // of what each draws by numbers of its own
+    const struct bd_occluders *occluders; // indirect_visibility=rays
+    struct bd_pool *pool;                 // for them
+    bool chosen;                          // there are fewer of them than VPLs
+    bool filtered;                        // what they leave noisy
+    uint64_t seed;                        // of what is chosen
+    uint64_t seed_of_sub_frame;           // of what each draws by numbers of its own
     bool glossy_receivers;
     bool normal_maps; // some surface has one: normals change from pixel to pixel
 };
