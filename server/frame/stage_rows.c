@@ -137,6 +137,7 @@ static const char *no_indirect(const struct bd_plan *plan)
 
 static const char *no_map(const struct bd_plan *plan)
 {
+    if (plan->final_gather) return "photons find where light first falls";
     return plan->indirect ? no_light(plan) : no_indirect(plan);
 }
 
