@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/assert.h"
+#include "kernel/all_channels.h"
 #include "lights/map.h"
 
 #define LEVELS_MAX  16u // two bits of a path each
@@ -27,11 +28,6 @@ static const struct bd_material *material_of(const struct bd_area_lights *lights
                                              const struct bd_area_source *source)
 {
     return &lights->scene->materials[source->primitive->material];
-}
-
-static float brightest(f3 rgb)
-{
-    return fmaxf(rgb.x, fmaxf(rgb.y, rgb.z));
 }
 
 static struct bd_map_range range_of(const struct bd_area_lights *lights,
@@ -58,7 +54,7 @@ static float mean_of_looks(const struct bd_area_lights *lights, const struct bd_
                 part->u[0] + s * (part->u[1] - part->u[0]) + t * (part->u[2] - part->u[0]);
             const float v =
                 part->v[0] + s * (part->v[1] - part->v[0]) + t * (part->v[2] - part->v[0]);
-            sum += brightest(bd_area_emission(lights, part, u, v, part->normal));
+            sum += strongest_channel(bd_area_emission(lights, part, u, v, part->normal));
         }
     return sum / (float)(looks * looks);
 }
@@ -71,8 +67,8 @@ float bd_emitter_part_brightness(const struct bd_area_lights *lights,
     const float *factor = material_of(lights, source)->emissive;
     if (!source->has_map && !source->has_alpha) return mean_of_looks(lights, part, 1);
     const struct bd_map_range range = range_of(lights, part);
-    const float of_map =
-        brightest(f3_of(factor[0], factor[1], factor[2])) * (range.is_told ? range.mean : 1);
+    const float of_map = strongest_channel(f3_of(factor[0], factor[1], factor[2])) *
+                         (range.is_told ? range.mean : 1);
     const float of_looks = mean_of_looks(lights, part, LOOKS);
     const bool is_absent = source->has_alpha && !(of_looks > 0);
     return 0.5f * (of_looks + (is_absent ? ABSENT_SHARE : 1) * of_map);

@@ -76,6 +76,14 @@ static inline uint32_t bd_spaced(uint32_t x)
     return (x | x << 1) & 0x55555555u;
 }
 
+// Numbers that each has room for who draws so many: a power of two.
+static inline uint32_t bd_sequence_stride(uint32_t count)
+{
+    uint32_t stride = 1;
+    while (stride < count) stride *= 2;
+    return stride;
+}
+
 // The place of a pixel's first number, of `stride` that each has.
 static inline uint32_t bd_sequence_place(uint32_t x_px, uint32_t y_px, uint32_t stride)
 {

@@ -27,13 +27,6 @@ struct sampler {
     uint32_t count;
 };
 
-static uint32_t power_of_two_from(uint32_t count)
-{
-    uint32_t power = 1;
-    while (power < count) power *= 2;
-    return power;
-}
-
 struct bd_area_sampling bd_area_sampling_of(const struct bd_area_lights *lights, uint32_t rays,
                                             uint64_t seed)
 {
@@ -42,7 +35,7 @@ struct bd_area_sampling bd_area_sampling_of(const struct bd_area_lights *lights,
         .lights = lights,
         .rays = half,
         .lobes = (half + 1) / 2,
-        .stride = power_of_two_from(half),
+        .stride = bd_sequence_stride(half),
         .seed = bd_stirred((uint32_t)seed) ^ bd_stirred((uint32_t)(seed >> 32) + 0x51ed270bu),
     };
 }

@@ -29,7 +29,7 @@ static enum bd_err make_room(struct bd_cosine_rays *r, uint32_t group_count, str
 {
     const size_t rays = group_count * rays_of_group(r);
     if (r->rays) return BD_ERR_OK;
-    for (r->stride = 1; r->stride < r->of_receiver / HALVES;) r->stride *= 2;
+    r->stride = bd_sequence_stride(r->of_receiver / HALVES);
     for (uint32_t half = 0; half < HALVES; half++)
         r->sequence[half] = bd_sequence_of(bd_askers_seed(r->seed), PURPOSE + half);
     r->rays = malloc(rays * sizeof *r->rays);

@@ -246,15 +246,6 @@ static enum bd_err add_light_of_places(struct far *f)
     return err;
 }
 
-static void keep_points(const struct far *f)
-{
-    const struct bd_receiver_part *part = f->part;
-    for (uint32_t i = 0; i < part->count; i++) {
-        f3 *to = &f->of_points[part->slice.first + i];
-        *to = f3_add(*to, f3_at(&part->light[i / BD_LANES].irradiance, i % BD_LANES));
-    }
-}
-
 static enum bd_err light_part(void *user, const struct bd_receiver_part *part)
 {
     struct far *f = user;
@@ -268,7 +259,7 @@ static enum bd_err light_part(void *user, const struct bd_receiver_part *part)
                                 tell_group, f);
     if (!err) err = add_light_of_places(f);
     f->first_number += f->rays.count;
-    if (!err && f->of_points) keep_points(f);
+    if (!err && f->of_points) bd_receivers_keep(part, f->of_points);
     return err;
 }
 

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/assert.h"
+#include "kernel/all_channels.h"
 #include "lights/sequence.h"
 #include "pass/area_samples.h"
 #include "pass/lamp_photons.h"
@@ -61,11 +62,6 @@ static void ask_lamp(const struct lighting *l, const struct bd_surface_point *pl
                                            .to_triangle = BD_NO_TRIANGLE};
 }
 
-static float strongest(f3 rgb)
-{
-    return f_max(rgb.x, f_max(rgb.y, rgb.z));
-}
-
 // In even steps through what all would give.
 static void draw_lamps(const struct lighting *l, const struct bd_surface_point *place,
                        uint32_t number, uint32_t ray)
@@ -73,16 +69,16 @@ static void draw_lamps(const struct lighting *l, const struct bd_surface_point *
     const struct bd_first_light *light = l->light;
     float sum = 0, passed = 0, start[2];
     for (uint32_t i = 0; i < light->lamp_count; i++)
-        sum += strongest(light_of_lamp(&light->lamps[i], place));
+        sum += strongest_channel(light_of_lamp(&light->lamps[i], place));
     if (!(sum > 0)) return;
     bd_sequence_pair(&l->sequence, number, start);
     const float step = sum / BD_FIRST_LAMPS;
     uint32_t next = 0;
     for (uint32_t i = 0; i < light->lamp_count && next < BD_FIRST_LAMPS; i++) {
         const f3 brings = light_of_lamp(&light->lamps[i], place);
-        passed += strongest(brings);
+        passed += strongest_channel(brings);
         for (; next < BD_FIRST_LAMPS && ((float)next + start[0]) * step < passed; next++)
-            ask_lamp(l, place, &light->lamps[i], f3_scale(brings, step / strongest(brings)),
+            ask_lamp(l, place, &light->lamps[i], f3_scale(brings, step / strongest_channel(brings)),
                      ray + next);
     }
 }

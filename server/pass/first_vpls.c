@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "kernel/all_channels.h"
 #include "kernel/light.h"
 #include "lights/sequence.h"
 #include "lights/surface_hits.h"
@@ -29,11 +30,6 @@ struct photons {
     struct bd_vec4 (*lights)[BD_VPL_VEC4S];
 };
 
-static float strongest(f3 rgb)
-{
-    return f_max(rgb.x, f_max(rgb.y, rgb.z));
-}
-
 static void set_out(struct photons *p, struct bd_ray ray, f3 flux, float inverse_range)
 {
     p->rays[p->count] = ray;
@@ -47,14 +43,15 @@ static void set_out_from_lamps(struct photons *p)
     const struct bd_first_vpls_inputs *in = p->inputs;
     const struct bd_sequence sequence = bd_sequence_of(bd_askers_seed(in->seed), OF_LAMPS);
     double all = 0, passed = 0;
-    for (uint32_t i = 0; i < in->lamp_count; i++) all += strongest(bd_lamp_flux(&in->lamps[i]));
+    for (uint32_t i = 0; i < in->lamp_count; i++)
+        all += strongest_channel(bd_lamp_flux(&in->lamps[i]));
     const double step = all / in->of_lamps;
     uint32_t next = 0;
     for (uint32_t i = 0; all > 0 && i < in->lamp_count; i++) {
         const f3 flux = bd_lamp_flux(&in->lamps[i]);
-        const f3 carried = f3_scale(flux, (float)(step / strongest(flux)));
+        const f3 carried = f3_scale(flux, (float)(step / strongest_channel(flux)));
         const bool last = i + 1 == in->lamp_count;
-        passed += strongest(flux);
+        passed += strongest_channel(flux);
         for (; next < in->of_lamps && (last || (next + 0.5) * step < passed); next++) {
             float number[2];
             bd_sequence_pair(&sequence, next, number);

@@ -170,15 +170,6 @@ static enum bd_err sum(struct gather *g)
                              sum_group, g);
 }
 
-static void keep_points(const struct gather *g)
-{
-    const struct bd_receiver_part *part = g->part;
-    for (uint32_t i = 0; i < part->count; i++) {
-        f3 *to = &g->inputs->of_points[part->slice.first + i];
-        *to = f3_add(*to, f3_at(&part->light[i / BD_LANES].irradiance, i % BD_LANES));
-    }
-}
-
 static enum bd_err light_part(void *user, const struct bd_receiver_part *part)
 {
     struct gather *g = user;
@@ -192,7 +183,7 @@ static enum bd_err light_part(void *user, const struct bd_receiver_part *part)
     if (!err) err = look(g);
     go_on_as(g, g->inputs->receivers.pass);
     if (!err) err = sum(g);
-    if (!err && g->inputs->of_points) keep_points(g);
+    if (!err && g->inputs->of_points) bd_receivers_keep(part, g->inputs->of_points);
     return err;
 }
 

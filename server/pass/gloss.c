@@ -292,13 +292,6 @@ static enum bd_err run(struct gloss *g, const struct bd_gather_inputs *gather,
     return err ? err : write_half(g, 1, "noise of indirect glossy", &indirect->noise_glossy);
 }
 
-static uint32_t power_of_two_from(uint32_t least)
-{
-    uint32_t power = 1;
-    while (power < least) power *= 2;
-    return power;
-}
-
 enum bd_err bd_gloss_run(const struct bd_pass_context *context, const struct bd_far_inputs *inputs,
                          const struct bd_gather_inputs *gather, struct bd_indirect *indirect,
                          struct bd_fault *fault)
@@ -309,7 +302,7 @@ enum bd_err bd_gloss_run(const struct bd_pass_context *context, const struct bd_
         .inputs = inputs,
         .width_px = gather->viewpoint->width_px,
         .height_px = gather->viewpoint->height_px,
-        .stride = power_of_two_from(inputs->rays / HALVES),
+        .stride = bd_sequence_stride(inputs->rays / HALVES),
         .fault = fault,
     };
     g.context.processor = &g.processor;

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "base/assert.h"
+#include "kernel/all_channels.h"
 #include "kernel/morton.h"
 #include "lights/sequence.h"
 
@@ -25,11 +26,6 @@ struct dividing {
     struct bd_light_patches *patches;
     enum bd_err err; // of a pause
 };
-
-static float strongest(f3 rgb)
-{
-    return f_max(rgb.x, f_max(rgb.y, rgb.z));
-}
 
 static double weight_of(const struct lit_point *lit, uint32_t count)
 {
@@ -255,7 +251,7 @@ static void put_patch(struct dividing *d, const struct lit_point *lit, uint32_t 
     f3 flux = f3_of(0, 0, 0);
     for (uint32_t i = 0; i < count; i++) {
         flux = f3_add(flux, lit[i].flux);
-        out->flux += (double)strongest(in->irradiance[lit[i].point]) * in->points->area;
+        out->flux += (double)strongest_channel(in->irradiance[lit[i].point]) * in->points->area;
     }
     const f3 position = f3_add(place_of_lit(representative), patch.offset);
     out->area += patch.area;
@@ -297,7 +293,7 @@ static uint32_t list_lit(const struct bd_light_patches_inputs *in, struct lit_po
         const struct bd_surface_point *point = &in->points->points[i];
         const f3 at = point->position, n = point->normal;
         const f3 flux = f3_scale(f3_mul(point->diffuse, in->irradiance[i]), in->points->area);
-        const float weight = strongest(flux);
+        const float weight = strongest_channel(flux);
         if (weight > 0)
             lit[count++] = (struct lit_point){{at.x, at.y, at.z, n.x, n.y, n.z}, flux, weight, i};
     }

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "kernel/all_channels.h"
 #include "kernel/light.h"
 #include "lights/directions.h"
 #include "lights/point_tree.h"
@@ -63,11 +64,6 @@ struct walk {
     f3 *arrived, *sent;
     struct bd_fault *fault;
 };
-
-static float strongest(f3 rgb)
-{
-    return f_max(rgb.x, f_max(rgb.y, rgb.z));
-}
 
 // --- a round's photons --------------------------------------------------------------------------
 
@@ -231,7 +227,7 @@ static double flux_of_lamps(const struct bd_light_walk_inputs *inputs)
 {
     double sum = 0;
     for (uint32_t i = 0; i < inputs->lamp_count; i++)
-        sum += strongest(bd_lamp_flux(&inputs->lamps[i]));
+        sum += strongest_channel(bd_lamp_flux(&inputs->lamps[i]));
     return sum;
 }
 
@@ -239,7 +235,7 @@ static enum bd_err shine(struct walk *w, const struct bd_light_uniform *lamp, do
 {
     const struct bd_sequence sequence = bd_sequence_of(w->inputs->seed, w->round);
     const f3 flux = bd_lamp_flux(lamp);
-    const double share = of_all > 0 ? strongest(flux) / of_all : 0;
+    const double share = of_all > 0 ? strongest_channel(flux) / of_all : 0;
     const uint32_t count = (uint32_t)fmax(round(share * w->at_first), 1);
     enum bd_err err = BD_ERR_OK;
     for (uint32_t i = 0; !err && share > 0 && i < count; i++) {
@@ -280,7 +276,7 @@ static enum bd_err shine_all(struct walk *w)
 static double flux_sent(const struct walk *w)
 {
     double sum = 0;
-    for (uint32_t i = 0; i < w->inputs->points->count; i++) sum += strongest(w->sent[i]);
+    for (uint32_t i = 0; i < w->inputs->points->count; i++) sum += strongest_channel(w->sent[i]);
     return sum;
 }
 
@@ -304,7 +300,7 @@ static enum bd_err send_on(struct walk *w, double flux, uint32_t count)
     uint32_t next = 0;
     enum bd_err err = BD_ERR_OK;
     for (uint32_t i = 0; !err && i < w->inputs->points->count; i++) {
-        const float most = strongest(w->sent[i]);
+        const float most = strongest_channel(w->sent[i]);
         passed += most;
         for (; !err && next < count && (next + 0.5) * step < passed; next++) {
             float number[2];

@@ -193,6 +193,14 @@ static void take_points(struct receivers *r)
     }
 }
 
+void bd_receivers_keep(const struct bd_receiver_part *part, f3 *irradiance)
+{
+    for (uint32_t i = 0; i < part->count; i++) {
+        f3 *to = &irradiance[part->slice.first + i];
+        *to = f3_add(*to, f3_at(&part->light[i / BD_LANES].irradiance, i % BD_LANES));
+    }
+}
+
 static void store(const struct receivers *r)
 {
     struct bd_gpu *gpu = r->context->gpu;

@@ -45,6 +45,9 @@ struct bd_receivers_inputs {
     const void *out;
 };
 
+// Of points: adds their light to what those of the list got.
+void bd_receivers_keep(const struct bd_receiver_part *part, f3 *irradiance);
+
 // All of them, a part after the other.
 BD_MUST_CHECK
 enum bd_err bd_receivers_run(const struct bd_pass_context *context,

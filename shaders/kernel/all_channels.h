@@ -12,4 +12,7 @@ KERNEL float all_channels(f3 rgb)
     return (f_min(smaller, rgb.z) + f_max(smaller, f_min(larger, rgb.z))) + f_max(larger, rgb.z);
 }
 
+// Of the strongest alone: what light of any colour is at most.
+KERNEL float strongest_channel(f3 rgb) { return f_max(rgb.x, f_max(rgb.y, rgb.z)); }
+
 #endif
