@@ -14,6 +14,8 @@
 
 // Of the slicer, one for each evaluation of a VPL.
 #define UNITS_PER_PHOTON 300.0
+// So many set out in about a millisecond.
+#define PHOTONS_TO_PAUSE 8192u
 // Numbers that nobody else of a frame draws by its seed.
 #define OF_LAMPS    0x766c616du
 #define OF_EMITTERS 0x76656d69u
@@ -30,15 +32,17 @@ struct photons {
     struct bd_vec4 (*lights)[BD_VPL_VEC4S];
 };
 
-static void set_out(struct photons *p, struct bd_ray ray, f3 flux, float inverse_range)
+// Others have their turn now and then.
+static enum bd_err set_out(struct photons *p, struct bd_ray ray, f3 flux, float inverse_range)
 {
     p->rays[p->count] = ray;
     p->flux[p->count] = flux;
     p->inverse_range[p->count++] = inverse_range;
+    return p->count % PHOTONS_TO_PAUSE == 0 ? bd_slicer_pause(p->context->slicer) : BD_ERR_OK;
 }
 
 // In even steps through the flux of all.
-static void set_out_from_lamps(struct photons *p)
+static enum bd_err set_out_from_lamps(struct photons *p)
 {
     const struct bd_first_vpls_inputs *in = p->inputs;
     const struct bd_sequence sequence = bd_sequence_of(bd_askers_seed(in->seed), OF_LAMPS);
@@ -47,27 +51,33 @@ static void set_out_from_lamps(struct photons *p)
         all += strongest_channel(bd_lamp_flux(&in->lamps[i]));
     const double step = all / in->of_lamps;
     uint32_t next = 0;
-    for (uint32_t i = 0; all > 0 && i < in->lamp_count; i++) {
+    enum bd_err err = BD_ERR_OK;
+    for (uint32_t i = 0; !err && all > 0 && i < in->lamp_count; i++) {
         const f3 flux = bd_lamp_flux(&in->lamps[i]);
-        const f3 carried = f3_scale(flux, (float)(step / strongest_channel(flux)));
+        const float most = strongest_channel(flux);
+        const f3 carried = f3_scale(flux, most > 0 ? (float)(step / most) : 0);
         const bool last = i + 1 == in->lamp_count;
-        passed += strongest_channel(flux);
-        for (; next < in->of_lamps && (last || (next + 0.5) * step < passed); next++) {
+        passed += most;
+        for (; !err && next < in->of_lamps && (last || (next + 0.5) * step < passed); next++) {
             float number[2];
             bd_sequence_pair(&sequence, next, number);
-            set_out(p, bd_lamp_ray(&in->lamps[i], number), carried, in->lamps[i].position.w);
+            err = set_out(p, bd_lamp_ray(&in->lamps[i], number), carried, in->lamps[i].position.w);
         }
     }
+    return err;
 }
 
-static void set_out_from_emitters(struct photons *p)
+static enum bd_err set_out_from_emitters(struct photons *p)
 {
     const struct bd_first_vpls_inputs *in = p->inputs;
     struct bd_emitter_photons photons = bd_emitter_photons_of(
         in->emitters, in->of_emitters, in->from_cd_m2, bd_askers_seed(in->seed), OF_EMITTERS);
     struct bd_ray ray;
     f3 flux, normal;
-    while (bd_emitter_photons_next(&photons, &ray, &flux, &normal)) set_out(p, ray, flux, 0);
+    enum bd_err err = BD_ERR_OK;
+    while (!err && bd_emitter_photons_next(&photons, &ray, &flux, &normal))
+        err = set_out(p, ray, flux, 0);
+    return err;
 }
 
 // --- where they land ----------------------------------------------------------------------------
@@ -102,10 +112,12 @@ static void land_group(void *user, uint32_t group)
 static enum bd_err fly(struct photons *p, struct bd_fault *fault)
 {
     struct bd_ray_counts traced = {0};
-    set_out_from_lamps(p);
-    set_out_from_emitters(p);
-    enum bd_err err = bd_nearest_ask(p->context, p->inputs->visibility, p->rays, p->count, p->met,
-                                     &traced, fault);
+    bd_slicer_work(p->context->slicer, "first photons");
+    enum bd_err err = set_out_from_lamps(p);
+    if (!err) err = set_out_from_emitters(p);
+    if (!err)
+        err = bd_nearest_ask(p->context, p->inputs->visibility, p->rays, p->count, p->met, &traced,
+                             fault);
     bd_slicer_work(p->context->slicer, "first vpls");
     if (!err)
         err = bd_receivers_each(p->context, (p->count + BD_LANES - 1) / BD_LANES,

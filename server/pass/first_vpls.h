@@ -23,6 +23,9 @@
 #include "shared/types.h"
 #include "shared/vpl.h"
 
+// Of lamps, and of emitters: some 100 bytes each while they fly.
+#define BD_FIRST_VPLS_MAX (UINT32_C(1) << 20)
+
 struct bd_scene;
 
 struct bd_first_vpls_inputs {
@@ -32,7 +35,7 @@ struct bd_first_vpls_inputs {
     uint32_t lamp_count;
     const struct bd_area_lights *emitters; // NULL: none
     float from_cd_m2;                      // to the frame's unit
-    uint32_t of_lamps, of_emitters;        // photons
+    uint32_t of_lamps, of_emitters;        // photons, at most BD_FIRST_VPLS_MAX of either
     uint64_t seed;
     enum bd_sends sends; // what surfaces do
 };

@@ -211,6 +211,12 @@ static enum bd_err write_vpls(struct paths *p, struct bd_light_paths *paths)
 
 // --- for a final gather -------------------------------------------------------------------------
 
+static enum bd_err too_many(const struct paths *p, uint32_t photons)
+{
+    return bd_fault_set(p->fault, BD_ERR_LIMIT, "vpls", "vpls=%u; with a final gather at most %u",
+                        photons, BD_FIRST_VPLS_MAX);
+}
+
 static enum bd_err write_first(struct paths *p, struct bd_vpl_list **list)
 {
     const struct bd_light_paths_inputs *in = p->inputs;
@@ -226,11 +232,15 @@ static enum bd_err write_first(struct paths *p, struct bd_vpl_list **list)
         .seed = in->seed,
         .sends = in->sends,
     };
+    if (in->lamp_vpls > BD_FIRST_VPLS_MAX) return too_many(p, in->lamp_vpls);
+    if (in->emitter_vpls > BD_FIRST_VPLS_MAX) return too_many(p, in->emitter_vpls);
     const uint32_t count = in->lamp_vpls + in->emitter_vpls;
     struct bd_vec4(*lights)[BD_VPL_VEC4S] = malloc((count + 1) * sizeof *lights);
     struct bd_vec4(*quads)[BD_VPL_QUAD_VEC4S] = malloc((count + 1) * sizeof *quads);
-    BD_ASSERT(lights && quads);
-    enum bd_err err = bd_first_vpls_run(&p->context, &how, lights, quads, p->fault);
+    enum bd_err err = BD_ERR_OK;
+    if (!lights || !quads)
+        err = bd_fault_set(p->fault, BD_ERR_NO_MEMORY, "vpls", "no memory for %u photons", count);
+    if (!err) err = bd_first_vpls_run(&p->context, &how, lights, quads, p->fault);
     if (!err) err = upload_list(p, lights, quads, count, list);
     free(lights);
     free(quads);
