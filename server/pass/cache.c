@@ -8,11 +8,11 @@
 #include "pass/gather_native.h"
 #include "pass/native/native.h"
 
-// Rays that look for places, of each of some pixels, and in all about.
-#define RAYS_OF_PIXEL 2u
-#define RAYS_MOST     65536u
-// Of receivers at once: their rays fit into a few MiB.
-#define RECEIVERS_AT_ONCE 65536u
+// Rays that look for places, in all about: so many, or so many for each cell.
+#define RAYS_LEAST    65536u
+#define RAYS_PER_CELL 4u
+// Of those that are on their way at once.
+#define ROOM_BYTES ((size_t)16 << 20)
 // Of the slicer, one for each evaluation of a VPL.
 #define UNITS_PER_PLACE 40.0
 
@@ -32,12 +32,20 @@ struct cache {
 
 // --- places -------------------------------------------------------------------------------------
 
-static uint32_t one_of(const struct bd_viewpoint *viewpoint)
+// Of each pixel as many as that makes, two at least; of large pictures some pixels alone.
+static struct bd_cosine_rays looking(const struct bd_cache_inputs *inputs)
 {
-    const uint64_t rays = (uint64_t)viewpoint->width_px * viewpoint->height_px * RAYS_OF_PIXEL;
-    uint32_t pixels = 1;
-    while (rays / pixels > RAYS_MOST) pixels *= 2;
-    return pixels;
+    const struct bd_viewpoint *v = inputs->gather->viewpoint;
+    const uint64_t pixels = (uint64_t)v->width_px * v->height_px;
+    const uint64_t of_cells = (uint64_t)RAYS_PER_CELL * inputs->cells;
+    const uint64_t wanted = of_cells > RAYS_LEAST ? of_cells : RAYS_LEAST;
+    const uint64_t each = wanted / pixels / BD_COSINE_HALVES * BD_COSINE_HALVES;
+    struct bd_cosine_rays rays = {.seed = inputs->far.seed, .one_of = 1};
+    rays.of_receiver = each < BD_COSINE_HALVES  ? BD_COSINE_HALVES
+                       : each > BD_FAR_RAYS_MAX ? BD_FAR_RAYS_MAX
+                                                : (uint32_t)each;
+    while (pixels * rays.of_receiver / rays.one_of > wanted) rays.one_of *= 2;
+    return rays;
 }
 
 // A place without a light side has no normal.
@@ -75,7 +83,7 @@ static void keep_places(struct cache *c)
 static bool grow(struct cache *c, uint32_t more)
 {
     if (c->count + more <= c->room) return true;
-    c->room = c->count + more + RAYS_MOST;
+    c->room = c->count + more + RAYS_LEAST;
     struct bd_surface_point *places = realloc(c->places, c->room * sizeof *places);
     if (places) c->places = places;
     uint64_t *numbers = realloc(c->numbers, c->room * sizeof *numbers);
@@ -99,13 +107,19 @@ static enum bd_err find_places(void *user, const struct bd_receiver_part *part)
     return err;
 }
 
+static uint32_t receivers_at_once(const struct cache *c)
+{
+    const size_t groups = ROOM_BYTES / bd_cosine_rays_bytes(&c->rays);
+    return (uint32_t)(groups > 1 ? groups : 1) * BD_LANES;
+}
+
 static enum bd_err look_around(struct cache *c)
 {
     const struct bd_receivers_inputs receivers = {
         .askers = bd_gather_askers(c->inputs->gather),
         .starts = true,
         .seed = c->inputs->far.seed,
-        .receivers_max = RECEIVERS_AT_ONCE,
+        .receivers_max = receivers_at_once(c),
         .light = find_places,
         .user = c,
     };
@@ -165,9 +179,7 @@ enum bd_err bd_cache_run(const struct bd_pass_context *context,
         .context = *context,
         .processor = {inputs->far.visibility->pool, bd_native_loops()},
         .inputs = inputs,
-        .rays = {.of_receiver = RAYS_OF_PIXEL,
-                 .seed = inputs->far.seed,
-                 .one_of = one_of(inputs->gather->viewpoint)},
+        .rays = looking(inputs),
         .radius = (float)inputs->gather->scene->space.radius,
         .fault = fault,
     };

@@ -2,9 +2,10 @@
 // was reflected at least once before it comes there, of virtual lights and of what those leave out
 // near them.
 //
-// Rays go from some of a picture's pixels as its far ones do; cells divide what they meet, and one
-// of its places is lit for each. A function of the scene, the view, these numbers and the seed:
-// neither of what was rendered before nor of who comes first.
+// Rays go from a picture's pixels as its far ones do, as many as cells ask for: many of each pixel of
+// a small picture, of a large one two of some. Cells divide what they meet, and one of its places is
+// lit for each. A function of the scene, the view, these numbers and the seed: neither of what was
+// rendered before nor of who comes first.
 //
 // Cost: a ray a place that is looked for, some 60 us of one core a cell with 32 and 16 rays.
 //

@@ -2,6 +2,7 @@
 // lights leave out; mirrors; and pictures that do not depend on what was rendered before.
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "tests/analytic/world.h"
@@ -164,6 +165,9 @@ static void make_corridor(struct world *w)
     world_finish(w);
 }
 
+static const char *const all_by_vpls[] = {"indirect_visibility=rays", "rays=64",      "vpls=8192",
+                                          "indirect_bounces=64",      "brdf=lambert", NULL};
+
 static void corridor_by(struct world *w, const char *technique, const char *const *settings,
                         double parts[PARTS])
 {
@@ -182,17 +186,50 @@ static void corridor_by(struct world *w, const char *technique, const char *cons
 // Virtual lights of all reflections, without a cache, have as much everywhere along it.
 static void a_corridor_is_as_light_as_by_virtual_lights_alone(void **state)
 {
-    static const char *const all[] = {"indirect_visibility=rays", "rays=64",      "vpls=8192",
-                                      "indirect_bounces=64",      "brdf=lambert", NULL};
     static const char *const gathered[] = {"rays=16", "far_rays=32", "vpls=4096", "brdf=lambert",
                                            NULL};
     struct world *w = *state;
     double expected[PARTS], seen[PARTS];
     make_corridor(w);
-    corridor_by(w, "rsm", all, expected);
+    corridor_by(w, "rsm", all_by_vpls, expected);
     corridor_by(w, "many_light", gathered, seen);
     assert_true(expected[0] > 3 * expected[PARTS - 1]);
     for (uint32_t part = 0; part < PARTS; part++) ASSERT_REL(seen[part], expected[part], .05);
+}
+
+// Few pixels send as many rays in all that look for the cache's places.
+static void a_picture_of_four_pixels_has_all_of_its_light(void **state)
+{
+    static const char *const gathered[] = {"rays=256", "far_rays=256", "vpls=4096", "brdf=lambert",
+                                           NULL};
+    struct world *w = *state;
+    struct bd_image *layers[2][BD_LAYER_COUNT];
+    make_corridor(w);
+    world_render(w, "rsm", 0, 2, 2, 1u << BD_LAYER_INDIRECT, all_by_vpls, layers[0]);
+    world_render(w, "many_light", 0, 2, 2, 1u << BD_LAYER_INDIRECT, gathered, layers[1]);
+    for (uint32_t i = 0; i < 4; i++)
+        ASSERT_REL(bd_image_at(layers[1][BD_LAYER_INDIRECT], i % 2, i / 2)[0],
+                   bd_image_at(layers[0][BD_LAYER_INDIRECT], i % 2, i / 2)[0], .06);
+    world_free_layers(layers[0]);
+    world_free_layers(layers[1]);
+}
+
+static void more_first_light_than_there_may_be_is_refused(void **state)
+{
+    struct world *w = *state;
+    struct bd_frame_request request = bd_frame_request_default;
+    struct bd_image *layers[BD_LAYER_COUNT] = {0};
+    struct bd_report report;
+    struct bd_fault fault = {0};
+    make_corridor(w);
+    snprintf(request.technique, sizeof request.technique, "many_light");
+    request.width_px = request.height_px = 4;
+    assert_int_equal(bd_param_list_add(&request.params, "vpls=16777216", NULL), BD_ERR_OK);
+    assert_int_equal(
+        bd_frame_render(&w->renderer, w->scene, &request, NULL, NULL, layers, &report, &fault),
+        BD_ERR_LIMIT);
+    assert_string_equal(fault.field, "vpls");
+    assert_non_null(strstr(fault.message, "1048576"));
 }
 
 // --- two rooms ----------------------------------------------------------------------------------
@@ -228,6 +265,8 @@ int main(void)
         cmocka_unit_test(every_reflection_counts_once),
         cmocka_unit_test(a_mirror_shows_the_light_of_the_wall),
         cmocka_unit_test(a_picture_has_no_history),
+        cmocka_unit_test(a_picture_of_four_pixels_has_all_of_its_light),
+        cmocka_unit_test(more_first_light_than_there_may_be_is_refused),
         cmocka_unit_test(a_sheet_hides_every_reflection),
         cmocka_unit_test(a_corridor_is_as_light_as_by_virtual_lights_alone),
     };
