@@ -92,6 +92,16 @@ static void more_cells_lie_where_more_rays_end(void **state)
     }
     // A sixteenth of the floor, on which two thirds of its places are.
     assert_true(within > on_the_floor / 3);
+    uint32_t *told = calloc(cells->count, sizeof *told), most = 0;
+    assert_non_null(told);
+    for (uint32_t i = 0; i < cells->count; i++) cells->irradiance[i] = f3_of((float)i, 0, 0);
+    for (uint32_t i = 0; i < PLACES; i++) {
+        const f3 by = bd_irradiance_cells_look(cells, places[i].position, places[i].normal);
+        if (++told[(uint32_t)by.x] > most) most = told[(uint32_t)by.x];
+    }
+    // A cell is divided in four on a plane: none has more than a few times its part.
+    assert_true(most < 8 * PLACES / cells->count);
+    free(told);
     bd_irradiance_cells_destroy(&cells);
     free(places);
 }
