@@ -76,7 +76,7 @@ static inline uint32_t bd_spaced(uint32_t x)
     return (x | x << 1) & 0x55555555u;
 }
 
-// Numbers that each has room for who draws so many: a power of two.
+// A power of two that has room for so many numbers: the `stride` below.
 static inline uint32_t bd_sequence_stride(uint32_t count)
 {
     uint32_t stride = 1;
