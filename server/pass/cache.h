@@ -7,7 +7,7 @@
 // lit for each. A function of the scene, the view, these numbers and the seed: neither of what was
 // rendered before nor of who comes first.
 //
-// Cost: a ray a place that is looked for, some 60 us of one core a cell with 32 and 16 rays.
+// Cost: a ray a place that is looked for, 20 to 40 us of one core a cell with 32 and 16 rays.
 //
 // Jensen 1996; Krivanek, Gautron, Pattanaik, Bouatouch 2005 (cached irradiance behind a gather).
 //

@@ -2,7 +2,7 @@
 // rays that met something ask about it. Of at most BD_FIRST_LAMPS lamps each is asked, of more as
 // many, drawn by what they would give; emitters and the sky get two rays (pass/area_samples.h).
 //
-// Unbiased. Private to pass/. Cost: some 3 us a place and core; with many lamps 4 ns for each.
+// Unbiased. Private to pass/. Cost: six rays a place at most, and every lamp is weighed there.
 //
 // Thread: render thread, and the pool's.
 

@@ -108,7 +108,8 @@ def main(words=None):
     made.add_argument("--rungs", type=by_hand.count, default=RUNGS)
     made.add_argument("--truths", type=pathlib.Path)
     options = by_hand.parse(made, words, names=SCENES)
-    result = {"command": "many_light.py BUILD SCENES -o RESULT", "machine": live.machine(options.build), "rows": []}
+    size, scenes = "x".join(map(str, options.size)), ",".join(options.names)
+    result = {"command": f"many_light.py BUILD SCENES -o RESULT --size {size} --brdf {options.brdf} --rungs {options.rungs} --scenes {scenes}", "machine": live.machine(options.build), "rows": []}
     with live.package(options.build).private() as daemon:
         options.ladder = next(one["ladder"] for one in daemon.techniques() if one["name"] == "many_light")
         for name in options.names:
