@@ -19,6 +19,8 @@
     X(error_floor, false, "the target error is out of the technique's reach")                      \
     X(error_tail, false, "a few pixels carry the error: its upper end is not known")               \
     X(deadline_rung, false, "the deadline passed: the technique's cheapest settings instead")      \
+    X(better_failed, false, "better settings failed: those before them")                           \
+    X(chosen_by_clock, false, "settings that a budget of time was good for: not the same twice")   \
     X(error_unknown, false, "no pixel is finite, none was checked")                                \
     X(no_indirect_visibility, false, "indirect light goes through walls")                          \
     X(emissive_not_lighting, false, "emissive surfaces are seen and light nothing")                \

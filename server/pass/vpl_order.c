@@ -5,17 +5,13 @@
 #include <string.h>
 
 #include "base/assert.h"
+#include "base/radix.h"
 #include "pass/vpl_groups.h"
 #include "shared/types.h"
 #include "shared/vpl.h"
 
 struct vpl {
     struct bd_vec4 light[BD_VPL_VEC4S], quad[BD_VPL_QUAD_VEC4S];
-};
-
-struct entry {
-    uint64_t key; // face of the normal, Morton code
-    uint32_t vpl; // as it was: of equals the first stays the first
 };
 
 struct box {
@@ -68,30 +64,52 @@ static uint64_t key_of(const struct vpl *vpl, const struct box *box)
     return key;
 }
 
-static int compare(const void *a, const void *b)
+#define KEY_BITS (3 * MORTON_BITS + 3)
+
+// What loops over VPLs do between two looks at the clock.
+#define AT_ONCE 4096u
+
+static enum bd_err pause_at(const struct bd_pass_context *context, size_t i)
 {
-    const struct entry *x = a, *y = b;
-    if (x->key != y->key) return x->key < y->key ? -1 : 1;
-    return (x->vpl > y->vpl) - (x->vpl < y->vpl);
+    return i % AT_ONCE == AT_ONCE - 1 ? bd_slicer_pause(context->slicer) : BD_ERR_OK;
 }
 
 // Those of a list that send anything, appended.
-static enum bd_err read_list(struct bd_gpu *gpu, const struct bd_vpl_list *list, struct vpl *vpls,
-                             size_t *count)
+static enum bd_err read_list(const struct bd_pass_context *context, const struct bd_vpl_list *list,
+                             struct vpl *vpls, size_t *count)
 {
     const size_t light_bytes = sizeof vpls->light, quad_bytes = sizeof vpls->quad;
     char *bytes = malloc(list->count * (light_bytes + quad_bytes) + 1);
     BD_ASSERT(bytes);
     char *quads = bytes + list->count * light_bytes;
-    enum bd_err err = bd_buf_read(gpu, list->vpls, 0, bytes, list->count * light_bytes);
-    if (!err) err = bd_buf_read(gpu, list->quads, 0, quads, list->count * quad_bytes);
+    enum bd_err err = bd_buf_read(context->gpu, list->vpls, 0, bytes, list->count * light_bytes);
+    if (!err) err = bd_buf_read(context->gpu, list->quads, 0, quads, list->count * quad_bytes);
     for (uint32_t i = 0; !err && i < list->count; i++) {
         struct vpl *to = &vpls[*count];
         memcpy(to->light, bytes + i * light_bytes, light_bytes);
         memcpy(to->quad, quads + i * quad_bytes, quad_bytes);
         *count += sends(to);
+        err = pause_at(context, i);
     }
     free(bytes);
+    return err;
+}
+
+// By keys of so many bits, of equals the first stays the first.
+static enum bd_err put_in_order(const struct bd_pass_context *context,
+                                struct bd_radix_entry **entries, size_t count, uint32_t bits)
+{
+    struct bd_radix_entry *spare = malloc((count + 1) * sizeof *spare);
+    BD_ASSERT(spare);
+    enum bd_err err = BD_ERR_OK;
+    for (uint32_t shift = 0; !err && shift < bits; shift += BD_RADIX_BITS) {
+        struct bd_radix_entry *from = *entries;
+        bd_radix_pass(from, spare, count, shift);
+        *entries = spare;
+        spare = from;
+        err = bd_slicer_pause(context->slicer);
+    }
+    free(spare);
     return err;
 }
 
@@ -104,14 +122,10 @@ static enum bd_err read_list(struct bd_gpu *gpu, const struct bd_vpl_list *list,
 // Of the light comes from VPLs of at most that area, before they are soft.
 #define SOFT_SHARE 0.75
 
-struct part {
-    float area, flux;
-};
-
-static int compare_areas(const void *a, const void *b)
+static float flux_of(const struct vpl *vpl)
 {
-    const struct part *x = a, *y = b;
-    return (x->area > y->area) - (x->area < y->area);
+    const struct bd_vec4 *flux = &vpl->light[2];
+    return flux->x + flux->y + flux->z;
 }
 
 static float distance2(const struct vpl *a, const struct vpl *b)
@@ -122,36 +136,64 @@ static float distance2(const struct vpl *a, const struct vpl *b)
     return sum;
 }
 
-// Of those in order: a VPL's own area is about the square of its neighbour's distance.
-static float soft_area_of(const struct vpl *vpls, const struct entry *entries, size_t count)
+// Not below 0, and so in the order of its bits.
+static uint32_t bits_of(float area)
 {
-    struct part *parts = malloc((count + 1) * sizeof *parts);
-    BD_ASSERT(parts);
-    double flux = 0, below = 0;
-    for (size_t i = 0; i < count; i++) {
-        const struct vpl *vpl = &vpls[entries[i].vpl];
-        const struct vpl *next = &vpls[entries[i + 1 < count ? i + 1 : 0].vpl];
-        const struct bd_vec4 *f = &vpl->light[2];
-        parts[i] = (struct part){distance2(vpl, next), f->x + f->y + f->z};
-        flux += parts[i].flux;
-    }
-    qsort(parts, count, sizeof *parts, compare_areas);
-    size_t at = 0;
-    for (; at + 1 < count && below + parts[at].flux < SOFT_SHARE * flux; at++)
-        below += parts[at].flux;
-    const float area = count ? parts[at].area : 0;
-    free(parts);
-    return SOFT_AREAS * area;
+    uint32_t bits;
+    memcpy(&bits, &area, sizeof bits);
+    return bits;
 }
 
-static float soften(struct vpl *vpls, const struct entry *entries, size_t count)
+static float area_of(uint64_t bits)
 {
-    const float area = soft_area_of(vpls, entries, count);
-    for (size_t i = 0; i < count; i++) {
-        vpls[i].light[0].w = area;
+    const uint32_t low = (uint32_t)bits;
+    float area;
+    memcpy(&area, &low, sizeof area);
+    return area;
+}
+
+// Of those in order, smallest first: a VPL's own area is about the square of its neighbour's
+// distance.
+static enum bd_err areas_of(const struct bd_pass_context *context, const struct vpl *vpls,
+                            const struct bd_radix_entry *entries, size_t count,
+                            struct bd_radix_entry **out)
+{
+    enum bd_err err = BD_ERR_OK;
+    *out = malloc((count + 1) * sizeof **out);
+    BD_ASSERT(*out);
+    for (size_t i = 0; !err && i < count; i++) {
+        const uint32_t own = entries[i].number, next = entries[i + 1 < count ? i + 1 : 0].number;
+        (*out)[i] = (struct bd_radix_entry){bits_of(distance2(&vpls[own], &vpls[next])), own};
+        err = pause_at(context, i);
+    }
+    return err ? err : put_in_order(context, out, count, 32);
+}
+
+static float soft_area_of(const struct vpl *vpls, const struct bd_radix_entry *areas, size_t count)
+{
+    double flux = 0, below = 0;
+    for (size_t i = 0; i < count; i++) flux += flux_of(&vpls[areas[i].number]);
+    size_t at = 0;
+    for (; at + 1 < count; at++) {
+        const float own = flux_of(&vpls[areas[at].number]);
+        if (!(below + own < SOFT_SHARE * flux)) break;
+        below += own;
+    }
+    return count ? SOFT_AREAS * area_of(areas[at].key) : 0;
+}
+
+static enum bd_err soften(const struct bd_pass_context *context, struct vpl *vpls,
+                          const struct bd_radix_entry *entries, size_t count, float *area)
+{
+    struct bd_radix_entry *areas;
+    enum bd_err err = areas_of(context, vpls, entries, count, &areas);
+    *area = err ? 0 : soft_area_of(vpls, areas, count);
+    for (size_t i = 0; !err && i < count; i++) {
+        vpls[i].light[0].w = *area;
         vpls[i].light[1].w = 0;
     }
-    return area;
+    free(areas);
+    return err;
 }
 
 // --- the list -----------------------------------------------------------------------------------
@@ -171,22 +213,25 @@ static enum bd_err write_groups(struct bd_gpu *gpu, const struct bd_vec4 *lights
     return err;
 }
 
-static enum bd_err write_list(struct bd_gpu *gpu, const struct vpl *vpls,
-                              const struct entry *entries, size_t count, struct bd_vpl_list **out,
-                              struct bd_fault *fault)
+static enum bd_err write_list(const struct bd_pass_context *context, const struct vpl *vpls,
+                              const struct bd_radix_entry *entries, size_t count,
+                              struct bd_vpl_list **out, struct bd_fault *fault)
 {
+    struct bd_gpu *gpu = context->gpu;
     enum bd_err err = bd_vpl_list_create(gpu, (uint32_t)count, out, fault);
     if (err || count == 0) return err;
     struct bd_vec4(*lights)[BD_VPL_VEC4S] = malloc(count * sizeof *lights);
     struct bd_vec4(*quads)[BD_VPL_QUAD_VEC4S] = malloc(count * sizeof *quads);
     BD_ASSERT(lights && quads);
-    for (size_t i = 0; i < count; i++) {
-        memcpy(lights[i], vpls[entries[i].vpl].light, sizeof *lights);
-        memcpy(quads[i], vpls[entries[i].vpl].quad, sizeof *quads);
+    for (size_t i = 0; !err && i < count; i++) {
+        memcpy(lights[i], vpls[entries[i].number].light, sizeof *lights);
+        memcpy(quads[i], vpls[entries[i].number].quad, sizeof *quads);
+        err = pause_at(context, i);
     }
-    bd_buf_upload(gpu, (*out)->vpls, 0, lights, count * sizeof *lights);
-    bd_buf_upload(gpu, (*out)->quads, 0, quads, count * sizeof *quads);
-    err = write_groups(gpu, lights[0], *out, fault);
+    if (!err) bd_buf_upload(gpu, (*out)->vpls, 0, lights, count * sizeof *lights);
+    if (!err) bd_buf_upload(gpu, (*out)->quads, 0, quads, count * sizeof *quads);
+    if (!err) err = bd_slicer_pause(context->slicer);
+    if (!err) err = write_groups(gpu, lights[0], *out, fault);
     free(lights);
     free(quads);
     if (err) bd_vpl_list_destroy(gpu, out);
@@ -203,27 +248,50 @@ static enum bd_err room_for(const struct bd_gpu *gpu, size_t count, struct bd_fa
                         (unsigned long long)most);
 }
 
+// A list of none would be a case of its own to everybody: one that sends nothing is none.
+static enum bd_err read_lists(const struct bd_pass_context *context,
+                              const struct bd_vpl_list *const *lists, uint32_t list_count,
+                              struct vpl *vpls, size_t *count)
+{
+    size_t all = 0;
+    enum bd_err err = BD_ERR_OK;
+    *count = 0;
+    for (uint32_t l = 0; !err && l < list_count; l++) {
+        all += lists[l]->count;
+        err = read_list(context, lists[l], vpls, count);
+    }
+    if (!err && *count == 0 && all > 0) *count = 1;
+    return err;
+}
+
+static enum bd_err order(const struct bd_pass_context *context, const struct vpl *vpls,
+                         size_t count, struct bd_radix_entry **entries)
+{
+    const struct box box = box_of(vpls, count);
+    enum bd_err err = BD_ERR_OK;
+    for (size_t i = 0; !err && i < count; i++) {
+        (*entries)[i] = (struct bd_radix_entry){key_of(&vpls[i], &box), (uint32_t)i};
+        err = pause_at(context, i);
+    }
+    return err ? err : put_in_order(context, entries, count, KEY_BITS);
+}
+
 enum bd_err bd_vpl_order_run(const struct bd_pass_context *context,
                              const struct bd_vpl_list *const *lists, uint32_t list_count, bool soft,
                              struct bd_vpl_list **out, struct bd_fault *fault)
 {
     size_t room = 1, count = 0;
+    float soft_area = 0;
     for (uint32_t l = 0; l < list_count; l++) room += lists[l]->count;
     struct vpl *vpls = malloc(room * sizeof *vpls);
-    struct entry *entries = malloc(room * sizeof *entries);
+    struct bd_radix_entry *entries = malloc(room * sizeof *entries);
     enum bd_err err = room_for(context->gpu, room, fault);
     if (!err && !(vpls && entries))
         err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "vpls", "no memory to put %zu in order", room);
-    for (uint32_t l = 0; !err && l < list_count; l++)
-        err = read_list(context->gpu, lists[l], vpls, &count);
-    // A list of none would be a case of its own to everybody: one that sends nothing is none.
-    if (!err && count == 0 && room > 1) count = 1;
-    const struct box box = box_of(vpls, err ? 0 : count);
-    for (size_t i = 0; !err && i < count; i++)
-        entries[i] = (struct entry){key_of(&vpls[i], &box), (uint32_t)i};
-    if (!err) qsort(entries, count, sizeof *entries, compare);
-    const float soft_area = !err && soft ? soften(vpls, entries, count) : 0;
-    if (!err) err = write_list(context->gpu, vpls, entries, count, out, fault);
+    if (!err) err = read_lists(context, lists, list_count, vpls, &count);
+    if (!err) err = order(context, vpls, count, &entries);
+    if (!err && soft) err = soften(context, vpls, entries, count, &soft_area);
+    if (!err) err = write_list(context, vpls, entries, count, out, fault);
     if (!err) (*out)->soft_area = soft_area;
     free(vpls);
     free(entries);
