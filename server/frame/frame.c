@@ -105,6 +105,8 @@ static enum bd_err composite(struct bd_frame *frame, bool first, bool only,
         .direct = frame->direct,
         .area_light = frame->area_light,
         .indirect = frame->indirect,
+        .doubted = frame->plan->shared ? frame->first.indirect : frame->indirect,
+        .filtered = frame->plan->filtered,
         .lambert = frame->plan->params.lambert,
         .first = first,
         .only = only,
@@ -174,8 +176,8 @@ static enum bd_err add_sub_frame(struct bd_frame *frame, struct bd_frame_sums *s
 // From as many as were added up before, by this frame's like or one of fewer sub-frames.
 static enum bd_err add_sub_frames(struct bd_frame *frame, struct bd_frame_sums *sums)
 {
-    enum bd_err err = sums->count == 0 ? add_sub_frame(frame, sums) : BD_ERR_OK;
     frame->first = (struct bd_sub_frame){frame->subject.viewpoint, frame->gbuffer, frame->indirect};
+    enum bd_err err = sums->count == 0 ? add_sub_frame(frame, sums) : BD_ERR_OK;
     for (uint32_t s = sums->count; !err && s < frame->request->aa; s++) {
         bd_stage_leave_camera_side(frame);
         err = see_sub_frame(frame, s);
@@ -317,16 +319,25 @@ static enum bd_err read_layers(struct bd_frame *frame, struct bd_tex *textures[B
     return err;
 }
 
-static enum bd_err inspect(struct bd_frame *frame, const struct bd_image *beauty)
+static enum bd_err inspect(struct bd_frame *frame, struct bd_image *layers[BD_LAYER_COUNT])
 {
+    const struct bd_image *beauty = layers[BD_LAYER_BEAUTY];
+    struct bd_doubt_sums sums = {0};
     bool is_lit = false;
     enum bd_err err = BD_ERR_OK;
     for (uint32_t row = 0; !err && row < beauty->height_px; row++) {
         is_lit |= bd_report_inspect_row(frame->report, beauty, row);
+        if (frame->plan->doubts)
+            bd_doubt_sums_add_row(&sums, beauty, layers[BD_LAYER_NOISE], layers[BD_LAYER_BLUR],
+                                  row);
         err = bd_slicer_pause(frame->context.slicer);
     }
-    if (!err) bd_report_conclude(frame->report, is_lit);
-    return err;
+    if (err) return err;
+    bd_report_conclude(frame->report, is_lit);
+    if (frame->plan->doubts) bd_report_own_estimate(frame->report, &sums);
+    for (uint32_t l = 0; l < BD_LAYER_RENDERED_COUNT; l++)
+        if (BD_LAYERS_DOUBT & ~frame->request->layers & 1u << l) bd_image_destroy(&layers[l]);
+    return BD_ERR_OK;
 }
 
 // --- the report -----------------------------------------------------------------------------
@@ -410,7 +421,7 @@ static enum bd_err run_frame(struct bd_frame *frame, struct bd_image *layers[BD_
     if (!err) err = create_layers(frame, textures);
     if (!err) err = run_camera_side(frame, textures);
     if (!err) err = read_layers(frame, textures, layers);
-    if (!err) err = inspect(frame, layers[BD_LAYER_BEAUTY]);
+    if (!err) err = inspect(frame, layers);
     for (uint32_t l = 0; l < BD_LAYER_COUNT; l++) bd_tex_destroy(frame->context.gpu, &textures[l]);
     bd_subject_finish(&frame->subject);
     return err;

@@ -298,9 +298,17 @@ static bool has_indirect(const struct bd_plan *plan)
     return plan->technique->is_reference ? plan->params.bounces > 0 : plan->indirect;
 }
 
+// Light that is interpolated between blocks does not know.
+static bool doubts(const struct bd_plan *plan)
+{
+    if (!plan->chosen) return bd_plan_has(plan, BD_STAGE_AREA_LIGHT);
+    return !bd_plan_has(plan, BD_STAGE_FRAGMENTS) && plan->params.rays > 1;
+}
+
 static uint32_t layers_of(const struct bd_plan *plan, const struct bd_frame_request *request)
 {
     uint32_t layers = request->layers | 1u << BD_LAYER_BEAUTY;
+    if (plan->doubts) layers |= BD_LAYERS_DOUBT;
     if (!plan->unoccluded || !request->auto_exposure) return layers;
     uint32_t dark = plan->technique->is_reference || plan->emission || plan->area_lights
                         ? 0
@@ -411,7 +419,6 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
     out->normal_maps = f->has_normal_map;
     out->emission = f->has_emissive || f->has_unlit;
     out->unoccluded = has_indirect(out) && !model_of(out).indirect_visibility;
-    out->layers = layers_of(out, request);
     out->triangle_count = f->triangle_count;
     out->tracing = tracing_of(out);
     for (enum bd_stage stage = 0; stage < BD_STAGE_COUNT; stage++)
@@ -434,6 +441,8 @@ static uint32_t nearest_power_of_two(double number)
 }
 
 static uint32_t tree_root_side(double roots, uint32_t leaf_side)
+    out->doubts = doubts(out);
+    out->layers = layers_of(out, request);
 {
     uint32_t side = nearest_power_of_two(sqrt(roots));
     while (leaf_side / side > BD_TREE_ROOT_LEAVES_MAX) side *= 2;

@@ -36,6 +36,7 @@ struct bd_plan {
     bool rays;            // hide indirect light
     bool chosen;          // of some VPLs alone, since there are more of them than rays
     bool filtered;        // what few rays leave noisy
+    bool doubts; // something is decided by chance, and every pixel knows how far off that is
     bool shared;          // of several sub-frames all but the first take its indirect light over
     bool normal_maps;     // some surface has one
     bool native;          // passes that have loops for the processor run them (bd_plan_place)

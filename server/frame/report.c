@@ -84,6 +84,30 @@ void bd_report_conclude(struct bd_report *report, bool is_lit)
     if (report->nonfinite_pixels > 0) bd_report_flag(report, "nonfinite_pixels");
 }
 
+void bd_doubt_sums_add_row(struct bd_doubt_sums *sums, const struct bd_image *beauty,
+                           const struct bd_image *noise, const struct bd_image *blur, uint32_t row)
+{
+    for (size_t x = 0; x < beauty->width_px; x++) {
+        const size_t at = (size_t)row * beauty->width_px + x;
+        const float *light = beauty->pixels + 4 * at, *half = noise->pixels + 3 * at;
+        for (int c = 0; c < 3; c++) {
+            const double square = (double)half[c] * half[c] + blur->pixels[at];
+            if (!isfinite(light[c]) || !isfinite(square)) continue;
+            sums->squares += square;
+            sums->light += light[c];
+        }
+    }
+}
+
+// Nothing is a part of black.
+void bd_report_own_estimate(struct bd_report *report, const struct bd_doubt_sums *sums)
+{
+    const double floats = 3.0 * report->width_px * report->height_px;
+    report->has_own_estimate = sums->light > 0;
+    report->own_estimate =
+        report->has_own_estimate ? sqrt(fmax(sums->squares, 0) * floats) / sums->light : 0;
+}
+
 void bd_report_inspect(struct bd_report *report, const struct bd_image *beauty)
 {
     bool is_lit = false;

@@ -81,6 +81,9 @@ struct bd_report {
     char flags[BD_REPORT_FLAG_MAX][BD_REPORT_FLAG_BYTES];
     bool unoccluded; // indirect light that nothing hides (`no_indirect_visibility`)
     uint64_t nonfinite_pixels;
+    // Relative RMSE of beauty by its layers noise and blur, over all channels.
+    bool has_own_estimate;
+    double own_estimate;
     uint32_t error_count; // estimates of how wrong the frame is, with 95 % intervals
     struct {
         char metric[16];         // "rel_rmse"; "rmse", in cd/m^2, where the reference is black
@@ -106,5 +109,14 @@ void bd_report_inspect(struct bd_report *report, const struct bd_image *beauty);
 // The same row by row: counts, and says whether anything is lit; then the flags.
 bool bd_report_inspect_row(struct bd_report *report, const struct bd_image *beauty, uint32_t row);
 void bd_report_conclude(struct bd_report *report, bool is_lit);
+
+// A frame's own estimate of its error, row by row, of layers beauty, noise and blur; what is not
+// finite does not count.
+struct bd_doubt_sums {
+    double squares, light;
+};
+void bd_doubt_sums_add_row(struct bd_doubt_sums *sums, const struct bd_image *beauty,
+                           const struct bd_image *noise, const struct bd_image *blur, uint32_t row);
+void bd_report_own_estimate(struct bd_report *report, const struct bd_doubt_sums *sums);
 
 #endif

@@ -39,6 +39,8 @@ static const struct {
     [BD_LAYER_ALBEDO] = {"albedo", 3},
     [BD_LAYER_NORMAL] = {"normal", 3},
     [BD_LAYER_DEPTH] = {"depth", 1},
+    [BD_LAYER_NOISE] = {"noise", 3},
+    [BD_LAYER_BLUR] = {"blur", 1},
     [BD_LAYER_HALF_A] = {"half_a", 3}, // names of halves: image/layers.h
     [BD_LAYER_HALF_A + 1] = {"half_a.direct", 3},
     [BD_LAYER_HALF_A + 2] = {"half_a.indirect", 3},
@@ -209,6 +211,10 @@ static enum bd_err check_traced(const struct bd_frame_request *request,
         return bd_fault_set(fault, BD_ERR_USAGE, "aa",
                             "aa=%u: technique reference has no sub-frames; spp and filter=box "
                             "sample a pixel",
+    if (request->layers & BD_LAYERS_DOUBT)
+        return bd_fault_set(fault, BD_ERR_USAGE, "layers",
+                            "noise, blur: technique reference has no such layer; halves and "
+                            "variance tell how noisy it is");
                             request->aa);
     if (request->check_pixels > 0 || request->target_error > 0)
         return bd_fault_set(fault, BD_ERR_USAGE, request->check_pixels ? "check" : "target_error",

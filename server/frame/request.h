@@ -20,6 +20,13 @@ enum bd_layer {
     BD_LAYER_ALBEDO,   // RGB
     BD_LAYER_NORMAL,   // XYZ, world space, unit where covered; 0 where nothing is
     BD_LAYER_DEPTH,    // Z, metres along the view axis; 1e10 where nothing is
+    // RGB: half the difference of the two pictures whose mean beauty is, by what half of the random
+    // numbers each. Its square is in the mean the variance of beauty, but for what both have in
+    // common. 0 where nothing is decided by chance.
+    BD_LAYER_NOISE,
+    // Y, (cd/m^2)^2: the square of what smoothing is taken to have made wrong, a mean over channels
+    // (image/light_filter.h); sums of it tell something, single pixels do not, and can be negative.
+    BD_LAYER_BLUR,
     BD_LAYER_RENDERED_COUNT,
 
     // Of technique reference alone: the layers of light as means over each half of the samples, in
@@ -34,6 +41,9 @@ enum bd_layer {
     BD_LAYER_NORMAL_LENGTH,
     BD_LAYER_COUNT,
 };
+
+// What its own estimate of a frame's error is made from.
+#define BD_LAYERS_DOUBT (1u << BD_LAYER_NOISE | 1u << BD_LAYER_BLUR)
 
 // What auto exposure is measured on where indirect light comes through walls.
 #define BD_LAYERS_METERED (1u << BD_LAYER_DIRECT | 1u << BD_LAYER_EMISSION)

@@ -10,6 +10,7 @@
 #include "frame/stage_rows.h"
 #include "lights/area_lights.h"
 #include "lights/lamp_tree.h"
+#include "pass/area_direct.h"
 #include "pass/composite.h"
 #include "pass/direct.h"
 #include "pass/first_light.h"
@@ -68,7 +69,8 @@ struct bd_frame {
     // Of the current sub-frame: the keys of its stages that ran, and their outputs.
     uint64_t keys[BD_STAGE_COUNT];
     struct bd_gbuffer *gbuffer;
-    struct bd_tex *direct, *area_light;
+    struct bd_tex *direct;
+    struct bd_area_direct *area_light;
     struct bd_discontinuity *discontinuity;
     struct bd_fragments *fragments;
     struct bd_surfaces *surfaces;

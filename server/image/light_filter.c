@@ -12,6 +12,9 @@
 // What reflects less is not divided by less: its light is noise over next to nothing.
 #define ALBEDO_LEAST    0.02f
 #define PLANE_TOLERANCE 0.01f
+// Blur as a part of the variance that smoothing takes off: 0 to .2 in four scenes with 2 to 32
+// rays.
+#define BLUR_SHARE      0.1f
 #define SIGMAS          2.0f // C
 #define LEVELS_MAX      8
 #define RADIUS          2 // of the kernel, in steps of the level
@@ -393,15 +396,37 @@ void bd_light_filter_row(struct bd_light_filter *filter, uint32_t pass, uint32_t
                   (pass - PASSES_BEFORE) % PASSES_OF_LEVEL, y);
 }
 
-static void store_pixel(const struct bd_light_filter *f, int x, int y, float out[3])
+// What became of the halves, but for what reflects them; false where nothing was smoothed.
+static bool smoothed_at(const struct bd_light_filter *f, int x, int y, float out[2][3])
 {
     const bool usable = row_of(f, NORMAL_X, y)[x] != 0 || row_of(f, NORMAL_Y, y)[x] != 0 ||
                         row_of(f, NORMAL_Z, y)[x] != 0;
-    if (!usable) return;
+    for (int half = 0; usable && half < 2; half++)
+        for (int c = 0; c < 3; c++)
+            out[half][c] = row_of(f, light_plane(f->level_count, half, c), y)[x];
+    return usable;
+}
+
+static void store_pixel(const struct bd_light_filter *f, int x, int y, float out[3])
+{
+    float half[2][3];
+    if (!smoothed_at(f, x, y, half)) return;
+    for (int c = 0; c < 3; c++)
+        out[c] = 0.5f * (half[0][c] + half[1][c]) * reflectance(f, x, y, c) / f->scale;
+}
+
+static void doubt_pixel(const struct bd_light_filter *f, int x, int y, float out[4])
+{
+    float half[2][3];
+    if (!smoothed_at(f, x, y, half)) return;
+    const float *a = bd_image_at(f->inputs.half[0], (uint32_t)x, (uint32_t)y);
+    const float *b = bd_image_at(f->inputs.half[1], (uint32_t)x, (uint32_t)y);
     for (int c = 0; c < 3; c++) {
-        const float a = row_of(f, light_plane(f->level_count, 0, c), y)[x];
-        const float b = row_of(f, light_plane(f->level_count, 1, c), y)[x];
-        out[c] = 0.5f * (a + b) * reflectance(f, x, y, c) / f->scale;
+        const float scale = reflectance(f, x, y, c) / f->scale;
+        const float smooth_a = half[0][c] * scale, smooth_b = half[1][c] * scale;
+        const float before = 0.5f * (a[c] - b[c]), left = 0.5f * (smooth_a - smooth_b);
+        out[c] = left;
+        out[3] += BLUR_SHARE / 3 * (before * before - left * left);
     }
 }
 
@@ -411,6 +436,16 @@ void bd_light_filter_store(const struct bd_light_filter *filter, struct bd_image
     for (int y = 0; y < filter->height; y++)
         for (int x = 0; x < filter->width; x++)
             store_pixel(filter, x, y, bd_image_at(light, (uint32_t)x, (uint32_t)y));
+}
+
+void bd_light_filter_store_doubt(const struct bd_light_filter *filter, struct bd_image *doubt)
+{
+    const size_t floats = 4 * (size_t)doubt->width_px * doubt->height_px;
+    memset(doubt->pixels, 0, floats * sizeof *doubt->pixels);
+    if (!filter->is_needed) return;
+    for (int y = 0; y < filter->height; y++)
+        for (int x = 0; x < filter->width; x++)
+            doubt_pixel(filter, x, y, bd_image_at(doubt, (uint32_t)x, (uint32_t)y));
 }
 
 enum bd_err bd_light_filter_run(const struct bd_light_filter_inputs *inputs, struct bd_image *light,

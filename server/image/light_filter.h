@@ -55,6 +55,13 @@ void bd_light_filter_row(struct bd_light_filter *filter, uint32_t pass, uint32_t
 
 // After the last pass: the smoothed light, into an image of 3 channels.
 void bd_light_filter_store(const struct bd_light_filter *filter, struct bd_image *light);
+// How wrong it still is, by what the halves tell: into an image of 4 channels half the difference
+// of the smoothed halves, whose square is in the mean the variance of their mean, but for what both
+// have in common; and the square of blur, a mean over channels, taken to be a tenth of the variance
+// that smoothing took off: edges are smoothed as far as they drown in noise. (The product of what
+// it changed in each half would tell without a guess if they did not weigh each other: it is below
+// 0.) 0 where nothing was smoothed. Before `store`, if that goes to one of the halves.
+void bd_light_filter_store_doubt(const struct bd_light_filter *filter, struct bd_image *doubt);
 
 // All of it, on this thread. BD_ERR_NO_MEMORY leaves `light` alone.
 BD_MUST_CHECK

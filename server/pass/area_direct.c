@@ -36,6 +36,7 @@ struct area {
     bd_dvec3 eye; // render space
     // Of the picture.
     struct bd_image *irradiance[HALVES], *beyond[HALVES];
+    struct bd_image *irradiance_doubt, *beyond_doubt; // image/light_filter.h
     struct bd_image *albedo, *normal, *depth;
     // Of a part: of each receiver its halves, of each half its rays.
     const struct bd_receiver_part *part;
@@ -99,6 +100,8 @@ static enum bd_err make_images(struct area *a)
     for (size_t i = 0; i < sizeof of_three / sizeof *of_three; i++)
         all &= (*of_three[i] = bd_image_create(a->width_px, a->height_px, 3)) != NULL;
     all &= (a->depth = bd_image_create(a->width_px, a->height_px, 1)) != NULL;
+    all &= (a->irradiance_doubt = bd_image_create(a->width_px, a->height_px, 4)) != NULL;
+    all &= (a->beyond_doubt = bd_image_create(a->width_px, a->height_px, 4)) != NULL;
     return all ? BD_ERR_OK : no_memory(a);
 }
 
@@ -108,7 +111,7 @@ static void free_all(struct area *a)
                       a->rays,     a->hits,  a->lobe_count, a->first_ray};
     struct bd_image **images[] = {&a->irradiance[0], &a->irradiance[1], &a->beyond[0],
                                   &a->beyond[1],     &a->albedo,        &a->normal,
-                                  &a->depth};
+                                  &a->depth,         &a->beyond_doubt,  &a->irradiance_doubt};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++) free(arrays[i]);
     for (size_t i = 0; i < sizeof images / sizeof *images; i++) bd_image_destroy(images[i]);
 }
@@ -327,7 +330,7 @@ static enum bd_err light_part(void *user, const struct bd_receiver_part *part)
 // --- the picture --------------------------------------------------------------------------------
 
 // The mean of both halves, into the first.
-static enum bd_err join(struct area *a, struct bd_image *half[HALVES])
+static enum bd_err join(struct area *a, struct bd_image *half[HALVES], struct bd_image *doubt)
 {
     const struct bd_light_filter_inputs inputs = {.half = {half[0], half[1]},
                                                   .normal = a->normal,
@@ -335,10 +338,13 @@ static enum bd_err join(struct area *a, struct bd_image *half[HALVES])
                                                   .level_count =
                                                       a->sampling.rays < FEW_RAYS ? 2 : 1};
     if (a->inputs->filtered)
-        return bd_filter_halves(&a->context, a->processor.pool, &inputs, half[0], a->fault);
+        return bd_filter_halves(&a->context, a->processor.pool, &inputs, half[0], doubt, a->fault);
     const size_t count = 3 * (size_t)a->width_px * a->height_px;
-    for (size_t i = 0; i < count; i++)
-        half[0]->pixels[i] = 0.5f * (half[0]->pixels[i] + half[1]->pixels[i]);
+    for (size_t i = 0; i < count; i++) {
+        const float first = half[0]->pixels[i], other = half[1]->pixels[i];
+        half[0]->pixels[i] = 0.5f * (first + other);
+        doubt->pixels[4 * (i / 3) + i % 3] = 0.5f * (first - other);
+    }
     return bd_slicer_pause(a->context.slicer);
 }
 
@@ -372,6 +378,18 @@ static f3 light_of(const struct area *a, size_t pixel)
     return f3_of(rgb[0], rgb[1], rgb[2]);
 }
 
+static void doubt_of(const struct area *a, size_t pixel, float out[4])
+{
+    const float *fallen = a->irradiance_doubt->pixels + 4 * pixel;
+    const float *beyond = a->beyond_doubt->pixels + 4 * pixel;
+    out[3] = beyond[3];
+    for (size_t c = 0; c < 3; c++) {
+        const float share = a->albedo->pixels[3 * pixel + c] / F_PI;
+        out[c] = fallen[c] * share + beyond[c];
+        out[3] += fallen[3] * share * share / 3;
+    }
+}
+
 static f3 sky_of(const struct area *a, size_t pixel)
 {
     const struct bd_area_lights *lights = a->inputs->lights;
@@ -380,7 +398,9 @@ static f3 sky_of(const struct area *a, size_t pixel)
                     a->sampling.from_cd_m2);
 }
 
-static void fill_rows(const struct area *a, uint32_t first, uint32_t rows, float *rgba)
+typedef void fill_rows_fn(const struct area *a, uint32_t first, uint32_t rows, float *rgba);
+
+static void fill_radiance(const struct area *a, uint32_t first, uint32_t rows, float *rgba)
 {
     const size_t from = (size_t)first * a->width_px, count = (size_t)rows * a->width_px;
     for (size_t i = 0; i < count; i++) {
@@ -391,7 +411,15 @@ static void fill_rows(const struct area *a, uint32_t first, uint32_t rows, float
     }
 }
 
-static enum bd_err write(struct area *a, struct bd_tex *tex)
+static void fill_doubt(const struct area *a, uint32_t first, uint32_t rows, float *rgba)
+{
+    const size_t from = (size_t)first * a->width_px, count = (size_t)rows * a->width_px;
+    memset(rgba, 0, 4 * count * sizeof *rgba);
+    for (size_t i = 0; i < count; i++)
+        if (is_lit(a, from + i)) doubt_of(a, from + i, rgba + 4 * i);
+}
+
+static enum bd_err write(struct area *a, fill_rows_fn *fill_rows, struct bd_tex *tex)
 {
     enum bd_err err = BD_ERR_OK;
     bd_slicer_work(a->context.slicer, "filter write");
@@ -423,8 +451,8 @@ static enum bd_err light_all(struct area *a)
     };
     enum bd_err err = make_images(a);
     if (!err) err = bd_receivers_run(&a->context, &receivers, a->fault);
-    if (!err) err = join(a, a->irradiance);
-    if (!err) err = join(a, a->beyond);
+    if (!err) err = join(a, a->irradiance, a->irradiance_doubt);
+    if (!err) err = join(a, a->beyond, a->beyond_doubt);
     return err;
 }
 
@@ -455,26 +483,47 @@ static struct area area_of(const struct bd_pass_context *context,
     return a;
 }
 
+// A texture, black where nothing shines.
+static enum bd_err make(struct area *a, const char *name, bool shines, fill_rows_fn *fill_rows,
+                        struct bd_tex **out)
+{
+    const struct bd_tex_desc desc = {.name = name,
+                                     .format = BD_FORMAT_RGBA32F,
+                                     .width_px = a->width_px,
+                                     .height_px = a->height_px};
+    enum bd_err err = bd_tex_create(a->context.gpu, &desc, out, a->fault);
+    if (!err && shines) return write(a, fill_rows, *out);
+    if (!err) bd_tex_clear(a->context.gpu, *out, (const float[4]){0});
+    return err;
+}
+
 enum bd_err bd_area_direct_run(const struct bd_pass_context *context,
-                               const struct bd_area_direct_inputs *inputs, struct bd_tex **out,
-                               struct bd_fault *fault)
+                               const struct bd_area_direct_inputs *inputs,
+                               struct bd_area_direct **out, struct bd_fault *fault)
 {
     struct area a = area_of(context, inputs, fault);
-    const struct bd_tex_desc desc = {.name = "light of areas",
-                                     .format = BD_FORMAT_RGBA32F,
-                                     .width_px = a.width_px,
-                                     .height_px = a.height_px};
     const bool shines = inputs->lamps || (inputs->lights && bd_area_lights_shine(inputs->lights));
-    struct bd_tex *radiance = NULL;
+    struct bd_area_direct *light = *out = calloc(1, sizeof *light);
+    BD_ASSERT(light);
     a.context.processor = &a.processor;
     enum bd_err err = shines ? light_all(&a) : BD_ERR_OK;
-    if (!err) err = bd_tex_create(context->gpu, &desc, &radiance, fault);
-    if (!err && shines) err = write(&a, radiance);
-    if (!err && !shines) bd_tex_clear(context->gpu, radiance, (const float[4]){0});
+    if (!err) err = make(&a, "light of areas", shines, fill_radiance, &light->radiance);
+    if (!err) err = make(&a, "doubt of light of areas", shines, fill_doubt, &light->doubt);
     free_all(&a);
-    if (err)
-        bd_tex_destroy(context->gpu, &radiance);
-    else
-        *out = radiance;
+    if (err) bd_area_direct_destroy(context->gpu, out);
     return err;
+}
+
+void bd_area_direct_destroy(struct bd_gpu *gpu, struct bd_area_direct **light)
+{
+    if (!*light) return;
+    bd_tex_destroy(gpu, &(*light)->radiance);
+    bd_tex_destroy(gpu, &(*light)->doubt);
+    free(*light);
+    *light = NULL;
+}
+
+uint64_t bd_area_direct_bytes(const struct bd_area_direct *light)
+{
+    return bd_tex_bytes(light->radiance) + bd_tex_bytes(light->doubt);
 }

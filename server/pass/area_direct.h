@@ -13,7 +13,7 @@
 //
 // Lamps have as many rays of their own.
 //
-// Unbiased before the filter. Cost: some 6 us a pixel and core at 16 rays; 200 bytes a pixel of the
+// Unbiased before the filter. Cost: some 6 us a pixel and core at 16 rays; 232 bytes a pixel of the
 // picture and 16 MiB while it runs.
 //
 // Thread: render thread, and the pool's.
@@ -41,11 +41,17 @@ struct bd_area_direct_inputs {
     bool filtered;
 };
 
-// `*out`: RGBA32F, in the frame's light unit, outgoing radiance and 1; where nothing is lit what
-// the sky shines, and 0. The caller owns it.
+// RGBA32F, in the frame's light unit: outgoing radiance and 1, where nothing is lit what the sky
+// shines, and 0; and the doubt of it (image/light_filter.h).
+struct bd_area_direct {
+    struct bd_tex *radiance, *doubt;
+};
+
 BD_MUST_CHECK
 enum bd_err bd_area_direct_run(const struct bd_pass_context *context,
-                               const struct bd_area_direct_inputs *inputs, struct bd_tex **out,
-                               struct bd_fault *fault);
+                               const struct bd_area_direct_inputs *inputs,
+                               struct bd_area_direct **out, struct bd_fault *fault);
+void bd_area_direct_destroy(struct bd_gpu *gpu, struct bd_area_direct **light);
+uint64_t bd_area_direct_bytes(const struct bd_area_direct *light);
 
 #endif

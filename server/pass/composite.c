@@ -9,29 +9,40 @@
 static struct bd_program_source source_of(const struct bd_composite_inputs *inputs, uint32_t which)
 {
     struct bd_program_source source = {.compute = "pass/composite/composite.comp"};
+    const struct bd_indirect *light = inputs->indirect, *doubted = inputs->doubted;
+    bool noise = which == BD_COMPOSITE_NOISE, blur = which == BD_COMPOSITE_BLUR;
     bool indirect = which == BD_COMPOSITE_BEAUTY || which == BD_COMPOSITE_INDIRECT;
     bool direct = which == BD_COMPOSITE_BEAUTY || which == BD_COMPOSITE_DIRECT;
     bool emission = which == BD_COMPOSITE_BEAUTY || which == BD_COMPOSITE_EMISSION;
     bd_define(&source.defines, "BD_LAYER", (int32_t)which);
     if (direct && inputs->direct) bd_define(&source.defines, "BD_DIRECT", 1);
-    if ((direct || emission) && inputs->area_light) bd_define(&source.defines, "BD_AREA_LIGHT", 1);
-    if (indirect && inputs->indirect) bd_define(&source.defines, "BD_INDIRECT", 1);
-    if (indirect && inputs->indirect && inputs->indirect->glossy)
+    if ((direct || emission || noise || blur) && inputs->area_light)
+        bd_define(&source.defines, "BD_AREA_LIGHT", 1);
+    bool doubt = noise || (blur && inputs->filtered);
+    if (light && (doubt ? doubted->noise != NULL : indirect))
+        bd_define(&source.defines, "BD_INDIRECT", 1);
+    if (light && (doubt ? light->noise_glossy != NULL : indirect && light->glossy))
         bd_define(&source.defines, "BD_GLOSSY", 1);
     if (emission && inputs->gbuffer->emission) bd_define(&source.defines, "BD_EMISSION", 1);
     if (inputs->lambert) bd_define(&source.defines, "BD_LAMBERT", 1);
     return source;
 }
 
-static void bind_inputs(const struct bd_composite_inputs *inputs, struct bd_bindings *bindings)
+// The doubt of each light stands where the light does.
+static void bind_inputs(const struct bd_composite_inputs *inputs, bool doubt,
+                        struct bd_bindings *bindings)
 {
+    const struct bd_area_direct *area = inputs->area_light;
+    const struct bd_indirect *indirect = inputs->indirect;
     bd_gbuffer_bind(inputs->gbuffer, bindings);
     bindings->textures[BD_UNIT_GBUFFER_EMISSION].tex = inputs->gbuffer->emission;
     bindings->textures[BD_UNIT_DIRECT].tex = inputs->direct;
-    bindings->textures[BD_UNIT_AREA_LIGHT].tex = inputs->area_light;
-    if (!inputs->indirect) return;
-    bindings->textures[BD_UNIT_INDIRECT].tex = inputs->indirect->irradiance;
-    bindings->textures[BD_UNIT_INDIRECT_GLOSSY].tex = inputs->indirect->glossy;
+    if (area) bindings->textures[BD_UNIT_AREA_LIGHT].tex = doubt ? area->doubt : area->radiance;
+    if (!indirect) return;
+    bindings->textures[BD_UNIT_INDIRECT].tex =
+        doubt ? inputs->doubted->noise : indirect->irradiance;
+    bindings->textures[BD_UNIT_INDIRECT_GLOSSY].tex =
+        doubt ? indirect->noise_glossy : indirect->glossy;
 }
 
 // Over all rows, in slices. `args` but for those.
@@ -75,7 +86,7 @@ enum bd_err bd_composite_run(const struct bd_pass_context *context,
         .state = {inputs->first, inputs->only, 0, 0},
     };
     struct bd_bindings bindings = {0};
-    bind_inputs(inputs, &bindings);
+    bind_inputs(inputs, which == BD_COMPOSITE_NOISE || which == BD_COMPOSITE_BLUR, &bindings);
     bd_bind_image(&bindings, 0, layer, true, true);
     return run_rows(context, &source, &view, &bindings, &args, fault);
 }

@@ -7,6 +7,7 @@
 
 #include <stdbool.h>
 
+#include "pass/area_direct.h"
 #include "pass/gather.h"
 #include "pass/gbuffer.h"
 #include "pass/pass.h"
@@ -16,9 +17,12 @@ struct bd_composite_inputs {
     const struct bd_gpu_scene *scene;
     const struct bd_viewpoint *viewpoint;
     const struct bd_gbuffer *gbuffer;
-    const struct bd_tex *direct;        // NULL: no punctual light shines
-    const struct bd_tex *area_light;    // NULL: nothing with a size shines
-    const struct bd_indirect *indirect; // NULL: the technique has none
+    const struct bd_tex *direct;             // NULL: no punctual light shines
+    const struct bd_area_direct *area_light; // NULL: nothing with a size shines
+    const struct bd_indirect *indirect;      // NULL: the technique has none
+    const struct bd_indirect *doubted;       // whose doubt its irradiance has: that one's, or whose
+                                             // light it took over
+    bool filtered;                           // indirect light: its noise is what doubt is left
     bool lambert;
     bool first; // nothing was added before
     bool only;  // nothing will be: the layer is finished

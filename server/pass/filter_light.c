@@ -64,10 +64,10 @@ static void take_guides(void *user, uint32_t first_row, uint32_t row_count, floa
     }
 }
 
-// The light, and the halves that it is the mean of.
+// The light, the halves that it is the mean of, and what doubt of it is left.
 struct halves {
     uint32_t width_px;
-    struct bd_image *light, *half[2];
+    struct bd_image *light, *half[2], *doubt;
 };
 
 static void take_light(void *user, uint32_t first_row, uint32_t row_count, float *rgba)
@@ -102,9 +102,10 @@ static enum bd_err write_texture(const struct filtering *f, const struct bd_imag
         float *rgba = malloc(count * TEXEL_BYTES);
         BD_ASSERT(rgba);
         for (size_t i = 0; i < count; i++) {
-            const size_t at = 3 * ((size_t)row * f->width_px + i);
-            memcpy(rgba + TEXEL_FLOATS * i, image->pixels + at, 3 * sizeof *rgba);
+            const size_t at = image->channel_count * ((size_t)row * f->width_px + i);
             rgba[TEXEL_FLOATS * i + 3] = 1;
+            memcpy(rgba + TEXEL_FLOATS * i, image->pixels + at,
+                   image->channel_count * sizeof *rgba);
         }
         bd_tex_upload_rows(f->context->gpu, tex, 0, row, rows, rgba, count * TEXEL_BYTES);
         free(rgba);
@@ -172,7 +173,8 @@ static enum bd_err run_pass(struct filtering *f)
 
 // Of images in memory.
 static enum bd_err run_filter(struct filtering *f, const struct bd_light_filter_inputs *inputs,
-                              struct bd_image *light, struct bd_fault *fault)
+                              struct bd_image *light, struct bd_image *doubt,
+                              struct bd_fault *fault)
 {
     enum bd_err err = bd_light_filter_create(inputs, &f->filter, fault);
     if (err) return err;
@@ -182,6 +184,8 @@ static enum bd_err run_filter(struct filtering *f, const struct bd_light_filter_
         f->first_row = 0;
         err = run_pass(f);
     }
+    if (!err) bd_light_filter_store_doubt(f->filter, doubt);
+    if (!err) err = bd_slicer_pause(f->context->slicer);
     if (!err) bd_light_filter_store(f->filter, light);
     bd_light_filter_destroy(&f->filter);
     return err;
@@ -189,13 +193,13 @@ static enum bd_err run_filter(struct filtering *f, const struct bd_light_filter_
 
 enum bd_err bd_filter_halves(const struct bd_pass_context *context, struct bd_pool *pool,
                              const struct bd_light_filter_inputs *inputs, struct bd_image *light,
-                             struct bd_fault *fault)
+                             struct bd_image *doubt, struct bd_fault *fault)
 {
     struct filtering f = {.context = context,
                           .pool = pool,
                           .width_px = light->width_px,
                           .height_px = light->height_px};
-    return run_filter(&f, inputs, light, fault);
+    return run_filter(&f, inputs, light, doubt, fault);
 }
 
 static enum bd_err filter_both(struct filtering *f, const struct halves *halves,
@@ -205,18 +209,19 @@ static enum bd_err filter_both(struct filtering *f, const struct halves *halves,
                                                   .normal = f->normal,
                                                   .depth = f->depth,
                                                   .level_count = f->level_count};
-    return run_filter(f, &inputs, halves->light, fault);
+    return run_filter(f, &inputs, halves->light, halves->doubt, fault);
 }
 
-static enum bd_err filter_texture(struct filtering *f, struct bd_tex *light,
-                                  const struct bd_tex *noise, struct bd_fault *fault)
+static enum bd_err filter_texture(struct filtering *f, struct bd_tex *light, struct bd_tex *noise,
+                                  struct bd_fault *fault)
 {
     if (!light || !noise) return BD_ERR_OK;
     struct halves halves = {.width_px = f->width_px};
-    struct bd_image **const images[] = {&halves.light, &halves.half[0], &halves.half[1]};
+    struct bd_image **const images[] = {&halves.light, &halves.half[0], &halves.half[1],
+                                        &halves.doubt};
     enum bd_err err = BD_ERR_OK;
-    for (int i = 0; i < 3; i++) {
-        *images[i] = bd_image_create(f->width_px, f->height_px, 3);
+    for (int i = 0; i < 4; i++) {
+        *images[i] = bd_image_create(f->width_px, f->height_px, i < 3 ? 3 : 4);
         if (!*images[i])
             err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "size", "no memory to filter %ux%u pixels",
                                f->width_px, f->height_px);
@@ -225,7 +230,8 @@ static enum bd_err filter_texture(struct filtering *f, struct bd_tex *light,
     if (!err) err = read_texture(f, noise, take_noise, &halves, fault);
     if (!err) err = filter_both(f, &halves, fault);
     if (!err) err = write_texture(f, halves.light, light);
-    for (int i = 0; i < 3; i++) bd_image_destroy(images[i]);
+    if (!err) err = write_texture(f, halves.doubt, noise);
+    for (int i = 0; i < 4; i++) bd_image_destroy(images[i]);
     return err;
 }
 

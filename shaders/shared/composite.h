@@ -12,6 +12,8 @@
 #define BD_COMPOSITE_ALBEDO   4
 #define BD_COMPOSITE_NORMAL   5
 #define BD_COMPOSITE_DEPTH    6
+#define BD_COMPOSITE_NOISE    7
+#define BD_COMPOSITE_BLUR     8
 
 struct bd_composite_args {
     // x = 1 / sub-frames (finish), y = cd/m^2 of the frame's light unit, z = metres of a render unit

@@ -65,7 +65,7 @@ static struct outcome render(struct world *w, enum bd_err (*should_stop)(void *)
 
 static void assert_same_frame(const struct outcome *a, const struct outcome *b)
 {
-    const size_t channels[BD_LAYER_RENDERED_COUNT] = {4, 3, 3, 3, 3, 3, 1};
+    const size_t channels[BD_LAYER_RENDERED_COUNT] = {4, 3, 3, 3, 3, 3, 1, 3, 1};
     assert_int_equal(a->err, BD_ERR_OK);
     assert_int_equal(b->err, BD_ERR_OK);
     for (int l = 0; l < BD_LAYER_RENDERED_COUNT; l++)

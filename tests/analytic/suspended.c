@@ -84,7 +84,7 @@ static void render(struct world *w, struct bd_scene *scene, const struct bd_fram
 
 static void assert_same(const struct outcome *a, const struct outcome *b)
 {
-    const size_t channels[BD_LAYER_RENDERED_COUNT] = {4, 3, 3, 3, 3, 3, 1};
+    const size_t channels[BD_LAYER_RENDERED_COUNT] = {4, 3, 3, 3, 3, 3, 1, 3, 1};
     for (int l = 0; l < BD_LAYER_RENDERED_COUNT; l++)
         assert_memory_equal(a->layers[l]->pixels, b->layers[l]->pixels,
                             a->width * a->height * channels[l] * sizeof(float));

@@ -57,6 +57,7 @@ static enum bd_err read_arguments(int argc, char **argv, struct bd_frame_request
     snprintf(request->camera, sizeof request->camera, "%s", argv[5]);
     bool traced = bd_frame_request_is_traced(request);
     request->layers = (1u << (traced ? BD_LAYER_COUNT : BD_LAYER_RENDERED_COUNT)) - 1;
+    if (traced) request->layers &= ~BD_LAYERS_DOUBT;
     if (sscanf(argv[4], "%ux%u", &request->width_px, &request->height_px) != 2)
         return bd_fault_set(fault, BD_ERR_USAGE, "size", "%s: must be WxH", argv[4]);
     for (int i = 6; i < argc; i++) {

@@ -28,6 +28,7 @@ class Report(TypedDict, total=False):
     flags: list[str]              # less quality than asked, and repairs
     nonfinite_pixels: int
     exposure_stops: float
+    own_estimate: float           # relative RMSE of beauty as the frame itself knows it
     error: list[dict[str, Any]]   # metric, value, low, high, samples, against
     stopped: str                  # complete | target | floor | deadline | cancelled
 

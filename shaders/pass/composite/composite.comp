@@ -62,6 +62,39 @@ vec3 indirect_part(ivec2 pixel, receiver r)
     return sum;
 }
 
+// Half the difference of the pictures that each half of what is decided by chance would give.
+vec3 noise_part(ivec2 pixel, receiver r)
+{
+    vec3 sum = vec3(0.0);
+#ifdef BD_AREA_LIGHT
+    sum += texelFetch(area_light, pixel, 0).rgb;
+#endif
+#ifdef BD_INDIRECT
+    if (r.lit) sum += texelFetch(indirect_irradiance, pixel, 0).rgb * diffuse_albedo(r) / PI;
+#endif
+#ifdef BD_GLOSSY
+    if (r.lit) sum += texelFetch(indirect_glossy, pixel, 0).rgb;
+#endif
+    return sum;
+}
+
+// The square of blur, a mean over channels, each light's own.
+float blur_part(ivec2 pixel, receiver r)
+{
+    float sum = 0.0;
+#ifdef BD_AREA_LIGHT
+    sum += texelFetch(area_light, pixel, 0).a;
+#endif
+#ifdef BD_INDIRECT
+    vec3 albedo = diffuse_albedo(r) / PI;
+    if (r.lit) sum += texelFetch(indirect_irradiance, pixel, 0).a * dot(albedo, albedo) / 3.0;
+#endif
+#ifdef BD_GLOSSY
+    if (r.lit) sum += texelFetch(indirect_glossy, pixel, 0).a;
+#endif
+    return sum;
+}
+
 vec3 emission_part(ivec2 pixel)
 {
 #ifdef BD_EMISSION
@@ -96,6 +129,10 @@ vec4 sub_frame_value(ivec2 pixel)
     value = indirect_part(pixel, r) * args.scale.y;
 #elif BD_LAYER == BD_COMPOSITE_EMISSION
     value = emission_part(pixel) * args.scale.y;
+#elif BD_LAYER == BD_COMPOSITE_NOISE
+    value = noise_part(pixel, r) * args.scale.y;
+#elif BD_LAYER == BD_COMPOSITE_BLUR
+    value = vec3(blur_part(pixel, r) * args.scale.y * args.scale.y);
 #elif BD_LAYER == BD_COMPOSITE_ALBEDO
     value = r.base_color;
 #elif BD_LAYER == BD_COMPOSITE_NORMAL
