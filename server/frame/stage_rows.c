@@ -450,7 +450,8 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
 static uint32_t what_holds(const struct bd_plan *plan)
 {
     return (plan->glossy ? BD_WHEN_GLOSSY : 0) | (plan->rays ? BD_WHEN_RAYS : 0) |
-           (plan->chosen ? BD_WHEN_CHOSEN : 0) | (plan->filtered ? BD_WHEN_FILTERED : 0);
+           (plan->chosen ? BD_WHEN_CHOSEN : 0) | (plan->filtered ? BD_WHEN_FILTERED : 0) |
+           BD_WHEN_FIRST;
 }
 
 uint32_t bd_stage_passes(const struct bd_plan *plan, enum bd_stage stage,

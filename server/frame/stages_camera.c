@@ -210,13 +210,13 @@ enum bd_err bd_run_indirect(struct bd_frame *frame, struct bd_frame_light *light
 }
 
 // Of a sub-frame that shares light: its missing pixels are lit by themselves, and so are lobes.
-// Both may choose and ask; neither upsamples.
+// Both may choose and ask, lobes not where rays of theirs bring all; neither upsamples.
 static bool has_lit_by(const struct bd_frame *frame, const struct bd_technique_pass *pass)
 {
     const bool lights = frame->indirect->fragment_count > 0, lobes = frame->plan->glossy;
-    if (pass->when & BD_WHEN_GLOSSY) return lobes;
-    if (pass->when & BD_WHEN_FILTERED) return lobes;
-    if (pass->when) return lights || lobes;
+    if (pass->when & BD_WHEN_FIRST) return false;
+    if (pass->when & (BD_WHEN_GLOSSY | BD_WHEN_FILTERED)) return lobes;
+    if (pass->when) return lights || (lobes && !frame->plan->final_gather);
     return lights && strcmp(pass->name, bd_technique_light_pass(frame->plan->technique)) == 0;
 }
 

@@ -318,6 +318,31 @@ enum bd_err bd_far_run(const struct bd_pass_context *context, const struct bd_fa
     return run(context, inputs, &receivers, NULL, &indirect->rays, fault);
 }
 
+static void bind_fragments(const void *user, struct bd_bindings *bindings)
+{
+    const struct bd_multires_light *out = user;
+    struct bd_tex *const images[] = {out->fine, out->coarse,     NULL,
+                                     NULL,      out->fine_noise, out->coarse_noise};
+    for (uint32_t i = 0; i < sizeof images / sizeof *images; i++)
+        if (images[i]) bd_bind_image(bindings, i, images[i], true, true);
+}
+
+enum bd_err bd_far_of_fragments(const struct bd_pass_context *context,
+                                const struct bd_far_inputs *inputs,
+                                const struct bd_gather_fragments_inputs *gather,
+                                struct bd_multires_light *light, struct bd_fault *fault)
+{
+    struct bd_receivers_inputs receivers = {
+        .askers = bd_fragment_askers(gather),
+        .pass = "far",
+        .noise = light->fine_noise != NULL,
+        .adds = true,
+        .bind = bind_fragments,
+        .out = light,
+    };
+    return run(context, inputs, &receivers, NULL, &light->rays, fault);
+}
+
 enum bd_err bd_far_of_points(const struct bd_pass_context *context,
                              const struct bd_far_inputs *inputs,
                              const struct bd_surface_point *points, uint32_t count, f3 *irradiance,

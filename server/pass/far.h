@@ -20,7 +20,7 @@
 #include "lights/irradiance_cells.h"
 #include "lights/irradiance_points.h"
 #include "pass/first_light.h"
-#include "pass/gather.h"
+#include "pass/gather_fragments.h"
 
 #define BD_FAR_RAYS_MAX 1024u
 
@@ -44,6 +44,13 @@ BD_MUST_CHECK
 enum bd_err bd_far_run(const struct bd_pass_context *context, const struct bd_far_inputs *inputs,
                        const struct bd_gather_inputs *gather, struct bd_indirect *indirect,
                        struct bd_fault *fault);
+
+// Of fragments, in a pass "far". Adds to `light`: to its noise, too, where it has any.
+BD_MUST_CHECK
+enum bd_err bd_far_of_fragments(const struct bd_pass_context *context,
+                                const struct bd_far_inputs *inputs,
+                                const struct bd_gather_fragments_inputs *gather,
+                                struct bd_multires_light *light, struct bd_fault *fault);
 
 // Of points, within whatever pass. Adds to what they got, which stands for what comes to places
 // beside them that nobody else knows.

@@ -222,6 +222,7 @@ void bd_indirect_destroy(struct bd_gpu *gpu, struct bd_indirect **indirect)
     bd_tex_destroy(gpu, &(*indirect)->vector);
     bd_tex_destroy(gpu, &(*indirect)->noise);
     bd_tex_destroy(gpu, &(*indirect)->noise_glossy);
+    bd_irradiance_cells_destroy(&(*indirect)->cells);
     free(*indirect);
     *indirect = NULL;
 }
@@ -231,7 +232,7 @@ uint64_t bd_indirect_bytes(const struct bd_indirect *indirect)
     const struct bd_tex *textures[] = {indirect->irradiance, indirect->glossy,
                                        indirect->gathered,   indirect->vector,
                                        indirect->noise,      indirect->noise_glossy};
-    uint64_t bytes = 0;
+    uint64_t bytes = indirect->cells ? bd_irradiance_cells_bytes(indirect->cells) : 0;
     for (size_t i = 0; i < sizeof textures / sizeof *textures; i++)
         if (textures[i]) bytes += bd_tex_bytes(textures[i]);
     return bytes;

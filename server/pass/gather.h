@@ -10,6 +10,7 @@
 
 #include <stdbool.h>
 
+#include "lights/irradiance_cells.h"
 #include "pass/choose.h"
 #include "pass/gbuffer.h"
 #include "pass/pass.h"
@@ -44,8 +45,10 @@ struct bd_indirect {
     // RGBA32F, or both NULL: irradiance before the pixel's own normal had its say, and the
     // irradiance vector, for other normals (pass/share.h).
     struct bd_tex *gathered, *vector;
-    // RGBA32F, or NULL: half the difference of the halves whose mean the irradiance is, and glossy.
+    // RGBA32F, or NULL: half the difference of the halves whose mean the irradiance is, and glossy;
+    // behind the filter the doubt of what is left (image/light_filter.h).
     struct bd_tex *noise, *noise_glossy;
+    struct bd_irradiance_cells *cells; // or NULL: what its rays ended in (pass/cache.h)
     uint64_t fragment_count; // places where light was gathered, or to which it was splatted
     struct bd_subsplat_counts subsplats;
     struct bd_ray_counts rays;

@@ -14,8 +14,10 @@
 #include "pass/cache.h"
 #include "pass/filter_light.h"
 #include "pass/gather_chosen.h"
+#include "pass/gather_chosen_fragments.h"
 #include "pass/gloss.h"
 #include "pass/light_paths.h"
+#include "technique/fragment_light.h"
 #include "technique/technique.h"
 
 // Noise of far rays is as white as they are few: 8.2, 5.4 and 6.3 % of the indirect mean in a box with
@@ -24,6 +26,8 @@
 // Of a cell of the cache: what many pixels share is worth many rays.
 #define CELL_VPL_RAYS 32u
 #define CELL_FAR_RAYS 16u
+// A quarter of a lobe's rays for sub-frames behind the first, whose noise is added up with theirs.
+#define LATER_SHARE 4u
 
 static uint32_t rays_of(const struct bd_params *params)
 {
@@ -71,17 +75,25 @@ static enum bd_err complete(const struct bd_pass_context *context,
                             const struct bd_gather_inputs *gather, struct bd_indirect *indirect,
                             struct bd_fault *fault)
 {
-    struct bd_irradiance_cells *cells;
     struct bd_far_inputs far =
         far_of(inputs, gather->visibility, inputs->light_paths->first, inputs->params->far_rays);
-    enum bd_err err = fill_cache(context, inputs, gather, &cells, &indirect->rays, fault);
-    far.cells = cells;
+    enum bd_err err = fill_cache(context, inputs, gather, &indirect->cells, &indirect->rays, fault);
+    far.cells = indirect->cells;
     if (!err) err = bd_far_run(context, &far, gather, indirect, fault);
     if (!err && inputs->glossy_receivers)
         err = bd_gloss_run(context, &far, gather, indirect, fault);
-    bd_irradiance_cells_destroy(&cells);
     if (err || !inputs->filtered) return err;
     return bd_filter_light_run(context, gather, FILTER_LEVELS, indirect, fault);
+}
+
+// No virtual light lights a lobe.
+static struct bd_gather_inputs gather_of(const struct bd_technique_inputs *inputs,
+                                         const struct bd_visibility_inputs *visibility)
+{
+    struct bd_gather_inputs gather = bd_technique_gather_inputs(inputs);
+    gather.visibility = visibility;
+    gather.glossy = false;
+    return gather;
 }
 
 static enum bd_err light(const struct bd_pass_context *context,
@@ -89,9 +101,7 @@ static enum bd_err light(const struct bd_pass_context *context,
                          struct bd_fault *fault)
 {
     const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
-    struct bd_gather_inputs gather = bd_technique_gather_inputs(inputs);
-    gather.visibility = &visibility;
-    gather.glossy = false; // no virtual light lights a lobe
+    const struct bd_gather_inputs gather = gather_of(inputs, &visibility);
     const struct bd_gather_chosen_inputs chosen = {&gather, inputs->light_paths->first,
                                                    rays_of(inputs->params), inputs->seed};
     enum bd_err err = bd_gather_chosen_run(context, &chosen, out, fault);
@@ -101,9 +111,50 @@ static enum bd_err light(const struct bd_pass_context *context,
     return err;
 }
 
+// Pixels of a later sub-frame that the first saw nothing of, with that one's cache.
+static enum bd_err light_pixels(const struct bd_pass_context *context,
+                                const struct bd_technique_inputs *inputs,
+                                const struct bd_unlit *unlit, struct bd_multires_light **out,
+                                struct bd_fault *fault)
+{
+    const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
+    struct bd_gather_fragments_inputs gather = bd_fragment_inputs(inputs, unlit);
+    gather.visibility = &visibility;
+    gather.vector = false;
+    const struct bd_vpl_list *first = inputs->light_paths->first;
+    const struct bd_gather_chosen_fragments_inputs chosen = {
+        .gather = &gather, .list = first, .rays = rays_of(inputs->params), .seed = inputs->seed};
+    struct bd_far_inputs far = far_of(inputs, &visibility, first, inputs->params->far_rays);
+    far.cells = inputs->cells;
+    enum bd_err err = bd_gather_chosen_fragments_run(context, &chosen, out, fault);
+    return err ? err : bd_far_of_fragments(context, &far, &gather, *out, fault);
+}
+
+// Of a later sub-frame all lobes anew.
+static enum bd_err light_glossy(const struct bd_pass_context *context,
+                                const struct bd_technique_inputs *inputs,
+                                struct bd_indirect *indirect, struct bd_fault *fault)
+{
+    const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
+    const struct bd_gather_inputs gather = gather_of(inputs, &visibility);
+    const uint32_t later = inputs->params->far_rays / LATER_SHARE & ~1u;
+    struct bd_far_inputs far =
+        far_of(inputs, &visibility, inputs->light_paths->first, later ? later : 2);
+    far.cells = inputs->cells;
+    enum bd_err err = bd_gloss_run(context, &far, &gather, indirect, fault);
+    if (err || !inputs->filtered) return err;
+    return bd_filter_light_run(context, &gather, FILTER_LEVELS, indirect, fault);
+}
+
 static const struct bd_technique_pass passes[] = {
-    {"weigh", 0}, {"choose", 0}, {"visibility", 0},         {"gather", 0},
-    {"cache", 0}, {"far", 0},    {"gloss", BD_WHEN_GLOSSY}, {"filter", BD_WHEN_FILTERED},
+    {"weigh", BD_WHEN_CHOSEN},
+    {"choose", BD_WHEN_RAYS},
+    {"visibility", BD_WHEN_RAYS},
+    {"gather", 0},
+    {"cache", BD_WHEN_FIRST},
+    {"far", BD_WHEN_RAYS},
+    {"gloss", BD_WHEN_GLOSSY},
+    {"filter", BD_WHEN_FILTERED},
     {NULL, 0},
 };
 static const struct bd_param_default defaults[] = {
@@ -111,13 +162,13 @@ static const struct bd_param_default defaults[] = {
     {BD_PARAM_INDIRECT_BOUNCES, 64}, {BD_PARAM_ALPHA, BD_RAYS_ALPHA_MASK},
 };
 static const char *const ladder[] = {
-    "vpls=1024 rays=2 far_rays=2 walk_vpls=1024 cache_cells=1024",
-    "vpls=1024 rays=4 far_rays=4 walk_vpls=2048 cache_cells=2048",
-    "vpls=2048 rays=8 far_rays=8 walk_vpls=4096 cache_cells=4096",
-    "vpls=4096 rays=16 far_rays=16 walk_vpls=4096 cache_cells=4096",
-    "vpls=8192 rays=32 far_rays=32 walk_vpls=8192 cache_cells=8192",
-    "vpls=16384 rays=64 far_rays=64 walk_vpls=16384 cache_cells=32768",
-    "vpls=65536 rays=256 far_rays=256 walk_vpls=65536 cache_cells=131072",
+    "vpls=1024 rays=2 far_rays=2 walk_vpls=1024 cache_cells=1024 light_rays=16",
+    "vpls=1024 rays=4 far_rays=4 walk_vpls=2048 cache_cells=2048 light_rays=16",
+    "vpls=2048 rays=8 far_rays=8 walk_vpls=4096 cache_cells=4096 light_rays=32",
+    "vpls=4096 rays=16 far_rays=16 walk_vpls=4096 cache_cells=4096 light_rays=64",
+    "vpls=8192 rays=32 far_rays=32 walk_vpls=8192 cache_cells=8192 light_rays=128",
+    "vpls=16384 rays=64 far_rays=64 walk_vpls=16384 cache_cells=32768 light_rays=256",
+    "vpls=65536 rays=256 far_rays=256 walk_vpls=65536 cache_cells=131072 light_rays=1024",
     NULL,
 };
 
@@ -133,7 +184,8 @@ const struct bd_technique bd_technique_many_light = {
     .passes = passes,
     .params_read = BD_READS_DIRECT | BD_READS(BD_PARAM_VPLS) | BD_READS(BD_PARAM_RAYS) |
                    BD_READS(BD_PARAM_ALPHA) | BD_READS_LIGHT_PATHS | BD_READS(BD_PARAM_WALK_VPLS) |
-                   BD_READS(BD_PARAM_CACHE_CELLS) | BD_READS(BD_PARAM_FAR_RAYS),
+                   BD_READS(BD_PARAM_CACHE_CELLS) | BD_READS(BD_PARAM_FAR_RAYS) |
+                   BD_READS(BD_PARAM_SUB_FRAMES),
     .defaults = defaults,
     .default_count = sizeof defaults / sizeof *defaults,
     .tolerance = {.direct = 1e-3, .indirect = 3e-2}, // of sums: noise of its virtual lights
@@ -141,4 +193,6 @@ const struct bd_technique bd_technique_many_light = {
     .ladder = ladder,
     .is_sampled = true,
     .indirect = light,
+    .light_pixels = light_pixels,
+    .light_glossy = light_glossy,
 };

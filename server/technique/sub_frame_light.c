@@ -51,9 +51,11 @@ enum bd_err bd_sub_frame_light(const struct bd_pass_context *context,
     enum bd_err err = bd_share_run(context, &share, &shared, fault);
     bd_gpu_pass_end(context->gpu);
     if (err) return err;
-    err = light_missing(context, technique, inputs, &shared, fault);
+    struct bd_technique_inputs own = *inputs;
+    own.cells = first->indirect->cells;
+    err = light_missing(context, technique, &own, &shared, fault);
     if (!err && inputs->glossy_receivers)
-        err = technique->light_glossy(context, inputs, shared.indirect, fault);
+        err = technique->light_glossy(context, &own, shared.indirect, fault);
     if (!err) {
         *out = shared.indirect;
         shared.indirect = NULL;

@@ -89,6 +89,7 @@ struct bd_tolerance {
 
 struct bd_discontinuity;
 struct bd_first_light;
+struct bd_irradiance_cells;
 struct bd_fragments;
 struct bd_light_paths;
 struct bd_scene;
@@ -110,6 +111,7 @@ struct bd_technique_inputs {
     const struct bd_surfaces *surfaces;           // BD_INPUT_FRAGMENTS
     const struct bd_light_paths *light_paths;     // BD_INPUT_FINAL_GATHER
     const struct bd_first_light *first_light;     // likewise
+    const struct bd_irradiance_cells *cells;      // of sub-frames that share: the first one's
     const struct bd_scene *snapshot;
     const struct bd_occluders *occluders; // indirect_visibility=rays
     struct bd_pool *pool;                 // for them
@@ -140,6 +142,7 @@ enum bd_when {
     BD_WHEN_RAYS = 1u << 1,     // indirect_visibility=rays
     BD_WHEN_CHOSEN = 1u << 2,   // and fewer rays than VPLs
     BD_WHEN_FILTERED = 1u << 3, // and noise_filter=on
+    BD_WHEN_FIRST = 1u << 4,    // sub-frames that share light take over what it made; always
 };
 
 // A pass of the technique's own, which it brackets with bd_gpu_pass_begin and _end.

@@ -187,11 +187,12 @@ static void what_is_shared_is_near_what_is_not(void **state)
                    (unsigned long long)shared.report.counts.fragments,
                    (unsigned long long)own.report.counts.fragments);
             for (uint32_t l = 0; l < BD_LAYER_RENDERED_COUNT; l++)
-                if (l != BD_LAYER_INDIRECT && l != BD_LAYER_BEAUTY)
+                if (!((1u << BD_LAYER_INDIRECT | 1u << BD_LAYER_BEAUTY | BD_LAYERS_DOUBT) >> l & 1))
                     assert_true(same_layer(shared.layers[l], own.layers[l]));
             if (shares(technique, (enum room)room)) {
                 shared_count++;
-                assert_true(error > 0 && error < 0.02);
+                // What is decided by chance is decided four times by one and once by the other.
+                assert_true(error > 0 && error < (technique->is_sampled ? 0.1 : 0.02));
                 // Rods: pixels that the first sub-frame saw nothing of.
                 assert_in_range(lit, 2, 4);
                 assert_int_equal(sub_frames_of(&shared.report, "share"), 3);
@@ -203,7 +204,7 @@ static void what_is_shared_is_near_what_is_not(void **state)
             assert_int_equal(sub_frames_of(&own.report, "direct"), 4);
             finish(&shared), finish(&own);
         }
-    assert_int_equal(shared_count, 7);
+    assert_int_equal(shared_count, 9);
 }
 
 // One sub-frame shares with nobody: the parameter changes no byte.

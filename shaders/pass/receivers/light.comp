@@ -1,8 +1,8 @@
 // Stores the light that loops over lanes summed for the receivers of a slice (shared/receivers.h):
 // of pixels irradiance; of fragments that of level 0 and of the rest, and with BD_VECTOR the vectors
 // of both, with BD_SPREAD the spread in their a. With BD_NOISE the noise of the light, too;
-// with BD_GLOSSY what lobes of pixels reflect. With BD_ADDS light of pixels, and its noise, are added to
-// what is there.
+// with BD_GLOSSY what lobes of pixels reflect. With BD_ADDS light and its noise are added to what is
+// there.
 #include "common/asker.glsl"
 #ifdef BD_FRAGMENTS
 #include "common/blocks.glsl"
@@ -56,10 +56,16 @@ void main()
     vec4 irradiance = vector_field(index, BD_LIGHT_IRRADIANCE, 1.0);
 #ifdef BD_FRAGMENTS
     ivec2 at = asker.level == 0u ? asker.block : in_stack(asker.level, asker.block);
+#ifdef BD_ADDS
+    irradiance.rgb += (asker.level == 0u ? imageLoad(light_0, at) : imageLoad(light_1, at)).rgb;
+#endif
     if (asker.level == 0u) imageStore(light_0, at, irradiance);
     else imageStore(light_1, at, irradiance);
 #ifdef BD_NOISE
     vec4 noise = vector_field(index, BD_LIGHT_NOISE, 1.0);
+#ifdef BD_ADDS
+    noise.rgb += (asker.level == 0u ? imageLoad(noise_0, at) : imageLoad(noise_1, at)).rgb;
+#endif
     if (asker.level == 0u) imageStore(noise_0, at, noise);
     else imageStore(noise_1, at, noise);
 #endif
