@@ -47,11 +47,19 @@ static bool set(struct bd_param_list *list, const char *key, const char *value)
     return true;
 }
 
+static bool is_zero(const char *value)
+{
+    char *end;
+    return value && strtod(value, &end) == 0 && end != value && *end == 0;
+}
+
 static void lay_over(const char *rung, const struct bd_param_list *given, struct bd_param_list *out)
 {
     struct bd_param_list pair;
     *out = *given;
-    while (next_pair(&rung, &pair)) set(out, pair.pairs[0].key, pair.pairs[0].value);
+    while (next_pair(&rung, &pair))
+        if (!is_zero(value_of(given, pair.pairs[0].key)))
+            set(out, pair.pairs[0].key, pair.pairs[0].value);
 }
 
 static bool names_any(const char *rung, const struct bd_param_list *given)
@@ -111,7 +119,7 @@ static bool is_above(const char *const *ladder, uint32_t rung, const struct bd_p
     bool above = false;
     for (const char *at = ladder[rung]; next_pair(&at, &pair);) {
         const char *key = pair.pairs[0].key, *value = value_of(given, key);
-        if (!value) continue;
+        if (!value || is_zero(value)) continue;
         const struct standing standing = standing_of(ladder, key, strtod(value, NULL));
         if (standing.lowest > rung) return false;
         above = above || standing.highest < rung;
@@ -162,4 +170,17 @@ bool bd_ladder_climb(const struct bd_technique *technique, const struct bd_param
     if (!ladder || !ladder[*rung]) return false;
     lay_over(ladder[(*rung)++], given, out);
     return true;
+}
+
+uint32_t bd_ladder_above(const struct bd_technique *technique, const struct bd_param_list *given,
+                         uint32_t rungs, struct bd_param_list *out)
+{
+    struct bd_params params;
+    struct bd_param_list all, ignored;
+    *out = *given;
+    if (rungs == 0 || bd_params_read(given, technique, &params, NULL)) return 0;
+    bd_params_write(&params, technique, &all);
+    uint32_t rung = bd_ladder_begin(technique, &all, &ignored), taken = 0;
+    while (taken < rungs && bd_ladder_climb(technique, given, &rung, out)) taken++;
+    return taken;
 }

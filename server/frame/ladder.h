@@ -1,6 +1,7 @@
 // Climbing a technique's ladder: from a request's own parameters to better and better ones.
 //
-// A rung is laid over what was given: keys that the ladder does not vary stay. Any thread.
+// A rung is laid over what was given: keys that the ladder does not vary stay, and so does a 0,
+// which leaves something out or is the best there is. Any thread.
 
 #ifndef BD_FRAME_LADDER_H
 #define BD_FRAME_LADDER_H
@@ -23,5 +24,10 @@ bool bd_ladder_cheapest(const struct bd_technique *technique, const struct bd_pa
 // The next setting, from `*rung` on; false past the last.
 bool bd_ladder_climb(const struct bd_technique *technique, const struct bd_param_list *given,
                      uint32_t *rung, struct bd_param_list *out);
+
+// So many rungs above where the request stands, its defaults included; what was given where there
+// are none. Returns how many there were.
+uint32_t bd_ladder_above(const struct bd_technique *technique, const struct bd_param_list *given,
+                         uint32_t rungs, struct bd_param_list *out);
 
 #endif

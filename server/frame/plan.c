@@ -378,12 +378,30 @@ static void flag_namesakes(const struct bd_scene *scene, const char *camera,
                        count);
 }
 
+static bool anything_shines(const struct bd_scene *scene)
+{
+    const struct bd_plan all = {0};
+    const struct bd_features *f = &scene->features;
+    return f->has_emissive || f->has_environment || count_lights(&all, scene) > 0;
+}
+
+// `auto` has no use for indirect light where no light is.
+static const struct bd_technique *technique_of(const struct bd_scene *scene,
+                                               const struct bd_frame_request *request,
+                                               struct bd_fault *fault)
+{
+    if (bd_technique_is_auto(request->technique) && !anything_shines(scene) &&
+        bd_params_are_read(&request->params, &bd_technique_direct))
+        return &bd_technique_direct;
+    return bd_technique_for(request->technique, &request->params, fault);
+}
+
 enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_request *request,
                          struct bd_plan *out, struct bd_report *report, struct bd_fault *fault)
 {
     memset(out, 0, sizeof *out);
     memset(report, 0, sizeof *report);
-    out->technique = bd_technique_named(request->technique, fault);
+    out->technique = technique_of(scene, request, fault);
     if (!out->technique) return BD_ERR_USAGE;
     enum bd_err err = bd_params_read(&request->params, out->technique, &out->params, fault);
     if (!err) err = find_camera(scene, request->camera, &out->camera, fault);
@@ -423,6 +441,8 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
     out->tracing = tracing_of(out);
     for (enum bd_stage stage = 0; stage < BD_STAGE_COUNT; stage++)
         if (bd_stage_rows[stage].is_needed(out)) out->stages |= 1u << stage;
+    out->doubts = doubts(out);
+    out->layers = layers_of(out, request);
     out->traced_stages = traced_stages_of(out, scene, request);
     report->unoccluded = out->unoccluded;
     describe_request(out, scene, request, report);
@@ -441,8 +461,6 @@ static uint32_t nearest_power_of_two(double number)
 }
 
 static uint32_t tree_root_side(double roots, uint32_t leaf_side)
-    out->doubts = doubts(out);
-    out->layers = layers_of(out, request);
 {
     uint32_t side = nearest_power_of_two(sqrt(roots));
     while (leaf_side / side > BD_TREE_ROOT_LEAVES_MAX) side *= 2;

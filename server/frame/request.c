@@ -119,7 +119,8 @@ static enum bd_err check_size(const struct bd_frame_request *request,
 // Without a fault to fill: an unknown name is not traced.
 bool bd_frame_request_is_traced(const struct bd_frame_request *request)
 {
-    const struct bd_technique *technique = bd_technique_named(request->technique, NULL);
+    const struct bd_technique *technique =
+        bd_technique_for(request->technique, &request->params, NULL);
     return technique && technique->is_reference;
 }
 
@@ -241,7 +242,8 @@ enum bd_err bd_frame_request_check(const struct bd_frame_request *request,
                             AA_MAX);
     if (request->layers >> BD_LAYER_COUNT)
         return bd_fault_set(fault, BD_ERR_USAGE, "layers", "no such layer");
-    const struct bd_technique *technique = bd_technique_named(request->technique, fault);
+    const struct bd_technique *technique =
+        bd_technique_for(request->technique, &request->params, fault);
     if (!technique) return BD_ERR_USAGE;
     err = technique->is_reference ? check_traced(request, limits, fault)
                                   : check_rendered(request, technique->name, fault);

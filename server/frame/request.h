@@ -74,7 +74,7 @@ enum bd_against {
 const char *bd_against_name(enum bd_against against);
 
 struct bd_frame_request {
-    char technique[32];          // "" = bd_technique_default
+    char technique[32];          // "" and "auto": by what is given and what the scene has
     struct bd_param_list params; // KEY=VALUE pairs as given; technique/params.h checks them
     uint32_t width_px, height_px;
     char camera[64];  // node name, camera name or index; "" = the scene's first

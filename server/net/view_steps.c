@@ -7,17 +7,10 @@
 static uint32_t climb(const struct bd_frame_request *request, uint32_t step,
                       struct bd_param_list *out)
 {
-    struct bd_params params;
-    struct bd_param_list all, ignored;
-    const struct bd_technique *technique = bd_technique_named(request->technique, NULL);
+    const struct bd_technique *technique =
+        bd_technique_for(request->technique, &request->params, NULL);
     *out = request->params;
-    if (step == 0 || !technique) return 0;
-    if (bd_params_read(&request->params, technique, &params, NULL)) return 0;
-    // Where on the ladder the request stands, its defaults included.
-    bd_params_write(&params, technique, &all);
-    uint32_t rung = bd_ladder_begin(technique, &all, &ignored), taken = 0;
-    while (taken < step && bd_ladder_climb(technique, &request->params, &rung, out)) taken++;
-    return taken;
+    return technique ? bd_ladder_above(technique, &request->params, step, out) : 0;
 }
 
 // Steps that add sub-frames. The reference has none: its samples are spread over the pixel.

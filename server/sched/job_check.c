@@ -46,7 +46,7 @@ struct bd_job_check *bd_job_check_create(struct bd_frame_request *frame)
 {
     struct bd_job_check *check = calloc(1, sizeof *check);
     BD_ASSERT(check);
-    check->technique = bd_technique_named(frame->technique, NULL);
+    check->technique = bd_technique_for(frame->technique, &frame->params, NULL);
     check->given = frame->params;
     check->layers_asked = frame->layers | 1u << BD_LAYER_BEAUTY;
     if (frame->auto_exposure) check->layers_asked |= BD_LAYERS_METERED;

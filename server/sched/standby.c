@@ -20,7 +20,8 @@ struct bd_standby *bd_standby_create(struct bd_job_request *request)
     struct bd_param_list cheap;
     if (!request->accepts_cheaper || frame->deadline_ms == 0 || frame->plan_only ||
         bd_frame_request_is_traced(frame) || bd_frame_request_is_checked(frame) ||
-        !bd_ladder_cheapest(bd_technique_named(frame->technique, NULL), &frame->params, &cheap))
+        !bd_ladder_cheapest(bd_technique_for(frame->technique, &frame->params, NULL),
+                            &frame->params, &cheap))
         return NULL;
     struct bd_standby *standby = calloc(1, sizeof *standby);
     BD_ASSERT(standby);

@@ -405,6 +405,18 @@ enum bd_err bd_params_read(const struct bd_param_list *list, const struct bd_tec
     return read_over_defaults(list, technique, true, out, fault);
 }
 
+bool bd_params_are_read(const struct bd_param_list *list, const struct bd_technique *technique)
+{
+    bool all = true;
+    for (uint32_t p = 0; p < list->count; p++) {
+        bool one = false;
+        for (int i = 0; i < BD_PARAM_COUNT; i++)
+            one |= is_read(technique, i) && strcmp(table[i].key, list->pairs[p].key) == 0;
+        all &= one;
+    }
+    return all;
+}
+
 static void write_lights(const struct param_row *row, uint32_t bits, char *text, size_t size)
 {
     text[0] = 0;

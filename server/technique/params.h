@@ -194,6 +194,9 @@ BD_MUST_CHECK
 enum bd_err bd_params_read(const struct bd_param_list *list, const struct bd_technique *technique,
                            struct bd_params *out, struct bd_fault *fault);
 
+// Whether the technique reads every parameter of `list`, whatever its value.
+bool bd_params_are_read(const struct bd_param_list *list, const struct bd_technique *technique);
+
 // A hash of the values of some of them, bits of BD_READS.
 uint64_t bd_params_hash(const struct bd_params *params, uint64_t which, uint64_t seed);
 

@@ -18,11 +18,33 @@ static const struct bd_technique *const techniques[] = {
 };
 #define TECHNIQUE_COUNT (sizeof techniques / sizeof techniques[0])
 
-const struct bd_technique *const bd_technique_default = &bd_technique_multires_gather;
+const struct bd_technique *const bd_technique_default = &bd_technique_many_light;
 
-const struct bd_technique *bd_technique_named(const char *name, struct bd_fault *fault)
+// What `auto` chooses from, what it likes best first.
+static const struct bd_technique *const choices[] = {
+    &bd_technique_many_light,
+    &bd_technique_multires_gather,
+    &bd_technique_hisr,
+    &bd_technique_reference,
+};
+
+bool bd_technique_is_auto(const char *name)
 {
-    return name[0] ? bd_technique_find(name, fault) : bd_technique_default;
+    return !name[0] || strcmp(name, BD_TECHNIQUE_AUTO) == 0;
+}
+
+// Where none reads them the default says so.
+static const struct bd_technique *choose(const struct bd_param_list *given)
+{
+    for (size_t i = 0; i < sizeof choices / sizeof *choices; i++)
+        if (bd_params_are_read(given, choices[i])) return choices[i];
+    return bd_technique_default;
+}
+
+const struct bd_technique *bd_technique_for(const char *name, const struct bd_param_list *given,
+                                            struct bd_fault *fault)
+{
+    return bd_technique_is_auto(name) ? choose(given) : bd_technique_find(name, fault);
 }
 
 const struct bd_technique *bd_technique_at(uint32_t index)
@@ -47,11 +69,11 @@ const char *const *bd_technique_names(uint32_t *count)
 
 const struct bd_technique *bd_technique_find(const char *name, struct bd_fault *fault)
 {
-    char known[256] = "";
+    char known[256] = BD_TECHNIQUE_AUTO;
     for (size_t i = 0; i < TECHNIQUE_COUNT; i++) {
         if (strcmp(techniques[i]->name, name) == 0) return techniques[i];
         size_t used = strlen(known);
-        snprintf(known + used, sizeof known - used, "%s%s", i ? ", " : "", techniques[i]->name);
+        snprintf(known + used, sizeof known - used, ", %s", techniques[i]->name);
     }
     (void)bd_fault_set(fault, BD_ERR_USAGE, "technique", "%.40s: no such technique; known: %s",
                        name, known);

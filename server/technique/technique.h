@@ -229,11 +229,17 @@ extern const struct bd_technique bd_technique_reference;
 extern const struct bd_technique bd_technique_rsm;
 extern const struct bd_technique bd_technique_rsm_splat;
 
-// What a request that names none gets, from whatever client.
+// What a request that names no technique names.
+#define BD_TECHNIQUE_AUTO "auto"
+// What that is where nothing speaks for another.
 extern const struct bd_technique *const bd_technique_default;
 
-// The one of that name, or for "" the default; otherwise as bd_technique_find.
-const struct bd_technique *bd_technique_named(const char *name, struct bd_fault *fault);
+// "" and "auto".
+bool bd_technique_is_auto(const char *name);
+// The one of that name, otherwise as bd_technique_find; for "auto" what it prefers of those that
+// read every parameter given.
+const struct bd_technique *bd_technique_for(const char *name, const struct bd_param_list *given,
+                                            struct bd_fault *fault);
 // By name; NULL and a fault that lists the names if there is none.
 const struct bd_technique *bd_technique_find(const char *name, struct bd_fault *fault);
 // All of them, in order; NULL past the last.

@@ -85,7 +85,7 @@ static void fill_report(struct bd_report *report, const struct bd_job *job)
     report->height_px = frame->height_px;
     snprintf(report->camera, sizeof report->camera, "%s", frame->camera);
     snprintf(report->technique, sizeof report->technique, "%s",
-             frame->technique[0] ? frame->technique : bd_technique_default->name);
+             frame->technique[0] ? frame->technique : BD_TECHNIQUE_AUTO);
     report->params = frame->params;
     report->seed = frame->seed;
     report->aa = frame->aa;

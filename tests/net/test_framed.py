@@ -89,7 +89,7 @@ def test_techniques_say_what_they_are(shared):
     reply = shared.framed().ask(envelope(techniques=bounced_pb2.Techniques()))[0].techniques_reply
     techniques = {technique.name: technique for technique in reply.techniques}
     assert [t.name for t in reply.techniques][:2] == ["direct", "rsm"]
-    assert [t.name for t in reply.techniques if t.is_default] == ["multires_gather"]
+    assert [t.name for t in reply.techniques if t.is_default] == ["many_light"]
     direct, rsm = techniques["direct"], techniques["rsm"]
     assert direct.model.indirect_bounces == 0 and list(direct.model.indirect_lights) == []
     assert list(direct.model.lights) == ["punctual", "emissive", "environment"]

@@ -276,6 +276,47 @@ static void the_cheapest_is_never_dearer(void **state)
 
 static void a_technique_without_ladder_stays(void **state)
 {
+// 0 leaves something out, or is the best there is.
+static void what_was_left_out_stays_out(void **state)
+{
+    (void)state;
+    struct bd_param_list given = list_of("light_rays=0", NULL), now;
+    assert_int_equal(bd_ladder_above(&bd_technique_many_light, &given, 2, &now), 2);
+    assert_string_equal(value_of(&now, "light_rays"), "0");
+    assert_string_equal(value_of(&now, "rays"), "16");
+    given = list_of("light_rays=2", NULL);
+    assert_int_equal(bd_ladder_above(&bd_technique_many_light, &given, 2, &now), 2);
+    assert_string_equal(value_of(&now, "light_rays"), "32");
+    // As many as there are.
+    assert_int_equal(bd_ladder_above(&bd_technique_many_light, &given, 99, &now), 6);
+    assert_string_equal(value_of(&now, "far_rays"), "256");
+    assert_int_equal(bd_ladder_above(&bd_technique_many_light, &given, 0, &now), 0);
+    assert_int_equal(now.count, 1);
+}
+
+// Half of the noise is three quarters of its variance less: each rung has about twice the rays.
+static void an_estimate_asks_for_rungs(void **state)
+{
+    (void)state;
+    assert_int_equal(bd_improve_rungs_for_estimate(0), 0);
+    assert_int_equal(bd_improve_rungs_for_estimate(BD_IMPROVE_ESTIMATE), 0);
+    assert_int_equal(bd_improve_rungs_for_estimate(NAN), 0);
+    assert_int_equal(bd_improve_rungs_for_estimate(0.051), 1);
+    assert_int_equal(bd_improve_rungs_for_estimate(0.1), 2);
+    assert_int_equal(bd_improve_rungs_for_estimate(0.2), 4);
+}
+
+static void a_budget_is_not_overdrawn(void **state)
+{
+    (void)state;
+    assert_int_equal(bd_improve_rungs_for_ms(100, -5), 0);
+    assert_int_equal(bd_improve_rungs_for_ms(100, 199), 0);
+    assert_int_equal(bd_improve_rungs_for_ms(100, 200), 1);
+    assert_int_equal(bd_improve_rungs_for_ms(100, 1500), 1);
+    assert_int_equal(bd_improve_rungs_for_ms(100, 1e6), 2);
+    assert_int_equal(bd_improve_rungs_for_ms(0, 850), 0);
+}
+
     (void)state;
     static const struct bd_technique bare = {.name = "bare"};
     struct bd_param_list given = list_of("brdf=full", NULL), now;
@@ -302,5 +343,8 @@ int main(void)
         cmocka_unit_test(the_cheapest_is_never_dearer),
         cmocka_unit_test(a_technique_without_ladder_stays),
     };
+        cmocka_unit_test(what_was_left_out_stays_out),
+        cmocka_unit_test(an_estimate_asks_for_rungs),
+        cmocka_unit_test(a_budget_is_not_overdrawn),
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

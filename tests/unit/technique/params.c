@@ -190,9 +190,35 @@ static void paper_mode_has_the_papers_blocks(void **state)
     assert_int_equal(params.vpls, 65536); // no block
 }
 
+static const struct bd_technique *chosen(const char *name, const char *pair)
+{
+    struct bd_param_list list = {0};
+    struct bd_fault fault = {0};
+    if (pair) assert_int_equal(bd_param_list_add(&list, pair, &fault), BD_ERR_OK);
+    return bd_technique_for(name, &list, &fault);
+}
+
+// `auto` is the first it likes of those that read what was given.
+static void what_is_given_chooses(void **state)
+{
+    (void)state;
+    assert_ptr_equal(chosen("", NULL), &bd_technique_many_light);
+    assert_ptr_equal(chosen("auto", NULL), bd_technique_default);
+    assert_ptr_equal(chosen("auto", "vpls=64"), &bd_technique_many_light);
+    assert_ptr_equal(chosen("auto", "rsm_size=64"), &bd_technique_multires_gather);
+    assert_ptr_equal(chosen("auto", "tree_roots=64"), &bd_technique_hisr);
+    assert_ptr_equal(chosen("auto", "spp=4"), &bd_technique_reference);
+    assert_ptr_equal(chosen("auto", "spp=none"), &bd_technique_reference); // who refuses it
+    assert_ptr_equal(chosen("rsm", "spp=4"), &bd_technique_rsm);
+    // Nobody reads it: the default says so.
+    assert_ptr_equal(chosen("", "vlps=64"), bd_technique_default);
+    assert_null(chosen("automatic", NULL));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(what_is_given_chooses),
         cmocka_unit_test(the_defaults_are_the_whole_equation),
         cmocka_unit_test(what_is_read_is_written_and_read_again),
         cmocka_unit_test(what_makes_no_sense_is_refused_by_name),
