@@ -40,6 +40,8 @@ static enum bd_err fill_frame(struct frame *frame, const struct bd_cli_render *o
     }
     request->has_deadline_ms = options->deadline_ms != 0;
     request->deadline_ms = options->deadline_ms;
+    request->has_budget_ms = options->budget_ms != 0;
+    request->budget_ms = options->budget_ms;
     request->has_check = options->check != 0;
     request->check = options->check;
     request->has_target_error = options->target_error > 0;

@@ -15,6 +15,7 @@
 
 enum {
     OPT_OUTPUT = BD_CLI_OPT_OWN,
+    OPT_BUDGET,
     OPT_CHECK,
     OPT_TARGET_ERROR,
     OPT_PLAN,
@@ -30,6 +31,7 @@ static const struct bd_cli_option render_table[] = {
     BD_CLI_COMMON_OPTIONS,
     BD_CLI_FRAME_OPTIONS,
     {"output", 'o', true, OPT_OUTPUT},
+    {"budget-ms", 0, true, OPT_BUDGET},
     {"check", 0, true, OPT_CHECK},
     {"target-error", 0, true, OPT_TARGET_ERROR},
     {"plan", 0, false, OPT_PLAN},
@@ -159,6 +161,8 @@ static enum bd_err parse_render_option(int id, const char *value, struct bd_cli_
     case OPT_OUTPUT:
         out->output = value;
         return BD_ERR_OK;
+    case OPT_BUDGET:
+        return bd_cli_parse_u32("budget-ms", value, 1, UINT32_MAX, &out->budget_ms, fault);
     case OPT_CHECK:
         return parse_check(value, out, fault);
     case OPT_TARGET_ERROR:

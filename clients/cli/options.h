@@ -46,6 +46,7 @@ struct bd_cli_render {
     uint64_t seed;
     uint32_t deadline_ms;    // 0 = none
     uint32_t check;          // pixels to trace, 0 = the server's choice
+    uint32_t budget_ms;      // of rendering; 0 = none
     double target_error;     // per cent, 0 = none
     const char *against;     // of both; NULL = the server's default
     uint32_t region[4];      // x, y, width, height; width 0 = all

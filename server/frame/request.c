@@ -182,6 +182,9 @@ static enum bd_err check_check(const struct bd_frame_request *request, struct bd
     if (pixels > 0 && (pixels < CHECK_PIXELS_MIN || pixels > CHECK_PIXELS_MAX))
         return bd_fault_set(fault, BD_ERR_USAGE, "check", "%u: must be from %d to %d pixels",
                             pixels, CHECK_PIXELS_MIN, CHECK_PIXELS_MAX);
+    if (request->budget_ms > 0 && request->target_error > 0)
+        return bd_fault_set(fault, BD_ERR_USAGE, "budget_ms",
+                            "budget_ms or target_error, not both");
     if (!(request->target_error >= 0 && request->target_error <= TARGET_ERROR_MAX))
         return bd_fault_set(fault, BD_ERR_USAGE, "target_error",
                             "must be above 0 and at most %d per cent", 100 * TARGET_ERROR_MAX);
@@ -208,15 +211,18 @@ static enum bd_err check_traced_bytes(const struct bd_frame_request *request, ui
 static enum bd_err check_traced(const struct bd_frame_request *request,
                                 const struct bd_frame_limits *limits, struct bd_fault *fault)
 {
-    if (request->aa != 1)
-        return bd_fault_set(fault, BD_ERR_USAGE, "aa",
-                            "aa=%u: technique reference has no sub-frames; spp and filter=box "
-                            "sample a pixel",
     if (request->layers & BD_LAYERS_DOUBT)
         return bd_fault_set(fault, BD_ERR_USAGE, "layers",
                             "noise, blur: technique reference has no such layer; halves and "
                             "variance tell how noisy it is");
+    if (request->aa != 1)
+        return bd_fault_set(fault, BD_ERR_USAGE, "aa",
+                            "aa=%u: technique reference has no sub-frames; spp and filter=box "
+                            "sample a pixel",
                             request->aa);
+    if (request->budget_ms > 0)
+        return bd_fault_set(fault, BD_ERR_USAGE, "budget_ms",
+                            "budget_ms: technique reference has none; spp says how far it goes");
     if (request->check_pixels > 0 || request->target_error > 0)
         return bd_fault_set(fault, BD_ERR_USAGE, request->check_pixels ? "check" : "target_error",
                             "technique reference is what other frames are checked against; its "

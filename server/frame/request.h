@@ -85,6 +85,9 @@ struct bd_frame_request {
     uint32_t aa;      // sub-frames averaged, 1 to 64
     uint64_t seed;
     uint32_t deadline_ms; // 0 = none; counted from submission
+    // 0 = none; with one the best settings of the technique's ladder that it is likely good for,
+    // what is done once (programs, uploads) not counted. The clock decides.
+    uint32_t budget_ms;
     // Estimate the error of the frame from so many pixels traced by the reference; 0 = do not.
     // Relative error to refine for, 0 = none: then `check_pixels` 0 stands for 512.
     uint32_t check_pixels;

@@ -204,6 +204,7 @@ enum bd_err bd_frame_options_read(const Bounced__FrameRequest *request,
     if (request->has_aa) frame->aa = request->aa;
     if (request->has_seed) frame->seed = request->seed;
     if (request->has_deadline_ms) frame->deadline_ms = request->deadline_ms;
+    if (request->has_budget_ms) frame->budget_ms = request->budget_ms;
     frame->plan_only = request->plan_only;
     return err;
 }

@@ -191,6 +191,12 @@ static bool set_deadline(char *value, Bounced__FrameRequest *request)
     return request->has_deadline_ms;
 }
 
+static bool set_budget(char *value, Bounced__FrameRequest *request)
+{
+    request->has_budget_ms = read_u32(value, &request->budget_ms);
+    return request->has_budget_ms;
+}
+
 static bool set_check(char *value, Bounced__FrameRequest *request)
 {
     request->has_check = read_u32(value, &request->check);
@@ -241,6 +247,7 @@ static const struct option {
     {"quality", set_quality, "a whole number"},
     {"region", set_region, "X,Y,WIDTH,HEIGHT"},
     {"deadline_ms", set_deadline, "a whole number"},
+    {"budget_ms", set_budget, "a whole number"},
     {"check", set_check, "a whole number"},
     {"target_error", set_target_error, "per cent"},
     {"against", set_against, ""},

@@ -144,6 +144,7 @@ void bd_command_render(struct bd_command *command)
                                      .frame = command->options.frame,
                                      .spent_ms = spent_ms,
                                      .accepts_cheaper = true,
+                                     .improves = true,
                                      .priority = BD_PRIORITY_REQUEST,
                                      .turn = bd_client_turn(command->client),
                                      .done = bd_frame_job_done,

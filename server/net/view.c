@@ -428,6 +428,7 @@ static enum bd_err check_options(const struct bd_net *net, const struct bd_store
     if (frame->plan_only) return refuse("plan_only", fault);
     if (frame->check_pixels) return refuse("check", fault);
     if (frame->target_error > 0) return refuse("target_error", fault);
+    if (frame->budget_ms) return refuse("budget_ms", fault);
     if (!options->wants_image)
         return bd_fault_set(fault, BD_ERR_USAGE, "encoding", "a view's encoding is not none");
     enum bd_err err = bd_frame_request_check(frame, &frame_limits, fault);

@@ -4,6 +4,7 @@
 
 #include "base/assert.h"
 #include "base/clock.h"
+#include "sched/improve.h"
 #include "sched/job_check.h"
 #include "sched/standby.h"
 
@@ -18,6 +19,7 @@ struct bd_job *bd_job_create(const struct bd_job_request *request)
     atomic_init(&job->checking, false);
     job->request = *request;
     bd_scene_retain(job->request.scene);
+    bd_improve_begin(&job->request);
     if (bd_frame_request_is_checked(&request->frame))
         job->check = bd_job_check_create(&job->request.frame);
     job->standby = bd_standby_create(&job->request);
@@ -46,6 +48,7 @@ enum bd_err bd_job_should_stop(void *user)
     const struct bd_job *job = user;
     if (atomic_load(&job->cancelled) || atomic_load(&job->yields)) return BD_ERR_CANCELLED;
     if (job->deadline_ns && bd_clock_ns() > job->deadline_ns) return BD_ERR_DEADLINE;
+    if (job->budget_ends_ns && bd_clock_ns() > job->budget_ends_ns) return BD_ERR_DEADLINE;
     return BD_ERR_OK;
 }
 

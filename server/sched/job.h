@@ -23,6 +23,8 @@ struct bd_job {
     atomic_uint progress_ppm;  // share of the work that is done, in millionths
     atomic_bool checking;      // the work is a spot check, not the frame
     bool render_again;         // the check's verdict, on its way back to the render thread
+    double improved_ms;        // spent of its budget (sched/improve.h). Render thread
+    uint64_t budget_ends_ns;   // for the frame that is to be better; 0 = none. Render thread
     struct bd_standby *standby; // NULL unless a cheaper frame may stand in (sched/standby.h)
     struct bd_job_check *check; // NULL unless its error is to be estimated (sched/job_check.h)
     struct bd_job_result rendered; // what its frame makes, until it is at its end. Render thread

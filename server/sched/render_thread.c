@@ -4,6 +4,7 @@
 
 #include "base/assert.h"
 #include "base/clock.h"
+#include "sched/improve.h"
 #include "sched/job_check.h"
 #include "sched/standby.h"
 
@@ -173,7 +174,8 @@ static void finish_job(struct bd_sched *sched, struct bd_job *job, enum bd_err e
     end_running(sched, job);
     account_memory(sched, job);
     if (!job->is_given_up) take_result(job, err);
-    bool waits_again = !job->is_given_up && (has_yielded(sched, job) || bd_standby_take(job));
+    bool waits_again = !job->is_given_up &&
+                       (has_yielded(sched, job) || bd_standby_take(job) || bd_improve_take(job));
     if (waits_again) bd_job_queue_put_back(&sched->queue, job);
     pthread_mutex_unlock(&sched->lock);
     if (waits_again) return;

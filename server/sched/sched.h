@@ -52,6 +52,8 @@ struct bd_job_request {
     int priority;      // higher first; 0 = batch, 10 = interactive
     bool accepts_cheaper; // where the deadline passes: the technique's cheapest rung, which is
                           // rendered before what was asked for, with the flag `deadline_rung`
+    bool improves; // of technique `auto`: rendered again where its own estimate of its error is
+                   // large
     uint64_t turn; // whose it is: among jobs of one priority, owners take turns. 0 = one more owner
     // Called once, on the thread that ran the job, when it ended: only enqueue, then return. NULL
     // is fine for who waits.

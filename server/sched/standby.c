@@ -10,7 +10,7 @@
 
 struct bd_standby {
     struct bd_param_list asked, cheap;
-    bool stands;
+    bool stands, improves;
     struct bd_job_result kept;
 };
 
@@ -45,10 +45,21 @@ void bd_standby_destroy(struct bd_standby **standby)
 
 static void keep(struct bd_job *job)
 {
+    free_layers(&job->standby->kept);
     job->standby->kept = job->result;
     job->standby->stands = true;
     job->result = (struct bd_job_result){0};
     job->request.frame.params = job->standby->asked;
+}
+
+void bd_standby_keep_for(struct bd_job *job, const struct bd_param_list *better)
+{
+    if (!job->standby) job->standby = calloc(1, sizeof *job->standby);
+    BD_ASSERT(job->standby);
+    job->standby->improves = true;
+    job->standby->cheap = job->request.frame.params;
+    job->standby->asked = *better;
+    keep(job);
 }
 
 // The rung's pairs, as they stand in for what was asked: those that differ from it.
@@ -67,6 +78,8 @@ static void stand_in(struct bd_job *job)
 {
     struct bd_standby *standby = job->standby;
     struct bd_report_time time_ms = job->result.report.time_ms;
+    const enum bd_err err = job->result.err;
+    const struct bd_fault fault = job->result.fault;
     char settings[BD_REPORT_FLAG_BYTES];
     free_layers(&job->result);
     job->result = standby->kept;
@@ -74,6 +87,12 @@ static void stand_in(struct bd_job *job)
     standby->stands = false;
     struct bd_report *report = &job->result.report;
     bd_report_add_time(&report->time_ms, &time_ms);
+    // A budget that is spent: its flag stands already.
+    if (err == BD_ERR_DEADLINE && job->budget_ends_ns) return;
+    if (err != BD_ERR_DEADLINE) {
+        bd_report_flag(report, "better_failed: %.160s", fault.message);
+        return;
+    }
     report->stopped = BD_STOPPED_DEADLINE;
     describe(standby, settings, sizeof settings);
     bd_report_flag(report, "deadline_rung: %u ms passed, rendered with%s",
@@ -89,7 +108,8 @@ bool bd_standby_take(struct bd_job *job)
         return true;
     }
     if (!standby->stands) return false;
-    if (job->result.err == BD_ERR_DEADLINE)
+    const enum bd_err err = job->result.err;
+    if (err == BD_ERR_DEADLINE || (standby->improves && err && err != BD_ERR_CANCELLED))
         stand_in(job);
     else
         bd_report_add_time(&job->result.report.time_ms, &standby->kept.report.time_ms);

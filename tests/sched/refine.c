@@ -1,10 +1,12 @@
-// What is decided after a checked frame, and how ladders are climbed: no device, no tracing.
+// What is decided after a frame, checked or not, and how ladders are climbed: no device, no
+// tracing.
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "frame/ladder.h"
+#include "sched/improve.h"
 #include "sched/refine.h"
 #include "tests/unit/cmocka_all.h"
 
@@ -274,8 +276,6 @@ static void the_cheapest_is_never_dearer(void **state)
     assert_false(bd_ladder_cheapest(&bd_technique_rsm, &given, &now));
 }
 
-static void a_technique_without_ladder_stays(void **state)
-{
 // 0 leaves something out, or is the best there is.
 static void what_was_left_out_stays_out(void **state)
 {
@@ -317,6 +317,8 @@ static void a_budget_is_not_overdrawn(void **state)
     assert_int_equal(bd_improve_rungs_for_ms(0, 850), 0);
 }
 
+static void a_technique_without_ladder_stays(void **state)
+{
     (void)state;
     static const struct bd_technique bare = {.name = "bare"};
     struct bd_param_list given = list_of("brdf=full", NULL), now;
@@ -341,10 +343,10 @@ int main(void)
         cmocka_unit_test(defaults_sit_on_their_own_ladder),
         cmocka_unit_test(a_key_given_twice_is_replaced),
         cmocka_unit_test(the_cheapest_is_never_dearer),
-        cmocka_unit_test(a_technique_without_ladder_stays),
-    };
         cmocka_unit_test(what_was_left_out_stays_out),
         cmocka_unit_test(an_estimate_asks_for_rungs),
         cmocka_unit_test(a_budget_is_not_overdrawn),
+        cmocka_unit_test(a_technique_without_ladder_stays),
+    };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -280,7 +280,7 @@ static void higher_priority_goes_first(void **state)
     }
     for (int i = 0; i < 4; i++) bd_job_release(&jobs[i]);
     while (atomic_load(&ended_count) < 4) sleep_ms(1); // `done` comes after the wait's end
-    const int expected[4] = {2, 0, 1, 3}; // the long one gives way, and begins anew
+    const int expected[4] = {2, 0, 1, 3};              // the long one gives way, and begins anew
     assert_memory_equal(ended_order, expected, sizeof expected);
     bd_scene_release(&scene);
 }
@@ -352,11 +352,99 @@ static void a_pose_sees_what_its_camera_sees(void **state)
     for (int i = 0; i < 32 * 32 * 4; i++) assert_true(fabsf(a[i] - b[i]) <= 1e-3f * (1 + a[i]));
     assert_string_equal(bd_job_result(by_pose)->report.camera, "pose");
     assert_true(was_reused(again, "gbuffer") && !was_reused(moved, "gbuffer"));
-    assert_true(was_reused(moved, "rsm")); // the light has not moved
+    assert_true(was_reused(moved, "light_paths")); // the light has not moved
     bd_job_release(&by_camera);
     bd_job_release(&by_pose);
     bd_job_release(&again);
     bd_job_release(&moved);
+    bd_scene_release(&scene);
+}
+
+// Lit by a small panel, whose light is drawn by chance.
+static struct bd_scene *create_noisy_scene(void)
+{
+    const double origin[3] = {0, 0, 0}, eye[3] = {0.6, 0.4, 0.7};
+    const double panel[4][3] = {{-.2, .9, -.2}, {.2, .9, -.2}, {.2, .9, .2}, {-.2, .9, .2}};
+    struct world builder = {0};
+    world_clear(&builder);
+    world_add_box_room(&builder, world_add_material(&builder, 0.9f), origin, 1);
+    const int32_t glowing = world_add_material(&builder, 0);
+    for (int c = 0; c < 3; c++) builder.scene->materials[glowing].emissive[c] = 2;
+    world_add_quad(&builder, glowing, panel, 1);
+    world_add_camera(&builder, eye, origin, 1.2);
+    struct bd_fault fault = {0};
+    assert_int_equal(bd_scene_finish(builder.scene, &fault), BD_ERR_OK);
+    return builder.scene;
+}
+
+static struct bd_job_request noisy_request(struct bd_scene *scene)
+{
+    struct bd_job_request request = request_of(scene, 64, "noise_filter=off");
+    assert_int_equal(bd_param_list_add(&request.frame.params, "rays=2", NULL), BD_ERR_OK);
+    assert_int_equal(bd_param_list_add(&request.frame.params, "far_rays=2", NULL), BD_ERR_OK);
+    return request;
+}
+
+static bool has_flag(const struct bd_report *report, const char *name)
+{
+    for (uint32_t i = 0; i < report->flag_count; i++)
+        if (strcmp(report->flags[i], name) == 0) return true;
+    return false;
+}
+
+static const char *value_of(const struct bd_report *report, const char *key)
+{
+    for (uint32_t i = 0; i < report->params.count; i++)
+        if (strcmp(report->params.pairs[i].key, key) == 0) return report->params.pairs[i].value;
+    fail_msg("%s is not read", key);
+    return NULL;
+}
+
+// Two rays of either kind, and no filter, are too noisy: it goes on until it thinks that it is good
+// enough. What it ended with has the same bytes when it is asked for.
+static void auto_is_content_with_little_doubt(void **state)
+{
+    struct bd_scene *scene = create_noisy_scene();
+    struct bd_report report, again;
+    struct bd_job_request request = noisy_request(scene);
+    request.improves = true;
+    struct bd_image *improved = render_within(*state, &request, 0, &report);
+    print_message("    %s rays=%s, %.2f %% by its own estimate\n", report.technique,
+                  value_of(&report, "rays"), 100 * report.own_estimate);
+    assert_string_equal(report.technique, "many_light");
+    assert_true(report.own_estimate > 0 && report.own_estimate <= 0.05);
+    assert_true(atoi(value_of(&report, "rays")) > 2);
+    assert_false(has_flag(&report, "chosen_by_clock"));
+    request.frame.params = report.params;
+    request.improves = false;
+    strcpy(request.frame.technique, report.technique);
+    assert_same_picture(improved, render_within(*state, &request, 0, &again));
+    // Who names a technique gets what he asked for; so does who cannot wait for a second frame.
+    request = noisy_request(scene);
+    bd_image_destroy(&(struct bd_image *){render_within(*state, &request, 0, &report)});
+    assert_string_equal(value_of(&report, "rays"), "2");
+    assert_true(report.own_estimate > 0.05);
+    request.improves = true;
+    strcpy(request.frame.technique, "many_light");
+    bd_image_destroy(&(struct bd_image *){render_within(*state, &request, 0, &again)});
+    assert_string_equal(value_of(&again, "rays"), "2");
+    bd_scene_release(&scene);
+}
+
+static void a_budget_goes_as_far_as_it_lasts(void **state)
+{
+    struct bd_scene *scene = create_scene();
+    struct bd_job_request request = request_of(scene, 64, "brdf=lambert");
+    struct bd_report report;
+    request.frame.budget_ms = 1;
+    bd_image_destroy(&(struct bd_image *){render_within(*state, &request, 0, &report)});
+    assert_string_equal(value_of(&report, "rays"), "2");
+    assert_true(has_flag(&report, "chosen_by_clock"));
+    request.frame.budget_ms = PATIENCE * 3000;
+    bd_image_destroy(&(struct bd_image *){render_within(*state, &request, 0, &report)});
+    print_message("    rays=%s in %.0f ms\n", value_of(&report, "rays"), report.time_ms.total);
+    assert_true(atoi(value_of(&report, "rays")) > 4);
+    assert_true(report.time_ms.total < 3 * PATIENCE * 3000);
     bd_scene_release(&scene);
 }
 
@@ -396,6 +484,8 @@ int main(void)
         WITH_SCHED(a_full_queue_says_so),
         WITH_SCHED(oversize_is_refused_by_name),
         WITH_SCHED(a_pose_sees_what_its_camera_sees),
+        WITH_SCHED(auto_is_content_with_little_doubt),
+        WITH_SCHED(a_budget_goes_as_far_as_it_lasts),
         cmocka_unit_test(no_such_device_says_what_was_tried),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

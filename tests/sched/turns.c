@@ -238,7 +238,7 @@ static void a_long_frame_gives_its_equals_a_turn(void **state)
     (void)state;
     struct bd_sched *sched = create_sched(0);
     struct bd_scene *scene = create_scene(0), *other = create_scene(.3);
-    struct bd_job_request large = request_of(scene, BATCH_SIDE, "vpls=49152", VIEW);
+    struct bd_job_request large = request_of(scene, BATCH_SIDE, "vpls=98304", VIEW);
     struct bd_job_request view = request_of(other, VIEW_SIDE, "vpls=96", VIEW);
     large.turn = 1;
     view.turn = 2;

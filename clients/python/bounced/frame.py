@@ -59,6 +59,7 @@ class FrameOptions(TypedDict, total=False):
     exr_half: bool               # 16 bits a channel where these hold it
     jpeg_quality: int            # 1 to 100
     deadline_ms: int             # from the daemon's receipt; cheaper after it (flag deadline_rung)
+    budget_ms: int               # of rendering: the best settings that it is good for
     check: int                   # pixels to be traced for an estimate of the error, 16 to 65536
     target_error: float          # per cent; refine until the interval's upper end is below
     against: str                 # "full" (default) or "model": which error decides; both are told

@@ -46,12 +46,13 @@ static void defaults_depend_on_the_output(void **state)
 static void every_option_arrives(void **state)
 {
     (void)state;
-    const struct bd_cli_render *o = parsed(WORDS(
-        "--size=640x480", "--camera", "Cam 2", "--technique", "direct", "--set", "vpls=256",
-        "--set=brdf=lambert", "--aa", "4", "--layers", "direct,normal", "--exposure=-1.5",
-        "--tonemap", "agx", "--seed", "18446744073709551615", "--deadline-ms", "1500", "--check",
-        "300", "--target-error", "2.5:full", "--report", "r.json", "--fresh", "camera", "--json",
-        "--quiet", "--server", "tcp:h:1", "--token-file", "t", "-o", "x.exr", "--", "-odd.glb"));
+    const struct bd_cli_render *o = parsed(
+        WORDS("--size=640x480", "--camera", "Cam 2", "--technique", "direct", "--set", "vpls=256",
+              "--set=brdf=lambert", "--aa", "4", "--layers", "direct,normal", "--exposure=-1.5",
+              "--tonemap", "agx", "--seed", "18446744073709551615", "--deadline-ms", "1500",
+              "--check", "300", "--target-error", "2.5:full", "--budget-ms", "700", "--report",
+              "r.json", "--fresh", "camera", "--json", "--quiet", "--server", "tcp:h:1",
+              "--token-file", "t", "-o", "x.exr", "--", "-odd.glb"));
     assert_string_equal(o->scene, "-odd.glb");
     assert_int_equal(o->width_px, 640);
     assert_int_equal(o->height_px, 480);
@@ -68,6 +69,7 @@ static void every_option_arrives(void **state)
     assert_true(o->seed == UINT64_MAX);
     assert_int_equal(o->deadline_ms, 1500);
     assert_int_equal(o->check, 300);
+    assert_int_equal(o->budget_ms, 700);
     assert_true(o->target_error == 2.5);
     assert_string_equal(o->against, "full");
     assert_string_equal(o->fresh, "camera");

@@ -1,0 +1,33 @@
+// Frames that are rendered again, better: of technique `auto` while their own estimate of the error
+// (frame/report.h) is above what nobody should have to ask for, and those with a budget of time
+// while there is some left.
+//
+// By its own estimate a frame is the same bytes whenever it is asked for. With a budget the clock
+// decides how far it goes, and the flag `chosen_by_clock` says so; each setting by itself has the
+// same bytes again.
+//
+// Private to sched/. Thread: the render thread, but for bd_improve_begin.
+
+#ifndef BD_SCHED_IMPROVE_H
+#define BD_SCHED_IMPROVE_H
+
+#include <stdbool.h>
+
+#include "sched/sched.h"
+
+// Of beauty, relative: what `auto` is content with.
+#define BD_IMPROVE_ESTIMATE 0.05
+
+// Rungs of a ladder that bring an estimate down to that; those to climb with so many milliseconds
+// left after a frame that took `frame_ms`: at most two, what they really take is known then.
+uint32_t bd_improve_rungs_for_estimate(double own_estimate);
+uint32_t bd_improve_rungs_for_ms(double frame_ms, double left_ms);
+
+// Changes a request with a budget to what is rendered first, its ladder's cheapest rung.
+void bd_improve_begin(struct bd_job_request *request);
+
+// After each frame of a job that stands. True: it is kept, and the job is to be rendered again,
+// with the request as it stands then.
+bool bd_improve_take(struct bd_job *job);
+
+#endif
