@@ -279,7 +279,9 @@ static void begin(struct bd_view *view, uint32_t step_index)
     state->running_step = step_index;
     state->begun_ns = bd_clock_ns();
     view->running = view->options;
-    bd_view_lay_step(&view->options.frame, step_index, &view->running.frame);
+    bd_view_lay_step(&view->options.frame,
+                     step_index + (state->refine ? 0 : bd_view_steps_before(&view->options.frame)),
+                     &view->running.frame);
     view->running_ns = view->wanted_ns;
     view->running_sequence = view->sequence;
     enum bd_err err = bd_store_get(view->net->options.store, view->scene_id, &entry, &fault);

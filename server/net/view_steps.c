@@ -30,22 +30,37 @@ static uint32_t sub_frames_of(const struct bd_frame_request *request, uint32_t s
                                                                    : sub_frames;
 }
 
+uint32_t bd_view_steps_before(const struct bd_frame_request *request)
+{
+    struct bd_param_list ignored;
+    const struct bd_technique *technique =
+        bd_technique_for(request->technique, &request->params, NULL);
+    return technique && bd_technique_is_auto(request->technique) &&
+           bd_ladder_cheapest(technique, &request->params, &ignored);
+}
+
 bool bd_view_has_step(const struct bd_frame_request *request, uint32_t step)
 {
     struct bd_param_list ignored;
-    uint32_t first = sub_frame_steps(request);
+    const uint32_t first = bd_view_steps_before(request) + sub_frame_steps(request);
     return step <= first || climb(request, step - first, &ignored) == step - first;
 }
 
 bool bd_view_step_adds_sub_frames(const struct bd_frame_request *request, uint32_t step)
 {
-    return step > 0 && step <= sub_frame_steps(request);
+    const uint32_t before = bd_view_steps_before(request);
+    return step > before && step <= before + sub_frame_steps(request);
 }
 
 void bd_view_lay_step(const struct bd_frame_request *request, uint32_t step,
                       struct bd_frame_request *out)
 {
-    uint32_t first = sub_frame_steps(request);
-    out->aa = sub_frames_of(request, step);
-    climb(request, step > first ? step - first : 0, &out->params);
+    const uint32_t before = bd_view_steps_before(request),
+                   first = before + sub_frame_steps(request);
+    out->aa = sub_frames_of(request, step > before ? step - before : 0);
+    if (step < before)
+        bd_ladder_cheapest(bd_technique_for(request->technique, &request->params, NULL),
+                           &request->params, &out->params);
+    else
+        climb(request, step > first ? step - first : 0, &out->params);
 }

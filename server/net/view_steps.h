@@ -1,7 +1,8 @@
-// A view's steps to a better picture: its request as it is, then the same with two, four, eight and
-// sixteen sub-frames, then the rungs of the technique's ladder (frame/ladder.h) that are above its
-// own parameters. Sub-frames come first because they cost little: light is gathered once, and each
-// frame goes on where the one before ended.
+// A view's steps to a better picture: of technique `auto` the cheapest settings, for what moves;
+// its request as it is, then the same with two, four, eight and sixteen sub-frames, then the rungs
+// of the technique's ladder (frame/ladder.h) that are above its own parameters. Sub-frames come
+// first because they cost little: light is gathered once, and each frame goes on where the one
+// before ended.
 //
 // Each step is a frame as anyone may ask for it alone, and has the same bytes.
 //
@@ -17,6 +18,9 @@
 
 // Sub-frames up to which a still picture is smoothed by itself.
 #define BD_VIEW_SUB_FRAMES 16u
+
+// Steps that come before the request as it is, 0 or 1: who wants no better picture begins there.
+uint32_t bd_view_steps_before(const struct bd_frame_request *request);
 
 // Whether there is a step of that number; 0 always is.
 bool bd_view_has_step(const struct bd_frame_request *request, uint32_t step);

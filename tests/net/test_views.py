@@ -107,11 +107,11 @@ def test_a_still_picture_gets_better_and_then_final(start, face):
     frames = client.until_final()
     assert [f.number for f in frames] == list(range(1, len(frames) + 1))
     assert [f.step for f in frames] == list(range(len(frames))) and len(frames) >= 2
-    # Sub-frames first, then parameters; nothing is taken back on the way.
+    # The cheapest parameters, those asked for, sub-frames, then better ones; nothing is taken back on the way.
     aa = [f.report.aa for f in frames]
-    assert aa[:5] == [1, 2, 4, 8, 16] and set(aa[5:]) == {16}
+    assert aa[:6] == [1, 1, 2, 4, 8, 16] and set(aa[6:]) == {16}
     rungs = [tuple((p.key, p.value) for p in f.report.parameters) for f in frames]
-    assert set(rungs[:5]) == {()} and len(set(rungs[5:])) == len(rungs[5:]) >= 2
+    assert rungs[0] != () and set(rungs[1:6]) == {()} and len(set(rungs[6:])) == len(rungs[6:]) >= 2
     vpls = [int(dict(rung).get("vpls", 1024)) for rung in rungs]
     assert vpls == sorted(vpls) and vpls[0] == 1024 < vpls[-1]
     assert [f.why_final.split(":")[0] for f in frames] == [""] * (len(frames) - 1) + ["top"]
@@ -132,7 +132,7 @@ def test_a_view_says_that_a_better_picture_would_take_too_long(start, face):
     client = face(start("--limit", "view_refine_seconds=1", env={"BD_FAKE_FRAME_MS": "100"}))
     client.open(add_scene(client))
     frames = client.until_final()
-    assert [f.report.aa for f in frames] == [1, 2, 4, 8, 16]  # 16 sub-frames of a rung take 1.6 s
+    assert [f.report.aa for f in frames] == [1, 1, 2, 4, 8, 16]  # 16 sub-frames of a rung take 1.6 s
     assert frames[-1].why_final == "time: a better one would take about 1.6 s, limit view_refine_seconds is 1"
 
 

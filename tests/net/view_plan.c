@@ -187,10 +187,46 @@ static void cost_is_what_passes_took(void **cmocka)
     assert_true(bd_view_cost_of_rung(&cost, 0) == 6 * 130);
 }
 
+static const char *rays_of(const struct bd_frame_request *request)
+{
+    for (uint32_t i = 0; i < request->params.count; i++)
+        if (strcmp(request->params.pairs[i].key, "rays") == 0)
+            return request->params.pairs[i].value;
+    return "as they are";
+}
+
+static void auto_begins_with_less(void **cmocka)
+{
+    (void)cmocka;
+    struct bd_frame_request request = bd_frame_request_default, step;
+    static const struct {
+        uint32_t sub_frames;
+        const char *rays;
+    } steps[] = {{1, "2"},           {1, "as they are"},  {2, "as they are"}, {4, "as they are"},
+                 {8, "as they are"}, {16, "as they are"}, {16, "8"},          {16, "16"}};
+    assert_int_equal(bd_view_steps_before(&request), 1);
+    for (uint32_t i = 0; i < sizeof steps / sizeof *steps; i++) {
+        step = request;
+        assert_true(bd_view_has_step(&request, i));
+        bd_view_lay_step(&request, i, &step);
+        assert_int_equal(step.aa, steps[i].sub_frames);
+        assert_string_equal(rays_of(&step), steps[i].rays);
+        assert_int_equal(bd_view_step_adds_sub_frames(&request, i), i > 1 && i < 6);
+    }
+    // What is given stands as low as it goes already.
+    static const char *const least[] = {"vpls=16",      "rays=2",         "far_rays=2",
+                                        "walk_vpls=16", "cache_cells=16", "light_rays=2"};
+    for (int i = 0; i < 6; i++)
+        assert_int_equal(bd_param_list_add(&request.params, least[i], NULL), BD_ERR_OK);
+    assert_int_equal(bd_view_steps_before(&request), 0);
+}
+
 static void steps_add_sub_frames_and_then_climb(void **cmocka)
 {
     (void)cmocka;
     struct bd_frame_request request = bd_frame_request_default, step;
+    strcpy(request.technique, "many_light");
+    assert_int_equal(bd_view_steps_before(&request), 0);
     static const uint32_t sub_frames[] = {1, 2, 4, 8, 16, 16, 16};
     for (uint32_t i = 0; i < sizeof sub_frames / sizeof *sub_frames; i++) {
         step = request;
@@ -376,6 +412,7 @@ int main(void)
         cmocka_unit_test(a_frame_is_stopped_only_early_and_never_twice),
         cmocka_unit_test(final_is_the_last_of_its_state),
         cmocka_unit_test(cost_is_what_passes_took),
+        cmocka_unit_test(auto_begins_with_less),
         cmocka_unit_test(steps_add_sub_frames_and_then_climb),
         cmocka_unit_test(a_frame_is_made_for_when_it_will_be_taken),
         cmocka_unit_test(a_client_s_pace_is_learnt_and_forgotten),

@@ -62,5 +62,6 @@ def test_dragging_stops_and_the_picture_is_smooth(daemon, scene):
     with bounced.private() as other:
         alone = other.scenes.add(SCENES / "cornell.glb")
         for frame in (shown[0], shown[-1]):
-            asked = alone.render(size=SIZE, encoding="half", pose=pose(9), aa=frame.report["aa"])
+            asked = alone.render(size=SIZE, encoding="half", pose=pose(9), aa=frame.report["aa"],
+                                 technique=frame.report["technique"], parameters=frame.report["parameters"])
             assert bytes(asked.data) == bytes(frame.data)
