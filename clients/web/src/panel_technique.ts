@@ -25,10 +25,19 @@ export function rungOf(ladder: readonly string[], standard: Values, changed: Val
 const same = (a: string | undefined, b: string | undefined): boolean =>
   a === b || (a !== undefined && b !== undefined && Number(a) === Number(b));
 
-// The server's own, or of one that does not say so the one that it would be.
-export function defaultOf(techniques: readonly { name: string; isDefault?: boolean }[]): string {
-  const found = techniques.find((one) => one.isDefault) ?? techniques.find((one) => one.name === "multires_gather");
-  return (found ?? techniques[0])?.name ?? "";
+// What a request that names none gets: the server's own choice, in front of what it would mostly be.
+const AUTO = "auto";
+
+export function withAuto<T extends { name: string; isDefault?: boolean; summary?: string }>(techniques: readonly T[]): T[] {
+  const usual = techniques.find((one) => one.isDefault);
+  const summary = usual && `${usual.name}, with less of it while something moves`;
+  return usual ? [{ ...usual, name: AUTO, summary }, ...techniques] : [...techniques];
+}
+
+// Of a server that does not say so the one that it would be.
+export function defaultOf(techniques: readonly { name: string }[]): string {
+  const found = [AUTO, "multires_gather"].map((name) => techniques.find((one) => one.name === name));
+  return found.find((one) => one !== undefined)?.name ?? techniques[0]?.name ?? "";
 }
 
 const words = (key: string): string => key.replaceAll("_", " ").replace("vpl", "VPL").replace("rsm", "RSM");
@@ -63,7 +72,8 @@ export class TechniquePanel {
     root.append(field("Technique", this.select), this.summary, quality, more);
   }
 
-  setTechniques(techniques: Technique[]): void {
+  setTechniques(all: Technique[]): void {
+    const techniques = withAuto(all);
     this.techniques = techniques;
     const usual = techniques.filter((one) => !one.forComparison && !one.isReference);
     const group = (label: string, some: Technique[]) =>

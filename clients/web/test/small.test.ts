@@ -11,7 +11,7 @@ import { jsonOfGlb, mainOf, match, resolve, urisOf } from "../src/gltf_files";
 import { barsOf } from "../src/panel_cost";
 import { wordsOf } from "../src/panel_progress";
 import { hexOf, linearOf, placeTyped } from "../src/panel_objects";
-import { defaultOf, rungOf, valuesOf } from "../src/panel_technique";
+import { defaultOf, rungOf, valuesOf, withAuto } from "../src/panel_technique";
 import { ERROR_MOST, colourOf, readHalf, relativeError } from "../src/difference";
 import { empty, evenAxis, grown, logAxis } from "../src/plot";
 import { tokenOfFragment, withoutToken } from "../src/session";
@@ -288,10 +288,14 @@ test("how far a picture is", () => {
   assert.equal(wordsOf({ ...stand, isFinal: true }), "Finished after 2 steps");
 });
 
-test("the technique at first is the server's default", () => {
+test("the technique at first is the server's choice", () => {
   const some = [{ name: "direct" }, { name: "multires_gather" }, { name: "hisr" }];
   assert.equal(defaultOf(some), "multires_gather");
-  assert.equal(defaultOf([...some, { name: "isr", isDefault: true }]), "isr");
+  assert.deepEqual(withAuto(some), some);
+  const told = withAuto([...some, { name: "isr", isDefault: true, summary: "blocks" }]);
+  assert.equal(defaultOf(told), "auto");
+  assert.equal(told.length, 5);
+  assert.equal(told[0]?.summary, "isr, with less of it while something moves");
   assert.equal(defaultOf([{ name: "direct" }]), "direct");
   assert.equal(defaultOf([]), "");
 });
