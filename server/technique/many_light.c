@@ -162,7 +162,7 @@ static const struct bd_param_default defaults[] = {
     {BD_PARAM_INDIRECT_BOUNCES, 64}, {BD_PARAM_ALPHA, BD_RAYS_ALPHA_MASK},
 };
 static const char *const ladder[] = {
-    "vpls=1024 rays=2 far_rays=2 walk_vpls=1024 cache_cells=1024 light_rays=16",
+    "vpls=512 rays=2 far_rays=2 walk_vpls=512 cache_cells=512 light_rays=16",
     "vpls=1024 rays=4 far_rays=4 walk_vpls=2048 cache_cells=2048 light_rays=16",
     "vpls=2048 rays=8 far_rays=8 walk_vpls=4096 cache_cells=4096 light_rays=32",
     "vpls=4096 rays=16 far_rays=16 walk_vpls=4096 cache_cells=4096 light_rays=64",
