@@ -379,6 +379,7 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
             .reads = READS_PLACES | ASPECT(SIDES) | ASPECT(COLOUR) | ASPECT(METALNESS) |
                      BD_READ_UNIT | BD_READ_PATH_COUNT | BD_READ_PHOTON_SEED,
             .walking = BD_READ_LIGHT_SHAPE | BD_READ_LIGHT_POWER,
+            .gathering = ASPECT(ROUGHNESS),
             .params = PARAMS_OF_VPL | PARAM(BRDF) | PARAM(ALPHA) | PARAM(EXECUTOR) |
                       PARAM(INDIRECT_BOUNCES) | PARAM(WALK_VPLS),
             KEEPS(light_paths, frame, bd_run_light_paths),
@@ -620,8 +621,9 @@ uint64_t bd_stage_key(const struct bd_subject *subject, enum bd_stage stage,
     const struct bd_plan *plan = subject->plan;
     const struct bd_stage_row *row = &bd_stage_rows[stage];
     const uint32_t walking = plan->bounces > 1 || plan->final_gather ? row->walking : 0;
+    const uint32_t gathering = plan->final_gather ? row->gathering : 0;
     const uint32_t tracing = plan->tracing != BD_TRACING_NONE ? row->tracing : 0;
-    const uint32_t glossy = (plan->glossy ? row->glossy : 0) | walking | tracing;
+    const uint32_t glossy = (plan->glossy ? row->glossy : 0) | walking | gathering | tracing;
     uint64_t key = bd_key_begin(row->reads_all_params ? plan->technique->name : "");
     key = bd_key_number(key, (uint64_t)stage << 32 | glossy);
     key = key_reads(key, subject, row->reads | glossy, light);

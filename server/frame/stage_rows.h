@@ -101,6 +101,7 @@ struct bd_stage_row {
     uint32_t reads;        // bits of aspects and enum bd_stage_read
     uint32_t glossy;       // the same, where receivers are glossy
     uint32_t walking;      // the same, where light is sent on more than once
+    uint32_t gathering;    // the same, where rays of a final gather say what is sent on
     uint32_t tracing;      // the same, where rays find what is seen
     uint64_t params;       // bits of enum bd_param
     bool reads_all_params; // that the technique reads

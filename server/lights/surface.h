@@ -8,6 +8,7 @@
 #include <stddef.h>
 
 #include "lights/map.h"
+#include "lights/sent.h"
 #include "lights/surface_points.h"
 #include "scene/render_space.h"
 #include "scene/triangle_order.h"
@@ -69,10 +70,11 @@ static inline struct bd_map_texel bd_base_color_at(const struct bd_scene *scene,
                                  m->base_color[3] * color[3] * texel.alpha};
 }
 
-// Of a rough dielectric of base colour 0, and of what is below it for each unit of base colour:
-// within .02 of what the whole BRDF returns of a furnace straight on, from black to white.
-#define BD_SENT_BY_COAT    0.055f
-#define BD_SENT_BY_DIFFUSE 0.92f
+static inline float bd_f0_of(const struct bd_material *m)
+{
+    const float root = (m->ior - 1) / (m->ior + 1);
+    return root * root;
+}
 
 static inline f3 bd_diffuse_of(const struct bd_scene *scene, const struct bd_primitive *primitive,
                                const uint32_t index[3], float u, float v, f3 base_color,
@@ -82,10 +84,9 @@ static inline f3 bd_diffuse_of(const struct bd_scene *scene, const struct bd_pri
     if (sends == BD_SENDS_LAMBERT || (sends == BD_SENDS_DIFFUSE && m->metallic == 0))
         return base_color;
     const f3 data = bd_map_data_at(scene, &m->metallic_roughness_map, primitive, index, u, v).rgb;
-    const float metallic = m->metallic * data.z, coat = BD_SENT_BY_COAT * (1 - metallic);
+    const float metallic = m->metallic * data.z;
     if (sends == BD_SENDS_DIFFUSE) return f3_scale(base_color, 1 - metallic);
-    const f3 below = f3_scale(base_color, metallic + BD_SENT_BY_DIFFUSE * (1 - metallic));
-    return f3_add(below, f3_of(coat, coat, coat));
+    return bd_sent_by_all(base_color, metallic, m->roughness * data.y, bd_f0_of(m));
 }
 
 // What blends is there where it is at least half opaque.

@@ -28,7 +28,7 @@ def options():
     words.add_argument("--keep", action="store_true", help="keep this picture as the golden one")
     words.add_argument("--tolerance", type=float, default=0.01, help="relative RMSE")
     words.add_argument("--report", type=Path, help="the frame's report as JSON")
-    words.add_argument("--technique", default="multires_gather")
+    words.add_argument("--technique", default="auto")
     words.add_argument("--size", type=int, default=256, help="side in pixels")
     words.add_argument("--server", help="of a daemon that runs; else a private one is started")
     return words.parse_args()

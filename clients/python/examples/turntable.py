@@ -20,7 +20,7 @@ def options():
     words.add_argument("-o", "--output", type=Path, default=Path("turntable"), help="a folder")
     words.add_argument("--size", type=int, default=256, help="side in pixels")
     words.add_argument("--steps", type=int, default=24)
-    words.add_argument("--technique", default="multires_gather")
+    words.add_argument("--technique", default="auto")
     words.add_argument("--server", help="of a daemon that runs; else a private one is started")
     return words.parse_args()
 
