@@ -76,9 +76,10 @@ static inline float bd_f0_of(const struct bd_material *m)
     return root * root;
 }
 
+// `cosine`: of all lobes, where light comes from (lights/sent.h).
 static inline f3 bd_diffuse_of(const struct bd_scene *scene, const struct bd_primitive *primitive,
                                const uint32_t index[3], float u, float v, f3 base_color,
-                               enum bd_sends sends)
+                               enum bd_sends sends, float cosine)
 {
     const struct bd_material *m = &scene->materials[primitive->material];
     if (sends == BD_SENDS_LAMBERT || (sends == BD_SENDS_DIFFUSE && m->metallic == 0))
@@ -86,7 +87,7 @@ static inline f3 bd_diffuse_of(const struct bd_scene *scene, const struct bd_pri
     const f3 data = bd_map_data_at(scene, &m->metallic_roughness_map, primitive, index, u, v).rgb;
     const float metallic = m->metallic * data.z;
     if (sends == BD_SENDS_DIFFUSE) return f3_scale(base_color, 1 - metallic);
-    return bd_sent_by_all(base_color, metallic, m->roughness * data.y, bd_f0_of(m));
+    return bd_sent_by_all(base_color, metallic, m->roughness * data.y, bd_f0_of(m), cosine);
 }
 
 // What blends is there where it is at least half opaque.

@@ -57,10 +57,10 @@ bool bd_surface_hit_at(const struct bd_surface_hits *hits, uint32_t triangle, fl
 }
 
 f3 bd_surface_hit_diffuse(const struct bd_surface_hits *hits, uint32_t triangle, float u, float v,
-                          enum bd_sends sends)
+                          enum bd_sends sends, float cosine)
 {
     const struct hit hit = hit_of(hits, triangle);
     const uint32_t *index = hit.primitive->index + 3 * (size_t)hit.of_primitive;
     const f3 color = bd_base_color_at(hits->scene, hit.primitive, index, u, v).rgb;
-    return bd_diffuse_of(hits->scene, hit.primitive, index, u, v, color, sends);
+    return bd_diffuse_of(hits->scene, hit.primitive, index, u, v, color, sends, cosine);
 }

@@ -8,6 +8,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "lights/sent.h"
 #include "lights/surface_points.h"
 #include "scene/render_space.h"
 #include "scene/triangle_order.h"
@@ -27,8 +28,9 @@ void bd_surface_hits_finish(struct bd_surface_hits *hits);
 bool bd_surface_hit_at(const struct bd_surface_hits *hits, uint32_t triangle, float u, float v,
                        f3 direction, struct bd_surface_point *point);
 
-// Its `diffuse`, of what it sends on.
+// Its `diffuse`, of what it sends on of light under an angle of that cosine to its normal, or
+// BD_FROM_EVERYWHERE.
 f3 bd_surface_hit_diffuse(const struct bd_surface_hits *hits, uint32_t triangle, float u, float v,
-                          enum bd_sends sends);
+                          enum bd_sends sends, float cosine);
 
 #endif

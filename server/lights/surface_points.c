@@ -148,8 +148,8 @@ static void add_point(struct spreading *s, const struct place *place, bool is_be
     s->points->points[s->points->count++] = (struct bd_surface_point){
         .position = bd_triangle_place_at(&place->at, u, v),
         .normal = f3_scale(place->at.normal, is_behind ? -1 : 1),
-        .diffuse =
-            bd_diffuse_of(s->scene, place->primitive, place->index, u, v, color.rgb, s->sends),
+        .diffuse = bd_diffuse_of(s->scene, place->primitive, place->index, u, v, color.rgb,
+                                 s->sends, BD_FROM_EVERYWHERE),
         .triangle = place->number,
     };
 }

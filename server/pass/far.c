@@ -20,9 +20,9 @@
 // Chance to ask for first light, in parts of it that are left out.
 #define ROULETTE 4.0f
 
-// A receiver's ray, and what that gets for each unit of a place's irradiance.
+// A receiver's ray, and what part of it counts of what a place sends on.
 struct asker {
-    f3 share;
+    float share;
     uint32_t group, ray;
 };
 
@@ -39,6 +39,7 @@ struct far {
     struct bd_surface_point *places;
     struct asker *askers;
     f3 *irradiance;
+    float *cosine; // under which it comes there
     uint32_t *place_count, place_total;
     // Of each place the points that stand for it, and ways to those.
     struct bd_point_neighbours *near;
@@ -57,9 +58,9 @@ static size_t rays_of_group(const struct far *f)
 
 static uint32_t receivers_at_once(const struct far *f)
 {
-    const size_t group =
-        bd_cosine_rays_bytes(&f->rays) +
-        rays_of_group(f) * (sizeof *f->places + sizeof *f->askers + sizeof *f->irradiance);
+    const size_t group = bd_cosine_rays_bytes(&f->rays) +
+                         rays_of_group(f) * (sizeof *f->places + sizeof *f->askers +
+                                             sizeof *f->irradiance + sizeof *f->cosine);
     return (uint32_t)(ROOM_BYTES > group ? ROOM_BYTES / group : 1) * BD_LANES;
 }
 
@@ -70,8 +71,9 @@ static enum bd_err make_room(struct far *f, uint32_t group_count)
     f->places = malloc(rays * sizeof *f->places);
     f->askers = malloc(rays * sizeof *f->askers);
     f->irradiance = malloc(rays * sizeof *f->irradiance);
+    f->cosine = malloc(rays * sizeof *f->cosine);
     f->place_count = malloc(group_count * sizeof *f->place_count);
-    if (f->places && f->askers && f->irradiance && f->place_count) return BD_ERR_OK;
+    if (f->places && f->askers && f->irradiance && f->cosine && f->place_count) return BD_ERR_OK;
     return bd_fault_set(f->fault, BD_ERR_NO_MEMORY, "far_rays", "no memory for %zu rays", rays);
 }
 
@@ -101,6 +103,14 @@ static float chance_to_ask(const struct far *f, uint32_t ray, float part)
     return number[0] < chance ? chance : 0;
 }
 
+// For each unit of irradiance where the ray ends.
+static f3 sent(const struct far *f, uint32_t ray, float cosine)
+{
+    const struct bd_ray_hit *hit = &f->rays.hits[ray];
+    return bd_surface_hit_diffuse(&f->surfaces, hit->triangle, hit->u, hit->v, f->inputs->sends,
+                                  cosine);
+}
+
 static void tell_ray(const struct far *f, uint32_t group, uint32_t ray)
 {
     const struct bd_far_inputs *in = f->inputs;
@@ -112,16 +122,16 @@ static void tell_ray(const struct far *f, uint32_t group, uint32_t ray)
     if ((!in->cells && chance == 0) || !bd_surface_hit_at(&f->surfaces, hit->triangle, hit->u,
                                                           hit->v, f3_of(d[0], d[1], d[2]), &at))
         return;
-    const f3 diffuse =
-        f3_scale(bd_surface_hit_diffuse(&f->surfaces, hit->triangle, hit->u, hit->v, in->sends),
-                 1 / (float)in->rays);
+    const float share = 1 / (float)in->rays;
     if (in->cells)
         add(f, group, f->rays.lanes[ray],
-            f3_mul(diffuse, bd_irradiance_cells_look(in->cells, at.position, at.normal)));
+            f3_scale(f3_mul(sent(f, ray, BD_FROM_EVERYWHERE),
+                            bd_irradiance_cells_look(in->cells, at.position, at.normal)),
+                     share));
     if (chance == 0) return;
     const uint32_t slot = f->rays.first_ray[group] + f->place_count[group]++;
     f->places[slot] = at;
-    f->askers[slot] = (struct asker){f3_scale(diffuse, part / chance), group, ray};
+    f->askers[slot] = (struct asker){share * part / chance, group, ray};
 }
 
 static void tell_group(void *user, uint32_t group)
@@ -232,17 +242,29 @@ static enum bd_err add_light_of_points(struct far *f)
     return err;
 }
 
+// What becomes of the irradiance of each place.
+static void send_on(void *user, uint32_t group)
+{
+    const struct far *f = user;
+    for (uint32_t i = group * BD_LANES; i < (group + 1) * BD_LANES && i < f->place_total; i++)
+        f->irradiance[i] = f3_scale(
+            f3_mul(f->irradiance[i], sent(f, f->askers[i].ray, f->cosine[i])), f->askers[i].share);
+}
+
 static enum bd_err add_light_of_places(struct far *f)
 {
     const struct bd_far_inputs *in = f->inputs;
     f->place_total = close_ranks(f);
     enum bd_err err = bd_first_light_run(&f->context, in->first, in->visibility, in->seed,
                                          f->places, f->place_total, f->first_number, f->irradiance,
-                                         &f->rays.traced, f->fault);
+                                         f->cosine, &f->rays.traced, f->fault);
     if (!err && in->points && f->place_total > 0) err = add_light_of_points(f);
+    bd_slicer_work(f->context.slicer, "far");
+    if (!err)
+        err = bd_receivers_each(&f->context, (f->place_total + BD_LANES - 1) / BD_LANES,
+                                UNITS_PER_HIT * BD_LANES, send_on, f);
     for (uint32_t i = 0; !err && i < f->place_total; i++)
-        add(f, f->askers[i].group, f->rays.lanes[f->askers[i].ray],
-            f3_mul(f->askers[i].share, f->irradiance[i]));
+        add(f, f->askers[i].group, f->rays.lanes[f->askers[i].ray], f->irradiance[i]);
     return err;
 }
 
@@ -292,6 +314,7 @@ static enum bd_err run(const struct bd_pass_context *context, const struct bd_fa
     free(f.places);
     free(f.askers);
     free(f.irradiance);
+    free(f.cosine);
     free(f.place_count);
     return err;
 }

@@ -130,18 +130,34 @@ static void ask_group(void *user, uint32_t group)
     }
 }
 
-static void sum_rays(const struct lighting *l, f3 *irradiance)
+static float cosine_of(const struct bd_surface_point *place, const struct bd_segment *segment)
+{
+    const f3 way = f3_of(segment->to[0] - segment->from[0], segment->to[1] - segment->from[1],
+                         segment->to[2] - segment->from[2]);
+    const float length2 = f3_dot(way, way);
+    return length2 > 0 ? f_max(f3_dot(place->normal, way) / f_sqrt(length2), 0) : 0;
+}
+
+static void sum_rays(const struct lighting *l, f3 *irradiance, float *cosine)
 {
     for (uint32_t i = 0; i < l->count; i++) {
         f3 sum = f3_of(0, 0, 0);
-        for (uint32_t r = i * l->ray_count; r < (i + 1) * l->ray_count; r++)
-            if (!(l->occluded[r / 32] >> r % 32 & 1)) sum = f3_add(sum, l->brought[r]);
+        float strength = 0, cosines = 0;
+        for (uint32_t r = i * l->ray_count; r < (i + 1) * l->ray_count; r++) {
+            const float weight = strongest_channel(l->brought[r]);
+            if (!(weight > 0) || l->occluded[r / 32] >> r % 32 & 1) continue;
+            sum = f3_add(sum, l->brought[r]);
+            strength += weight;
+            if (cosine) cosines += weight * cosine_of(&l->places[i], &l->segments[r]);
+        }
         irradiance[i] = sum;
+        if (cosine) cosine[i] = strength > 0 ? cosines / strength : 1;
     }
 }
 
 static enum bd_err light_some(struct lighting *l, const struct bd_visibility_inputs *visibility,
-                              f3 *irradiance, struct bd_ray_counts *traced, struct bd_fault *fault)
+                              f3 *irradiance, float *cosine, struct bd_ray_counts *traced,
+                              struct bd_fault *fault)
 {
     const uint32_t groups = (l->count + BD_LANES - 1) / BD_LANES;
     const double units = UNITS_PER_PLACE + UNITS_PER_LAMP * l->light->lamp_count;
@@ -151,7 +167,7 @@ static enum bd_err light_some(struct lighting *l, const struct bd_visibility_inp
         err =
             bd_visibility_ask(l->context, visibility, l->segments,
                               (size_t)groups * BD_LANES * l->ray_count, l->occluded, traced, fault);
-    if (!err) sum_rays(l, irradiance);
+    if (!err) sum_rays(l, irradiance, cosine);
     return err;
 }
 
@@ -173,8 +189,8 @@ enum bd_err bd_first_light_run(const struct bd_pass_context *context,
                                const struct bd_first_light *light,
                                const struct bd_visibility_inputs *visibility, uint64_t seed,
                                const struct bd_surface_point *places, uint32_t count,
-                               uint32_t first_number, f3 *irradiance, struct bd_ray_counts *traced,
-                               struct bd_fault *fault)
+                               uint32_t first_number, f3 *irradiance, float *cosine,
+                               struct bd_ray_counts *traced, struct bd_fault *fault)
 {
     struct lighting l = lighting_of(context, light, seed);
     const uint32_t most = count < AT_ONCE ? count : AT_ONCE;
@@ -189,7 +205,8 @@ enum bd_err bd_first_light_run(const struct bd_pass_context *context,
         l.places = places + at;
         l.count = count - at < AT_ONCE ? count - at : AT_ONCE;
         l.number = first_number + at;
-        err = light_some(&l, visibility, irradiance + at, traced, fault);
+        err =
+            light_some(&l, visibility, irradiance + at, cosine ? cosine + at : NULL, traced, fault);
     }
     free(l.segments);
     free(l.brought);

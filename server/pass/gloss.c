@@ -182,8 +182,8 @@ static void place_ray(const struct gloss *g, uint32_t i)
                            &g->places[i]))
         return;
     // As it looks where it has no highlight.
-    const f3 diffuse =
-        bd_surface_hit_diffuse(&g->surfaces, hit->triangle, hit->u, hit->v, BD_SENDS_LAMBERT);
+    const f3 diffuse = bd_surface_hit_diffuse(&g->surfaces, hit->triangle, hit->u, hit->v,
+                                              BD_SENDS_LAMBERT, BD_FROM_EVERYWHERE);
     g->shares[i].beyond = f3_mul(g->shares[i].beyond, f3_scale(diffuse, 1 / F_PI));
 }
 
@@ -231,8 +231,8 @@ static enum bd_err light_part(void *user, const struct bd_receiver_part *part)
             bd_receivers_each(&g->context, part->group_count, UNITS_PER_HIT * rays, place_group, g);
     if (!err)
         err = bd_first_light_run(&g->context, in->first, in->visibility, in->seed + PURPOSE,
-                                 g->places, g->count, g->first_number, g->irradiance, &g->traced,
-                                 g->fault);
+                                 g->places, g->count, g->first_number, g->irradiance, NULL,
+                                 &g->traced, g->fault);
     if (!err) sum(g);
     g->first_number += g->count;
     return err;

@@ -181,8 +181,8 @@ static void add_point(struct walk *w, uint32_t i, f3 flux)
     if (points->count == w->points_max ||
         !bd_surface_hit_at(&w->hits, hit->triangle, hit->u, hit->v, f3_of(d[0], d[1], d[2]), point))
         return;
-    point->diffuse =
-        bd_surface_hit_diffuse(&w->hits, hit->triangle, hit->u, hit->v, w->inputs->sends);
+    point->diffuse = bd_surface_hit_diffuse(&w->hits, hit->triangle, hit->u, hit->v,
+                                            w->inputs->sends, BD_FROM_EVERYWHERE);
     w->arrived[points->count++] = flux;
 }
 
