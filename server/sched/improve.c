@@ -32,10 +32,22 @@ static const struct bd_technique *technique_of(const struct bd_frame_request *fr
     return bd_technique_for(frame->technique, &frame->params, NULL);
 }
 
-void bd_improve_begin(struct bd_job_request *request)
+static bool judges_itself(const struct bd_job *job)
 {
-    struct bd_frame_request *frame = &request->frame;
+    const struct bd_frame_request *frame = &job->request.frame;
+    return job->request.improves && bd_technique_is_auto(frame->technique) &&
+           technique_of(frame)->is_sampled && frame->budget_ms == 0 && frame->target_error == 0 &&
+           !frame->plan_only;
+}
+
+void bd_improve_begin(struct bd_job *job)
+{
+    struct bd_frame_request *frame = &job->request.frame;
     struct bd_param_list cheap;
+    if (judges_itself(job) && frame->aa > 1) {
+        job->asked_aa = frame->aa;
+        frame->aa = 1;
+    }
     if (frame->budget_ms == 0 || frame->plan_only) return;
     if (bd_ladder_cheapest(technique_of(frame), &frame->params, &cheap)) frame->params = cheap;
 }
@@ -55,22 +67,24 @@ static uint32_t rungs_of(struct bd_job *job)
         job->budget_ends_ns = bd_clock_ns() + (uint64_t)(1e6 * fmax(left_ms, 0));
         return bd_improve_rungs_for_ms(ms, left_ms);
     }
-    const bool judges_itself = job->request.improves && bd_technique_is_auto(frame->technique) &&
-                               technique_of(frame)->is_sampled && frame->target_error == 0;
-    return judges_itself && report->has_own_estimate
+    return judges_itself(job) && report->has_own_estimate
                ? bd_improve_rungs_for_estimate(report->own_estimate)
                : 0;
 }
 
-// Those up to the ladder's end.
+// Those up to the ladder's end. Who was judged by one sub-frame is not judged again.
 bool bd_improve_take(struct bd_job *job)
 {
-    const struct bd_frame_request *frame = &job->request.frame;
+    struct bd_frame_request *frame = &job->request.frame;
     struct bd_param_list better;
     if (job->result.err || frame->plan_only) return false;
     if (frame->budget_ms > 0) bd_report_flag(&job->result.report, "chosen_by_clock");
     const uint32_t rungs = rungs_of(job);
-    if (bd_ladder_above(technique_of(frame), &frame->params, rungs, &better) == 0) return false;
+    const bool climbs = bd_ladder_above(technique_of(frame), &frame->params, rungs, &better) > 0;
+    const bool is_judged = frame->aa > 1 && judges_itself(job);
+    if (is_judged || !(climbs || job->asked_aa)) return false;
     bd_standby_keep_for(job, &better);
+    if (job->asked_aa) frame->aa = job->asked_aa;
+    job->asked_aa = 0;
     return true;
 }

@@ -23,8 +23,9 @@
 uint32_t bd_improve_rungs_for_estimate(double own_estimate);
 uint32_t bd_improve_rungs_for_ms(double frame_ms, double left_ms);
 
-// Changes a request with a budget to what is rendered first, its ladder's cheapest rung.
-void bd_improve_begin(struct bd_job_request *request);
+// Changes the request to what is rendered first: with a budget its ladder's cheapest rung; of
+// `auto` one sub-frame, by which it is judged and from which the others go on.
+void bd_improve_begin(struct bd_job *job);
 
 // After each frame of a job that stands. True: it is kept, and the job is to be rendered again,
 // with the request as it stands then.

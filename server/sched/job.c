@@ -19,7 +19,7 @@ struct bd_job *bd_job_create(const struct bd_job_request *request)
     atomic_init(&job->checking, false);
     job->request = *request;
     bd_scene_retain(job->request.scene);
-    bd_improve_begin(&job->request);
+    bd_improve_begin(job);
     if (bd_frame_request_is_checked(&request->frame))
         job->check = bd_job_check_create(&job->request.frame);
     job->standby = bd_standby_create(&job->request);

@@ -408,10 +408,12 @@ static void auto_is_content_with_little_doubt(void **state)
     struct bd_report report, again;
     struct bd_job_request request = noisy_request(scene);
     request.improves = true;
+    request.frame.aa = 4;
     struct bd_image *improved = render_within(*state, &request, 0, &report);
     print_message("    %s rays=%s, %.2f %% by its own estimate\n", report.technique,
                   value_of(&report, "rays"), 100 * report.own_estimate);
     assert_string_equal(report.technique, "many_light");
+    assert_int_equal(report.aa, 4);
     assert_true(report.own_estimate > 0 && report.own_estimate <= 0.05);
     assert_true(atoi(value_of(&report, "rays")) > 2);
     assert_false(has_flag(&report, "chosen_by_clock"));
