@@ -16,6 +16,9 @@
 // Of what reaches a target: more samples a pixel than these nobody waits for.
 #define SPP_MOST (1u << 20)
 
+// Of all pixels together, that `auto` traces by itself: minutes of two cores.
+#define SAMPLES_BY_ITSELF (UINT64_C(1) << 27)
+
 // Another technique is worth naming where its floor is at most this part of the one that was met.
 #define LOWER_FLOOR 0.9
 
@@ -245,6 +248,91 @@ static void report_floor(struct bd_reference_runner *runner, struct bd_job *job)
                    samples_for(&best->checked, target), settings[0] ? " " : "", settings, below);
 }
 
+// The best frame is the result of a job whose next one failed.
+static void give_best(struct bd_job *job)
+{
+    const struct bd_fault fault = job->result.fault;
+    const bool is_late = job->result.err == BD_ERR_DEADLINE;
+    finish(job, is_late ? BD_STOPPED_DEADLINE : BD_STOPPED_FLOOR);
+    if (!is_late)
+        bd_report_flag(&job->result.report, "error_floor: better settings fail: %s", fault.message);
+}
+
+// --- the reference instead ----------------------------------------------------------------------
+
+static bool may_trace(const struct bd_job *job)
+{
+    const struct bd_frame_request *frame = &job->request.frame;
+    const struct kept *best = &job->check->best;
+    const uint64_t pixels = (uint64_t)frame->width_px * frame->height_px;
+    return bd_technique_is_auto(frame->technique) && best->report.error_count > 0 &&
+           !best->checked.black &&
+           pixels * samples_for(&best->checked, frame->target_error) <= SAMPLES_BY_ITSELF;
+}
+
+// "KEY=VALUE KEY=VALUE".
+static void add_words(const char *words, struct bd_param_list *out)
+{
+    char pair[BD_PARAM_KEY_MAX + BD_PARAM_VALUE_MAX];
+    while (sscanf(words, " %79s", pair) == 1) {
+        enum bd_err err = bd_param_list_add(out, pair, NULL);
+        BD_ASSERT(!err);
+        words = strstr(words, pair) + strlen(pair);
+    }
+}
+
+// The same picture with as many samples as the target asks for.
+static void trace_instead(struct bd_job *job)
+{
+    struct bd_job_check *check = job->check;
+    struct bd_frame_request *frame = &job->request.frame;
+    const struct bd_checked checked = checked_of(job, check->best.layers, frame->against);
+    char words[160], settings[96];
+    bd_job_check_settings(&checked, settings, sizeof settings);
+    snprintf(words, sizeof words, "spp=%u%s %s",
+             samples_for(&check->best.checked, frame->target_error),
+             frame->aa > 1 ? " filter=box" : "", settings);
+    frame->params = (struct bd_param_list){0};
+    add_words(words, &frame->params);
+    strcpy(frame->technique, bd_technique_reference.name);
+    frame->aa = 1;
+    frame->layers = (check->layers_asked & ~BD_LAYERS_DOUBT) | 1u << BD_LAYER_VARIANCE;
+    free_layers(job->result.layers);
+}
+
+// Its noise is all that is wrong with it.
+static void report_variance(const struct bd_image *const layers[BD_LAYER_COUNT],
+                            struct bd_report *report)
+{
+    const struct bd_image *beauty = layers[BD_LAYER_BEAUTY], *variance = layers[BD_LAYER_VARIANCE];
+    struct bd_doubt_sums sums = {0};
+    const size_t pixels = (size_t)beauty->width_px * beauty->height_px;
+    for (size_t i = 0; i < 3 * pixels; i++) {
+        const float light = beauty->pixels[4 * (i / 3) + i % 3], square = variance->pixels[i];
+        if (!isfinite(light) || !isfinite(square)) continue;
+        sums.light += light;
+        sums.squares += square;
+    }
+    bd_report_own_estimate(report, &sums);
+}
+
+void bd_job_check_take_traced(struct bd_job *job)
+{
+    struct bd_job_check *check = job->check;
+    struct bd_job_result *result = &job->result;
+    if (!check || result->err == BD_ERR_CANCELLED) return;
+    bd_report_add_time(&check->spent_ms, &result->report.time_ms);
+    if (result->err) {
+        give_best(job);
+        return;
+    }
+    report_variance((const struct bd_image *const *)result->layers, &result->report);
+    result->report.time_ms = check->spent_ms;
+    result->report.stopped = BD_STOPPED_TARGET;
+    for (uint32_t l = 0; l < BD_LAYER_COUNT; l++)
+        if (!(check->layers_asked >> l & 1)) bd_image_destroy(&result->layers[l]);
+}
+
 // --- the end ----------------------------------------------------------------------------------
 
 // A frame that has no estimate yet is as good as any, as long as there is no other.
@@ -322,6 +410,10 @@ static bool decide(struct bd_reference_runner *runner, struct bd_check_views *vi
         conclude(runner, views, job, BD_STOPPED_TARGET);
         break;
     case BD_REFINE_FLOOR:
+        if (may_trace(job)) {
+            trace_instead(job);
+            return true;
+        }
         report_floor(runner, job);
         conclude(runner, views, job, BD_STOPPED_FLOOR);
         break;
@@ -363,9 +455,6 @@ void bd_job_check_settle(struct bd_job *job)
 {
     const enum bd_err err = job->result.err;
     if (!job->check || !err || err == BD_ERR_CANCELLED || !job->check->best.stands) return;
-    const struct bd_fault fault = job->result.fault;
     bd_report_add_time(&job->check->spent_ms, &job->result.report.time_ms);
-    finish(job, err == BD_ERR_DEADLINE ? BD_STOPPED_DEADLINE : BD_STOPPED_FLOOR);
-    if (err != BD_ERR_DEADLINE)
-        bd_report_flag(&job->result.report, "error_floor: better settings fail: %s", fault.message);
+    give_best(job);
 }

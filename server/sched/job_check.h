@@ -2,7 +2,9 @@
 // ladder if the request has a target.
 //
 // A checked job goes from the render thread to the checks' worker, and from there to its end or
-// back, with other parameters. Frames of other jobs are rendered meanwhile.
+// back, with other parameters. Frames of other jobs are rendered meanwhile. What `auto` reaches
+// with no rung the reference traces, where its samples are not too many: then the job goes to its
+// worker.
 //
 // Private to sched/. Thread: whoever has the job.
 
@@ -26,6 +28,9 @@ void bd_job_check_destroy(struct bd_job_check **check);
 // request as it stands then. Otherwise the result is final.
 bool bd_job_check_run(struct bd_reference_runner *runner, struct bd_check_views *views,
                       struct bd_job *job);
+
+// Of a job that was traced instead, whether that went well or not.
+void bd_job_check_take_traced(struct bd_job *job);
 
 // Of a job that failed while it was rendered: where a frame stands from before, that one is the
 // result, unless somebody cancelled it. For jobs without checks nothing.

@@ -63,6 +63,7 @@ static void run_reference(void *user, struct bd_job *job)
 
 static void reference_ran(void *user, struct bd_job *job)
 {
+    bd_job_check_take_traced(job);
     bd_sched_end_job(user, job);
 }
 
@@ -86,7 +87,9 @@ static bool render_again(struct bd_sched *sched, struct bd_job *job)
 static void check_ran(void *user, struct bd_job *job)
 {
     struct bd_sched *sched = user;
-    if (job->render_again && render_again(sched, job)) return;
+    const bool is_traced = bd_frame_request_is_traced(&job->request.frame);
+    if (job->render_again && is_traced && bd_job_worker_push(sched->references, job, true)) return;
+    if (job->render_again && !is_traced && render_again(sched, job)) return;
     if (job->render_again)
         job->result.err =
             bd_fault_set(&job->result.fault, BD_ERR_CANCELLED, "", "the daemon is stopping");

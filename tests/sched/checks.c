@@ -233,6 +233,34 @@ static void a_floor_is_told(void **state)
     bd_job_release(&job);
 }
 
+// One reflection is not all of it, and no rung of the ladder adds another: the reference has it.
+static void what_auto_cannot_reach_is_traced(void **state)
+{
+    (void)state;
+    struct bd_job_request request = request_of("auto", "indirect_bounces=1");
+    request.frame.check_pixels = 128;
+    request.frame.target_error = 0.08;
+    request.frame.aa = 2;
+    struct bd_job *job = run(&request);
+    const struct bd_report *report = &bd_job_result(job)->report;
+    assert_string_equal(report->technique, "reference");
+    assert_string_equal(report->filter, "box");
+    assert_int_equal(report->stopped, BD_STOPPED_TARGET);
+    assert_true(report->has_own_estimate && report->own_estimate > 0 &&
+                report->own_estimate < 0.08);
+    assert_true(report->time_ms.check > 0);
+    assert_null(bd_job_result(job)->layers[BD_LAYER_VARIANCE]); // nobody asked for it
+    assert_true(full_error(bd_job_result(job)->layers[BD_LAYER_BEAUTY], "filter=box") < 0.08);
+    bd_job_release(&job);
+    // So many samples that nobody waits for them: it says so, as others do.
+    request.frame.target_error = 1e-5;
+    job = run(&request);
+    assert_string_equal(bd_job_result(job)->report.technique, "many_light");
+    assert_int_equal(bd_job_result(job)->report.stopped, BD_STOPPED_FLOOR);
+    assert_true(has_flag(&bd_job_result(job)->report, "error_floor: "));
+    bd_job_release(&job);
+}
+
 static double mean_indirect(const char *setting)
 {
     struct bd_job_request request = request_of("reference", "model_of=rsm");
@@ -438,6 +466,7 @@ int main(void)
         cmocka_unit_test(a_check_repeated_says_the_same),
         cmocka_unit_test(a_target_is_reached),
         cmocka_unit_test(a_floor_is_told),
+        cmocka_unit_test(what_auto_cannot_reach_is_traced),
         cmocka_unit_test(light_that_walls_would_hide_is_told),
         cmocka_unit_test(rays_are_in_the_model_of_who_traces_them),
         cmocka_unit_test(out_of_time_the_best_is_given),
