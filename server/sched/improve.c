@@ -52,7 +52,7 @@ void bd_improve_begin(struct bd_job *job)
     if (bd_ladder_cheapest(technique_of(frame), &frame->params, &cheap)) frame->params = cheap;
 }
 
-// Programs are compiled and scenes uploaded once: that is no part of what a frame takes.
+// Programs are compiled and scenes uploaded once: that is no part of what frames take.
 static double frame_ms(const struct bd_report *report)
 {
     return report->time_ms.total - report->time_ms.compile - report->time_ms.load;
@@ -63,7 +63,10 @@ static uint32_t rungs_of(struct bd_job *job)
     const struct bd_frame_request *frame = &job->request.frame;
     const struct bd_report *report = &job->result.report;
     if (frame->budget_ms > 0) {
-        const double ms = frame_ms(report), left_ms = frame->budget_ms - (job->improved_ms += ms);
+        // The report has the time of the frames before it, too.
+        const double spent_ms = frame_ms(report), ms = spent_ms - job->improved_ms;
+        const double left_ms = frame->budget_ms - spent_ms;
+        job->improved_ms = spent_ms;
         job->budget_ends_ns = bd_clock_ns() + (uint64_t)(1e6 * fmax(left_ms, 0));
         return bd_improve_rungs_for_ms(ms, left_ms);
     }

@@ -289,9 +289,8 @@ static void trace_instead(struct bd_job *job)
     const struct bd_checked checked = checked_of(job, check->best.layers, frame->against);
     char words[160], settings[96];
     bd_job_check_settings(&checked, settings, sizeof settings);
-    snprintf(words, sizeof words, "spp=%u%s %s",
-             samples_for(&check->best.checked, frame->target_error),
-             frame->aa > 1 ? " filter=box" : "", settings);
+    snprintf(words, sizeof words, "spp=%u %s",
+             samples_for(&check->best.checked, frame->target_error), settings);
     frame->params = (struct bd_param_list){0};
     add_words(words, &frame->params);
     strcpy(frame->technique, bd_technique_reference.name);
