@@ -11,7 +11,7 @@
 #define LEFT_BY_RUNG 0.66
 // What a rung takes of the time of the one before: 1.1 to 1.9 in three scenes, up to 4 of the upper
 // ones of small pictures.
-#define TIME_OF_RUNG 2.0
+#define TIME_OF_RUNG 1.6
 // A frame that the memo had tells little of what better ones take.
 #define RUNGS_AT_ONCE 2
 

@@ -43,11 +43,16 @@ void bd_job_drop(struct bd_job *job)
     free(job);
 }
 
+bool bd_job_is_late(const struct bd_job *job)
+{
+    return job->deadline_ns && bd_clock_ns() > job->deadline_ns;
+}
+
 enum bd_err bd_job_should_stop(void *user)
 {
     const struct bd_job *job = user;
     if (atomic_load(&job->cancelled) || atomic_load(&job->yields)) return BD_ERR_CANCELLED;
-    if (job->deadline_ns && bd_clock_ns() > job->deadline_ns) return BD_ERR_DEADLINE;
+    if (bd_job_is_late(job)) return BD_ERR_DEADLINE;
     if (job->budget_ends_ns && bd_clock_ns() > job->budget_ends_ns) return BD_ERR_DEADLINE;
     return BD_ERR_OK;
 }

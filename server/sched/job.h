@@ -41,6 +41,9 @@ void bd_job_drop(struct bd_job *job);
 // BD_ERR_OK, BD_ERR_CANCELLED or BD_ERR_DEADLINE; `user` is the job. For the slicer.
 enum bd_err bd_job_should_stop(void *user);
 
+// Whether its deadline has passed.
+bool bd_job_is_late(const struct bd_job *job);
+
 // Fills the fault of a cancel, of a deadline, and of an error that nobody described.
 void bd_job_describe_failure(struct bd_job *job);
 

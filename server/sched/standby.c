@@ -88,7 +88,7 @@ static void stand_in(struct bd_job *job)
     struct bd_report *report = &job->result.report;
     bd_report_add_time(&report->time_ms, &time_ms);
     // A budget that is spent: its flag stands already.
-    if (err == BD_ERR_DEADLINE && job->budget_ends_ns) return;
+    if (err == BD_ERR_DEADLINE && job->budget_ends_ns && !bd_job_is_late(job)) return;
     if (err != BD_ERR_DEADLINE) {
         bd_report_flag(report, "better_failed: %.160s", fault.message);
         return;

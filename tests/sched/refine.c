@@ -310,9 +310,9 @@ static void a_budget_is_not_overdrawn(void **state)
 {
     (void)state;
     assert_int_equal(bd_improve_rungs_for_ms(100, -5), 0);
-    assert_int_equal(bd_improve_rungs_for_ms(100, 199), 0);
-    assert_int_equal(bd_improve_rungs_for_ms(100, 200), 1);
-    assert_int_equal(bd_improve_rungs_for_ms(100, 1500), 1);
+    assert_int_equal(bd_improve_rungs_for_ms(100, 159), 0);
+    assert_int_equal(bd_improve_rungs_for_ms(100, 161), 1);
+    assert_int_equal(bd_improve_rungs_for_ms(100, 600), 1);
     assert_int_equal(bd_improve_rungs_for_ms(100, 1e6), 2);
     assert_int_equal(bd_improve_rungs_for_ms(0, 850), 0);
 }
