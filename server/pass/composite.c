@@ -24,6 +24,7 @@ static struct bd_program_source source_of(const struct bd_composite_inputs *inpu
     if (light && (doubt ? light->noise_glossy != NULL : indirect && light->glossy))
         bd_define(&source.defines, "BD_GLOSSY", 1);
     if (emission && inputs->gbuffer->emission) bd_define(&source.defines, "BD_EMISSION", 1);
+    if (inputs->whole) bd_define(&source.defines, "BD_WHOLE", 1);
     if (inputs->lambert) bd_define(&source.defines, "BD_LAMBERT", 1);
     return source;
 }

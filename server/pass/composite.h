@@ -23,6 +23,7 @@ struct bd_composite_inputs {
     const struct bd_indirect *doubted;       // whose doubt its irradiance has: that one's, or whose
                                              // light it took over
     bool filtered;                           // indirect light: its noise is what doubt is left
+    bool whole; // receivers without a lobe worth rays reflect it by their whole BRDF, in the mean
     bool lambert;
     bool first; // nothing was added before
     bool only;  // nothing will be: the layer is finished

@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "lights/sent.h"
 #include "tests/analytic/world.h"
 #include "tests/unit/cmocka_all.h"
 
@@ -13,11 +14,13 @@
 
 static const double origin[3] = {0, 0, 0}, down[3] = {0, -1, 0};
 
-static void make_sphere(struct world *w)
+static void make_sphere(struct world *w, float albedo, float roughness)
 {
     const double target[3] = {1, 0.7, 0.4};
     world_clear(w);
-    world_add_sphere_room(w, world_add_material(w, 0.5f), RADIUS, 4);
+    const int32_t grey = world_add_material(w, albedo);
+    w->scene->materials[grey].roughness = roughness;
+    world_add_sphere_room(w, grey, RADIUS, 4);
     world_add_light(w, BD_LIGHT_POINT, origin, down, 1);
     world_add_camera(w, origin, target, M_PI / 2);
     world_finish(w);
@@ -42,7 +45,7 @@ static void every_reflection_counts_once(void **state)
     const double expected[] = {.5, .75, .875, 1};
     const double once = 0.5 / M_PI * 1 / (RADIUS * RADIUS);
     struct world *w = *state;
-    make_sphere(w);
+    make_sphere(w, .5f, 1);
     for (int i = 0; i < 4; i++) {
         struct bd_image *layers[BD_LAYER_COUNT];
         world_render(w, "many_light", 0, SIDE_PX, SIDE_PX, 1u << BD_LAYER_INDIRECT, bounces[i],
@@ -55,6 +58,23 @@ static void every_reflection_counts_once(void **state)
                                 .15);
         world_free_layers(layers);
     }
+}
+
+// The same under the whole BRDF of a rough dielectric: light falls straight on it first and from
+// everywhere then, and so it is looked at (lights/sent.h).
+static void a_rough_room_returns_what_its_brdf_does(void **state)
+{
+    static const char *const full[] = {"far_rays=16", NULL};
+    struct world *w = *state;
+    make_sphere(w, .1f, .8f);
+    const f3 base = f3_of(.1f, .1f, .1f);
+    const double first = (double)bd_sent_by_all(base, 0, .8f, .04f, 1).x;
+    const double then = (double)bd_sent_by_all(base, 0, .8f, .04f, BD_FROM_EVERYWHERE).x;
+    struct bd_image *layers[BD_LAYER_COUNT];
+    world_render(w, "many_light", 0, SIDE_PX, SIDE_PX, 1u << BD_LAYER_INDIRECT, full, layers);
+    ASSERT_REL(mean_of(layers[BD_LAYER_INDIRECT]),
+               first / (1 - then) * then / (M_PI * RADIUS * RADIUS), .015);
+    world_free_layers(layers);
 }
 
 static int32_t add_mirror(struct world *w)
@@ -263,6 +283,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_reflection_counts_once),
+        cmocka_unit_test(a_rough_room_returns_what_its_brdf_does),
         cmocka_unit_test(a_mirror_shows_the_light_of_the_wall),
         cmocka_unit_test(a_picture_has_no_history),
         cmocka_unit_test(a_picture_of_four_pixels_has_all_of_its_light),

@@ -5,6 +5,7 @@
 // indirect and emission add up to it. Colour in alpha 1 is one sub-frame's.
 #include "common/gbuffer.glsl"
 #include "common/pi.glsl"
+#include "kernel/sent.h"
 #include "pass/composite/finished.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -35,6 +36,17 @@ vec3 diffuse_albedo(receiver r)
 #endif
 }
 
+// Of indirect light. With BD_WHOLE what the whole BRDF of a surface without a lobe worth rays
+// returns of light from everywhere, in the mean over those who look.
+vec3 reflectance(receiver r)
+{
+#ifdef BD_WHOLE
+    if (!has_glossy_lobe(r.metallic, r.roughness))
+        return sent_from_everywhere(r.base_color, r.metallic, r.roughness, r.f0_dielectric);
+#endif
+    return diffuse_albedo(r);
+}
+
 vec3 direct_part(ivec2 pixel)
 {
     vec3 sum = vec3(0.0);
@@ -53,7 +65,7 @@ vec3 indirect_part(ivec2 pixel, receiver r)
     vec3 sum = vec3(0.0);
 #ifdef BD_INDIRECT
     if (r.lit)
-        sum = texelFetch(indirect_irradiance, pixel, 0).rgb * diffuse_albedo(r) / PI;
+        sum = texelFetch(indirect_irradiance, pixel, 0).rgb * reflectance(r) / PI;
 #endif
 #ifdef BD_GLOSSY
     // Its negative part is at most the irradiance's, up to rounding.
@@ -70,7 +82,7 @@ vec3 noise_part(ivec2 pixel, receiver r)
     sum += texelFetch(area_light, pixel, 0).rgb;
 #endif
 #ifdef BD_INDIRECT
-    if (r.lit) sum += texelFetch(indirect_irradiance, pixel, 0).rgb * diffuse_albedo(r) / PI;
+    if (r.lit) sum += texelFetch(indirect_irradiance, pixel, 0).rgb * reflectance(r) / PI;
 #endif
 #ifdef BD_GLOSSY
     if (r.lit) sum += texelFetch(indirect_glossy, pixel, 0).rgb;
@@ -86,7 +98,7 @@ float blur_part(ivec2 pixel, receiver r)
     sum += texelFetch(area_light, pixel, 0).a;
 #endif
 #ifdef BD_INDIRECT
-    vec3 albedo = diffuse_albedo(r) / PI;
+    vec3 albedo = reflectance(r) / PI;
     if (r.lit) sum += texelFetch(indirect_irradiance, pixel, 0).a * dot(albedo, albedo) / 3.0;
 #endif
 #ifdef BD_GLOSSY
