@@ -95,13 +95,20 @@ static enum bd_err read_list(const struct bd_pass_context *context, const struct
     return err;
 }
 
+static enum bd_err make_entries(size_t count, struct bd_radix_entry **out, struct bd_fault *fault)
+{
+    *out = malloc((count + 1) * sizeof **out);
+    if (*out) return BD_ERR_OK;
+    return bd_fault_set(fault, BD_ERR_NO_MEMORY, "vpls", "no memory to put %zu in order", count);
+}
+
 // By keys of so many bits, of equals the first stays the first.
 static enum bd_err put_in_order(const struct bd_pass_context *context,
-                                struct bd_radix_entry **entries, size_t count, uint32_t bits)
+                                struct bd_radix_entry **entries, size_t count, uint32_t bits,
+                                struct bd_fault *fault)
 {
-    struct bd_radix_entry *spare = malloc((count + 1) * sizeof *spare);
-    BD_ASSERT(spare);
-    enum bd_err err = BD_ERR_OK;
+    struct bd_radix_entry *spare;
+    enum bd_err err = make_entries(count, &spare, fault);
     for (uint32_t shift = 0; !err && shift < bits; shift += BD_RADIX_BITS) {
         struct bd_radix_entry *from = *entries;
         bd_radix_pass(from, spare, count, shift);
@@ -156,17 +163,15 @@ static float area_of(uint64_t bits)
 // distance.
 static enum bd_err areas_of(const struct bd_pass_context *context, const struct vpl *vpls,
                             const struct bd_radix_entry *entries, size_t count,
-                            struct bd_radix_entry **out)
+                            struct bd_radix_entry **out, struct bd_fault *fault)
 {
-    enum bd_err err = BD_ERR_OK;
-    *out = malloc((count + 1) * sizeof **out);
-    BD_ASSERT(*out);
+    enum bd_err err = make_entries(count, out, fault);
     for (size_t i = 0; !err && i < count; i++) {
         const uint32_t own = entries[i].number, next = entries[i + 1 < count ? i + 1 : 0].number;
         (*out)[i] = (struct bd_radix_entry){bits_of(distance2(&vpls[own], &vpls[next])), own};
         err = pause_at(context, i);
     }
-    return err ? err : put_in_order(context, out, count, 32);
+    return err ? err : put_in_order(context, out, count, 32, fault);
 }
 
 static float soft_area_of(const struct vpl *vpls, const struct bd_radix_entry *areas, size_t count)
@@ -183,10 +188,11 @@ static float soft_area_of(const struct vpl *vpls, const struct bd_radix_entry *a
 }
 
 static enum bd_err soften(const struct bd_pass_context *context, struct vpl *vpls,
-                          const struct bd_radix_entry *entries, size_t count, float *area)
+                          const struct bd_radix_entry *entries, size_t count, float *area,
+                          struct bd_fault *fault)
 {
     struct bd_radix_entry *areas;
-    enum bd_err err = areas_of(context, vpls, entries, count, &areas);
+    enum bd_err err = areas_of(context, vpls, entries, count, &areas, fault);
     *area = err ? 0 : soft_area_of(vpls, areas, count);
     for (size_t i = 0; !err && i < count; i++) {
         vpls[i].light[0].w = *area;
@@ -265,7 +271,7 @@ static enum bd_err read_lists(const struct bd_pass_context *context,
 }
 
 static enum bd_err order(const struct bd_pass_context *context, const struct vpl *vpls,
-                         size_t count, struct bd_radix_entry **entries)
+                         size_t count, struct bd_radix_entry **entries, struct bd_fault *fault)
 {
     const struct box box = box_of(vpls, count);
     enum bd_err err = BD_ERR_OK;
@@ -273,7 +279,7 @@ static enum bd_err order(const struct bd_pass_context *context, const struct vpl
         (*entries)[i] = (struct bd_radix_entry){key_of(&vpls[i], &box), (uint32_t)i};
         err = pause_at(context, i);
     }
-    return err ? err : put_in_order(context, entries, count, KEY_BITS);
+    return err ? err : put_in_order(context, entries, count, KEY_BITS, fault);
 }
 
 enum bd_err bd_vpl_order_run(const struct bd_pass_context *context,
@@ -284,13 +290,14 @@ enum bd_err bd_vpl_order_run(const struct bd_pass_context *context,
     float soft_area = 0;
     for (uint32_t l = 0; l < list_count; l++) room += lists[l]->count;
     struct vpl *vpls = malloc(room * sizeof *vpls);
-    struct bd_radix_entry *entries = malloc(room * sizeof *entries);
-    enum bd_err err = room_for(context->gpu, room, fault);
-    if (!err && !(vpls && entries))
+    struct bd_radix_entry *entries;
+    enum bd_err err = make_entries(room, &entries, fault);
+    if (!err) err = room_for(context->gpu, room, fault);
+    if (!err && !vpls)
         err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "vpls", "no memory to put %zu in order", room);
     if (!err) err = read_lists(context, lists, list_count, vpls, &count);
-    if (!err) err = order(context, vpls, count, &entries);
-    if (!err && soft) err = soften(context, vpls, entries, count, &soft_area);
+    if (!err) err = order(context, vpls, count, &entries, fault);
+    if (!err && soft) err = soften(context, vpls, entries, count, &soft_area, fault);
     if (!err) err = write_list(context, vpls, entries, count, out, fault);
     if (!err) (*out)->soft_area = soft_area;
     free(vpls);

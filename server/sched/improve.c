@@ -80,7 +80,7 @@ bool bd_improve_take(struct bd_job *job)
 {
     struct bd_frame_request *frame = &job->request.frame;
     struct bd_param_list better;
-    if (job->result.err || frame->plan_only) return false;
+    if (job->result.err || job->is_settled || frame->plan_only) return false;
     if (frame->budget_ms > 0) bd_report_flag(&job->result.report, "chosen_by_clock");
     const uint32_t rungs = rungs_of(job);
     const bool climbs = bd_ladder_above(technique_of(frame), &frame->params, rungs, &better) > 0;

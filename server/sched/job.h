@@ -23,6 +23,7 @@ struct bd_job {
     atomic_uint progress_ppm;  // share of the work that is done, in millionths
     atomic_bool checking;      // the work is a spot check, not the frame
     bool render_again;         // the check's verdict, on its way back to the render thread
+    bool is_settled;           // a kept frame stood in: nothing better is tried. Render thread
     uint32_t asked_aa;         // sub-frames that follow the first, by which it is judged; 0 = none
     double improved_ms;        // spent of its budget (sched/improve.h). Render thread
     uint64_t budget_ends_ns;   // for the frame that is to be better; 0 = none. Render thread

@@ -85,6 +85,7 @@ static void stand_in(struct bd_job *job)
     job->result = standby->kept;
     standby->kept = (struct bd_job_result){0};
     standby->stands = false;
+    job->is_settled = true;
     struct bd_report *report = &job->result.report;
     bd_report_add_time(&report->time_ms, &time_ms);
     // A budget that is spent: its flag stands already.
@@ -94,7 +95,10 @@ static void stand_in(struct bd_job *job)
         return;
     }
     report->stopped = BD_STOPPED_DEADLINE;
-    describe(standby, settings, sizeof settings);
+    if (report->aa < job->request.frame.aa)
+        snprintf(settings, sizeof settings, " aa=%u", report->aa);
+    else
+        describe(standby, settings, sizeof settings);
     bd_report_flag(report, "deadline_rung: %u ms passed, rendered with%s",
                    job->request.frame.deadline_ms, settings);
 }

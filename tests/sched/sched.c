@@ -433,6 +433,38 @@ static void auto_is_content_with_little_doubt(void **state)
     bd_scene_release(&scene);
 }
 
+static uint32_t count_flags(const struct bd_report *report, const char *start)
+{
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < report->flag_count; i++)
+        count += strncmp(report->flags[i], start, strlen(start)) == 0;
+    return count;
+}
+
+// The frame that stood is the answer, once, and nothing else is tried behind a deadline or a
+// budget.
+static void what_comes_too_late_leaves_what_stood(void **state)
+{
+    struct bd_scene *scene = create_noisy_scene();
+    struct bd_job_request request = noisy_request(scene);
+    request.frame.width_px = request.frame.height_px = 512;
+    request.improves = true;
+    request.frame.deadline_ms = PATIENCE * 1500;
+    assert_int_equal(bd_param_list_add(&request.frame.params, "light_rays=2", NULL), BD_ERR_OK);
+    for (int with_budget = 0; with_budget < 2; with_budget++) {
+        if (with_budget) request.frame.budget_ms = 1000000;
+        struct bd_job *job = rendered(*state, &request);
+        const struct bd_report *report = &bd_job_result(job)->report;
+        print_message("    rays=%s, %.2f %%\n", value_of(report, "rays"),
+                      100 * report->own_estimate);
+        assert_int_equal(report->stopped, BD_STOPPED_DEADLINE);
+        assert_int_equal(count_flags(report, "deadline_rung: "), 1);
+        assert_int_equal(count_flags(report, "chosen_by_clock"), with_budget);
+        bd_job_release(&job);
+    }
+    bd_scene_release(&scene);
+}
+
 static void a_budget_goes_as_far_as_it_lasts(void **state)
 {
     struct bd_scene *scene = create_scene();
@@ -487,6 +519,7 @@ int main(void)
         WITH_SCHED(oversize_is_refused_by_name),
         WITH_SCHED(a_pose_sees_what_its_camera_sees),
         WITH_SCHED(auto_is_content_with_little_doubt),
+        WITH_SCHED(what_comes_too_late_leaves_what_stood),
         WITH_SCHED(a_budget_goes_as_far_as_it_lasts),
         cmocka_unit_test(no_such_device_says_what_was_tried),
     };
