@@ -260,12 +260,14 @@ static void give_best(struct bd_job *job)
 
 // --- the reference instead ----------------------------------------------------------------------
 
+// Not where a layer is asked for that the reference does not have.
 static bool may_trace(const struct bd_job *job)
 {
     const struct bd_frame_request *frame = &job->request.frame;
     const struct kept *best = &job->check->best;
     const uint64_t pixels = (uint64_t)frame->width_px * frame->height_px;
-    return bd_technique_is_auto(frame->technique) && best->report.error_count > 0 &&
+    return bd_technique_is_auto(frame->technique) &&
+           !(job->check->layers_asked & BD_LAYERS_DOUBT) && best->report.error_count > 0 &&
            !best->checked.black &&
            pixels * samples_for(&best->checked, frame->target_error) <= SAMPLES_BY_ITSELF;
 }

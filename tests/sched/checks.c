@@ -252,6 +252,13 @@ static void what_auto_cannot_reach_is_traced(void **state)
     assert_null(bd_job_result(job)->layers[BD_LAYER_VARIANCE]); // nobody asked for it
     assert_true(full_error(bd_job_result(job)->layers[BD_LAYER_BEAUTY], "filter=box") < 0.08);
     bd_job_release(&job);
+    // It has no such layer, and whoever asked for it gets it.
+    request.frame.layers |= 1u << BD_LAYER_NOISE;
+    job = run(&request);
+    assert_string_equal(bd_job_result(job)->report.technique, "many_light");
+    assert_non_null(bd_job_result(job)->layers[BD_LAYER_NOISE]);
+    bd_job_release(&job);
+    request.frame.layers &= ~BD_LAYERS_DOUBT;
     // So many samples that nobody waits for them: it says so, as others do.
     request.frame.target_error = 1e-5;
     job = run(&request);
