@@ -7,6 +7,7 @@
 #include "base/assert.h"
 #include "base/clock.h"
 #include "frame/stages.h"
+#include "frame/sub_frames.h"
 #include "pass/prime.h"
 
 void bd_renderer_init(struct bd_renderer *renderer, struct bd_gpu *gpu, uint64_t memo_budget_bytes)
@@ -153,7 +154,7 @@ static void report_counts(struct bd_report *report, const struct bd_indirect_cou
 static enum bd_err see_sub_frame(struct bd_frame *frame, uint32_t index)
 {
     const bool is_shared = frame->plan->shared && index > 0;
-    bd_viewpoint_set_sub_frame(&frame->subject.viewpoint, index, frame->request->aa);
+    bd_sub_frame_place(&frame->subject.viewpoint, index);
     enum bd_err err = bd_stage_run(frame, BD_STAGE_GBUFFER, NULL);
     if (!err) err = bd_stage_run(frame, BD_STAGE_DIRECT, NULL);
     if (!err) err = bd_stage_run(frame, BD_STAGE_AREA_LIGHT, NULL);

@@ -6,6 +6,7 @@
 #include "base/assert.h"
 #include "frame/memo.h"
 #include "frame/stages.h"
+#include "frame/sub_frames.h"
 
 // --- who needs it, and why not ---------------------------------------------------------------
 
@@ -499,7 +500,7 @@ struct bd_subject bd_subject_of(const struct bd_scene *scene, const struct bd_pl
     set_up_lights(&subject);
     subject.viewpoint = bd_viewpoint_of(scene, &request->pose, (uint32_t)plan->camera,
                                         request->width_px, request->height_px);
-    bd_viewpoint_set_sub_frame(&subject.viewpoint, 0, request->aa);
+    bd_sub_frame_place(&subject.viewpoint, 0);
     return subject;
 }
 

@@ -23,14 +23,6 @@ struct bd_viewpoint bd_viewpoint_of(const struct bd_scene *scene, const struct b
     };
 }
 
-void bd_viewpoint_set_sub_frame(struct bd_viewpoint *viewpoint, uint32_t index, uint32_t count)
-{
-    // The R2 sequence (Roberts 2018): the plastic number's inverse powers, started at the centre.
-    const double g1 = 0.7548776662466927, g2 = 0.5698402909980532;
-    viewpoint->sample_x_px = count > 1 ? fmod(0.5 + index * g1, 1.0) : 0.5;
-    viewpoint->sample_y_px = count > 1 ? fmod(0.5 + index * g2, 1.0) : 0.5;
-}
-
 static struct bd_vec4 vec4_from(bd_dvec3 v, double w)
 {
     return (struct bd_vec4){(float)v.x, (float)v.y, (float)v.z, (float)w};

@@ -26,10 +26,6 @@ struct bd_viewpoint {
 struct bd_viewpoint bd_viewpoint_of(const struct bd_scene *scene, const struct bd_pose *pose,
                                     uint32_t placed_camera, uint32_t width_px, uint32_t height_px);
 
-// Moves the samples of a sub-frame to their place in the pixel: index 0 of 1 is the centre, more
-// are spread by a fixed low-discrepancy sequence.
-void bd_viewpoint_set_sub_frame(struct bd_viewpoint *viewpoint, uint32_t index, uint32_t count);
-
 struct bd_view bd_viewpoint_uniform(const struct bd_viewpoint *viewpoint,
                                     const struct bd_render_space *space);
 

@@ -353,7 +353,6 @@ static enum bd_err run_view(struct bd_gpu *gpu, struct bd_scene *scene, FILE *fi
     if (err) return err;
     v.viewpoint = bd_viewpoint_of(scene, &arguments->request.pose, (uint32_t)v.plan.camera,
                                   arguments->request.width_px, arguments->request.height_px);
-    bd_viewpoint_set_sub_frame(&v.viewpoint, 0, 1);
     err = sum_view(&v, scene, file, arguments, fault);
     finish_view(&v);
     bd_gpu_scene_destroy(&uploader, &v.scene);

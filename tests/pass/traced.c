@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "frame/sub_frames.h"
 #include "kernel/octahedral.h"
 #include "pass/gbuffer.h"
 #include "pass/rsm.h"
@@ -244,7 +245,7 @@ static void see_by_camera(const struct place *place, uint32_t camera, struct cou
         struct bd_viewpoint viewpoint =
             bd_viewpoint_of(place->scene->scene, &(struct bd_pose){0}, camera, WIDTH, HEIGHT);
         struct look looks[WAY_COUNT];
-        bd_viewpoint_set_sub_frame(&viewpoint, sub_frame, 2);
+        bd_sub_frame_place(&viewpoint, sub_frame);
         for (enum way way = 0; way < WAY_COUNT; way++)
             looks[way] = look_by_camera(place, &viewpoint, way);
         compare(looks, gbuffer_groups, count);
