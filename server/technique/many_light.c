@@ -26,12 +26,17 @@
 // Of a cell of the cache: what many pixels share is worth many rays.
 #define CELL_VPL_RAYS 32u
 #define CELL_FAR_RAYS 16u
-// A quarter of a lobe's rays for sub-frames behind the first, whose noise is added up with theirs.
+// A quarter of the rays for what sub-frames behind the first light anew, whose noise is added up.
 #define LATER_SHARE 4u
 
 static uint32_t rays_of(const struct bd_params *params)
 {
     return params->rays < BD_RAYS_CHOSEN_MAX ? params->rays : BD_RAYS_CHOSEN_MAX;
+}
+
+static uint32_t later_rays(uint32_t rays)
+{
+    return rays / LATER_SHARE & ~1u ? rays / LATER_SHARE & ~1u : 2;
 }
 
 static struct bd_far_inputs far_of(const struct bd_technique_inputs *inputs,
@@ -123,8 +128,13 @@ static enum bd_err light_pixels(const struct bd_pass_context *context,
     gather.vector = false;
     const struct bd_vpl_list *first = inputs->light_paths->first;
     const struct bd_gather_chosen_fragments_inputs chosen = {
-        .gather = &gather, .list = first, .rays = rays_of(inputs->params), .seed = inputs->seed};
-    struct bd_far_inputs far = far_of(inputs, &visibility, first, inputs->params->far_rays);
+        .gather = &gather,
+        .list = first,
+        .rays = later_rays(rays_of(inputs->params)),
+        .seed = (uint32_t)inputs->seed_of_sub_frame,
+    };
+    struct bd_far_inputs far =
+        far_of(inputs, &visibility, first, later_rays(inputs->params->far_rays));
     far.cells = inputs->cells;
     enum bd_err err = bd_gather_chosen_fragments_run(context, &chosen, out, fault);
     return err ? err : bd_far_of_fragments(context, &far, &gather, *out, fault);
@@ -137,9 +147,8 @@ static enum bd_err light_glossy(const struct bd_pass_context *context,
 {
     const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
     const struct bd_gather_inputs gather = gather_of(inputs, &visibility);
-    const uint32_t later = inputs->params->far_rays / LATER_SHARE & ~1u;
-    struct bd_far_inputs far =
-        far_of(inputs, &visibility, inputs->light_paths->first, later ? later : 2);
+    struct bd_far_inputs far = far_of(inputs, &visibility, inputs->light_paths->first,
+                                      later_rays(inputs->params->far_rays));
     far.cells = inputs->cells;
     enum bd_err err = bd_gloss_run(context, &far, &gather, indirect, fault);
     if (err || !inputs->filtered) return err;

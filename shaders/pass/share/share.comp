@@ -1,7 +1,7 @@
 // Irradiance that a frame's first sub-frame has, at the pixels of another: between the four of its
 // pixels around where this one's ray passes, by those that see the same surface.
 //
-// image 0: irradiance; a = 0 where none of the four does, and the pixel has to be lit by itself.
+// image 0: irradiance; a = 0 where too few of the four do, and the pixel has to be lit by itself.
 // BD_VECTOR: the first sub-frame keeps what was gathered and the irradiance vector, and this pixel's
 // own normal has its say. Without, only pixels whose shading normals all but agree share light.
 #include "kernel/all_channels.h"
@@ -21,6 +21,10 @@ layout(binding = BD_UNIT_FIRST_VECTOR) uniform sampler2D first_vector;
 
 // Chord between two shading normals: irradiance changes by at most about this part of it.
 const float SAME_NORMAL_CHORD = 0.1;
+// Of the four's weights, those that see the same surface: from fewer light would be extrapolated.
+// Indirect layer of `many_light`, 16 sub-frames and 32 rays: 4.7, 3.6, 3.2 and 3.0 % off with 0, .3,
+// .6 and all, in Sponza 4.1, 4.0, 3.75 and 3.5 in 3.7, 3.7, 4.1 and 5.9 s.
+const float LEAST_WEIGHT = 0.6;
 
 // Where it is and which way it faces; the rest nobody asks for.
 receiver first_receiver(ivec2 pixel)
@@ -89,7 +93,7 @@ void main()
     vec4 shared_value = vec4(0.0, 0.0, 0.0, here.lit ? 0.0 : 1.0);
     if (here.lit) {
         shared_light sum = light_around(here, pixel);
-        if (sum.weight > 0.0) shared_value = vec4(at_normal(sum, here.normal), 1.0);
+        if (sum.weight > LEAST_WEIGHT) shared_value = vec4(at_normal(sum, here.normal), 1.0);
     }
     imageStore(irradiance, pixel, shared_value);
 }
