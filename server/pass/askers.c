@@ -2,7 +2,7 @@
 
 #include "pass/choose.h"
 
-#include "kernel/choice.h"
+#include "kernel/lift.h"
 #include "pass/f3_arrays.h"
 #include "pass/kernels.h"
 #include "shared/bindings.h"

@@ -63,7 +63,7 @@ struct bd_askers_slice bd_askers_of_list(uint32_t first, uint32_t count);
 // How many receivers those are.
 size_t bd_askers_count(const struct bd_askers *askers, const struct bd_askers_slice *slice);
 
-// The largest coordinate of the view's position, for lifts (kernel/choice.h); 0 without a view.
+// The largest coordinate of the view's position, for lifts (kernel/lift.h); 0 without a view.
 float bd_askers_reach(const struct bd_askers *askers);
 
 // What is bound for a shader whose askers they are (shaders/common/asker.glsl), and its dispatch.

@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "kernel/choice.h"
+#include "kernel/lift.h"
 #include "lights/directions.h"
 #include "pass/f3_arrays.h"
 #include "pass/nearest.h"

@@ -2,7 +2,7 @@
 
 #include <math.h>
 
-#include "kernel/choice.h"
+#include "kernel/lift.h"
 #include "lights/directions.h"
 
 static double flux_of(const struct bd_area_lights *lights, const struct bd_area_light *light)

@@ -2,6 +2,7 @@
 
 #include "base/assert.h"
 #include "kernel/choice.h"
+#include "kernel/lift.h"
 #include "pass/f3_arrays.h"
 #include "pass/gather_native.h"
 #include "pass/native_lists.h"

@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "kernel/choice.h"
+#include "kernel/lift.h"
 #include "lights/directions.h"
 #include "lights/sequence.h"
 #include "lights/surface_hits.h"

@@ -3,6 +3,7 @@
 // A segment starts on the receiver and ends on the surface that the VPL stands for.
 #include "common/vpl_gather.glsl"
 #include "kernel/choice.h"
+#include "common/ray_start.glsl"
 #include "shared/rays.h"
 #include "common/asker_receiver.glsl" // last: what it includes and others do is above
 
@@ -26,7 +27,7 @@ struct ray_start {
 
 ray_start ray_start_at(ivec2 pixel)
 {
-    return ray_start(gbuffer_receiver(pixel), texelFetch(gbuffer_triangle, pixel, 0).x - 1u);
+    return ray_start(ray_receiver(pixel), texelFetch(gbuffer_triangle, pixel, 0).x - 1u);
 }
 
 void store_segment_to(uint index, ray_start start, uint vpl)

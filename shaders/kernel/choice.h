@@ -43,20 +43,6 @@ KERNEL float strength_of_group(f3 n, f3 n_geometric, f3 to_group, float r2, f3 m
     return f_select(f3_dot(n_geometric, to_group) > -radius, light, 0.0f);
 }
 
-// Segments are lifted off their surfaces by what a position loses on its way through G-buffer and
-// map, so that neighbours in the same plane do not hide them.
-#define LIFT       3.8e-6f // times the largest coordinate
-#define LIFT_LEAST 4.8e-7f // where all are small: lights and eyes are not
-
-KERNEL float largest_coordinate(f3 v) { return f_max(f_abs(v.x), f_max(f_abs(v.y), f_abs(v.z))); }
-
-// `view` = the largest of the view's position.
-KERNEL float lift_of_segment(float view, f3 from, f3 to)
-{
-    float most = f_max(view, f_max(largest_coordinate(from), largest_coordinate(to)));
-    return LIFT * most + LIFT_LEAST;
-}
-
 // On the surface that a VPL stands for: at its representative texel, since a mean of texels may lie
 // within a curved wall. along = shared/vpl.h's places, in u and v.
 KERNEL f3 end_of_segment(f3 position, f3 u, f3 v, float along_u, float along_v)

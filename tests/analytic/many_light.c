@@ -234,6 +234,37 @@ static void a_picture_of_four_pixels_has_all_of_its_light(void **state)
     world_free_layers(layers[1]);
 }
 
+// The diagonals of a picture that looks along a room's middle are where walls meet: their pixels
+// have as much light as those beside them, on either wall.
+static void where_walls_meet_it_is_as_light_as_beside(void **state)
+{
+    static const char *const many[] = {"rays=64", "far_rays=64", "noise_filter=off", NULL};
+    const double at[3] = {3.1, -1.7, 2.3}, eye[3] = {3.1, -1.7, 3.2};
+    struct world *w = *state;
+    world_clear(w);
+    world_add_box_room(w, world_add_material(w, 0.5f), at, 1);
+    world_add_light(w, BD_LIGHT_POINT, at, down, 1);
+    world_add_camera(w, eye, at, 2.2);
+    world_finish(w);
+    struct bd_image *layers[BD_LAYER_COUNT];
+    world_render(w, "many_light", 0, SIDE_PX, SIDE_PX, 1u << BD_LAYER_INDIRECT, many, layers);
+    const struct bd_image *image = layers[BD_LAYER_INDIRECT];
+    double least = INFINITY, most = 0;
+    for (uint32_t i = 0; i < SIDE_PX / 4; i++)
+        for (int corner = 0; corner < 4; corner++) {
+            const uint32_t x = corner & 1 ? SIDE_PX - 1 - i : i;
+            const uint32_t y = corner & 2 ? SIDE_PX - 1 - i : i;
+            const uint32_t in_x = corner & 1 ? x - 1 : x + 1, in_y = corner & 2 ? y - 1 : y + 1;
+            const double beside =
+                (double)(bd_image_at(image, in_x, y)[0] + bd_image_at(image, x, in_y)[0]) / 2;
+            const double ratio = (double)bd_image_at(image, x, y)[0] / beside;
+            least = fmin(least, ratio), most = fmax(most, ratio);
+        }
+    printf("    %.2f to %.2f of the light beside\n", least, most);
+    assert_true(least > 0.8 && most < 1.2);
+    world_free_layers(layers);
+}
+
 static void more_first_light_than_there_may_be_is_refused(void **state)
 {
     struct world *w = *state;
@@ -287,6 +318,7 @@ int main(void)
         cmocka_unit_test(a_mirror_shows_the_light_of_the_wall),
         cmocka_unit_test(a_picture_has_no_history),
         cmocka_unit_test(a_picture_of_four_pixels_has_all_of_its_light),
+        cmocka_unit_test(where_walls_meet_it_is_as_light_as_beside),
         cmocka_unit_test(more_first_light_than_there_may_be_is_refused),
         cmocka_unit_test(a_sheet_hides_every_reflection),
         cmocka_unit_test(a_corridor_is_as_light_as_by_virtual_lights_alone),

@@ -4,6 +4,7 @@
 #include "common/asker_receiver.glsl"
 #include "shared/receivers.h"
 #ifdef BD_CHOSEN
+#include "common/ray_start.glsl"
 #include "common/systematic.glsl"
 #endif
 
@@ -38,7 +39,7 @@ void keep_word(uint index, uint field, uint value)
 
 void keep_start(uint index, asker_place asker, ivec2 pixel)
 {
-    receiver at = gbuffer_receiver(pixel);
+    receiver at = ray_receiver(pixel);
     for (uint c = 0u; c < 3u; c++) {
         keep_word(index, BD_START_POSITION + c, floatBitsToUint(at.position[c]));
         keep_word(index, BD_START_NORMAL_GEOMETRIC + c, floatBitsToUint(at.normal_geometric[c]));
