@@ -3,14 +3,18 @@
 #include "frame/ladder.h"
 #include "technique/technique.h"
 
-// Steps taken, at most `step`; the parameters of the last of them.
+// Steps taken, at most `step`; the parameters of the last of them, which may be a shorter one.
 static uint32_t climb(const struct bd_frame_request *request, uint32_t step,
                       struct bd_param_list *out)
 {
     const struct bd_technique *technique =
         bd_technique_for(request->technique, &request->params, NULL);
     *out = request->params;
-    return technique ? bd_ladder_above(technique, &request->params, step, out) : 0;
+    if (!technique) return 0;
+    const uint32_t at_once = technique->view_rungs > 1 ? technique->view_rungs : 1;
+    const uint32_t most = UINT32_MAX / at_once;
+    const uint32_t rungs = at_once * (step < most ? step : most);
+    return (bd_ladder_above(technique, &request->params, rungs, out) + at_once - 1) / at_once;
 }
 
 // Steps that add sub-frames. The reference has none: its samples are spread over the pixel.

@@ -1,8 +1,8 @@
 // A view's steps to a better picture: of technique `auto` the cheapest settings, for what moves;
 // its request as it is, then the same with two, four, eight and sixteen sub-frames, then the rungs
-// of the technique's ladder (frame/ladder.h) that are above its own parameters. Sub-frames come
-// first because they cost little: light is gathered once, and each frame goes on where the one
-// before ended.
+// of the technique's ladder (frame/ladder.h) that are above its own parameters, as many at once as
+// its row says. Sub-frames come first because they cost little: light is gathered once, and each
+// frame goes on where the one before ended.
 //
 // Each step is a frame as anyone may ask for it alone, and has the same bytes.
 //

@@ -170,6 +170,8 @@ struct bd_technique {
     // Settings from the cheapest to the best, "KEY=VALUE KEY=VALUE" each, ended by NULL: the rungs
     // of error against run time, and what `--target-error` climbs.
     const char *const *ladder;
+    uint32_t
+        view_rungs; // that a view at rest climbs at once, where one alone is not worth it; 0: one
     // There for others to be compared with: tests of all techniques at once judge it on less.
     bool for_comparison;
     bool is_sampled;   // decided by chance at its defaults: exact in the mean, with noise

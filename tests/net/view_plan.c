@@ -202,8 +202,9 @@ static void auto_begins_with_less(void **cmocka)
     static const struct {
         uint32_t sub_frames;
         const char *rays;
-    } steps[] = {{1, "2"},           {1, "as they are"},  {2, "as they are"}, {4, "as they are"},
-                 {8, "as they are"}, {16, "as they are"}, {16, "8"},          {16, "16"}};
+    } steps[] = {{1, "2"},           {1, "as they are"}, {2, "as they are"},
+                 {4, "as they are"}, {8, "as they are"}, {16, "as they are"},
+                 {16, "16"},         {16, "64"},         {16, "256"}};
     assert_int_equal(bd_view_steps_before(&request), 1);
     for (uint32_t i = 0; i < sizeof steps / sizeof *steps; i++) {
         step = request;
@@ -213,6 +214,16 @@ static void auto_begins_with_less(void **cmocka)
         assert_string_equal(rays_of(&step), steps[i].rays);
         assert_int_equal(bd_view_step_adds_sub_frames(&request, i), i > 1 && i < 6);
     }
+    assert_false(bd_view_has_step(&request, sizeof steps / sizeof *steps));
+    // From between, the last step is a shorter one.
+    request.params.count = 0;
+    assert_int_equal(bd_param_list_add(&request.params, "rays=8", NULL), BD_ERR_OK);
+    bd_view_lay_step(&request, 7, &step);
+    assert_string_equal(rays_of(&step), "64");
+    assert_true(bd_view_has_step(&request, 8) && !bd_view_has_step(&request, 9));
+    bd_view_lay_step(&request, 8, &step);
+    assert_string_equal(rays_of(&step), "256");
+    request.params.count = 0;
     // What is given stands as low as it goes already.
     static const char *const least[] = {"vpls=16",      "rays=2",         "far_rays=2",
                                         "walk_vpls=16", "cache_cells=16", "light_rays=2"};
