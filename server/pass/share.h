@@ -4,7 +4,8 @@
 //
 // A pixel's irradiance is interpolated between the first sub-frame's pixels around it that see the
 // same surface (shaders/common/one_surface.glsl). Where most of them do not, at edges, behind what
-// the first sub-frame saw, in foliage, on thin rods, it is a fragment of its own and has to be lit.
+// the first sub-frame saw, in foliage, on thin rods, or where light differs much among them, it is
+// a fragment of its own and has to be lit.
 //
 // Exact where irradiance is linear over a pixel. Its error is what a pixel's neighbours do not tell
 // of it: tests/analytic/sub_frames.c holds it.
