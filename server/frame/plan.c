@@ -225,12 +225,18 @@ static const char *no_glossy_lobe(const struct bd_plan *plan)
                : "glossy lobe: the technique has none for indirect light";
 }
 
+static const char *pass_when(const struct bd_technique *technique, enum bd_when when)
+{
+    const struct bd_technique_pass *pass = technique->passes;
+    while (pass->name && !(pass->when & when)) pass++;
+    return pass->name;
+}
+
 // Where none is for glossy receivers alone, the one that lights.
 static const char *glossy_pass(const struct bd_technique *technique)
 {
-    const struct bd_technique_pass *pass = technique->passes;
-    while (pass->name && !(pass->when & BD_WHEN_GLOSSY)) pass++;
-    return pass->name ? pass->name : bd_technique_light_pass(technique);
+    const char *name = pass_when(technique, BD_WHEN_GLOSSY);
+    return name ? name : bd_technique_light_pass(technique);
 }
 
 static void list_omitted(const struct bd_plan *plan, const struct bd_scene *scene,
@@ -242,6 +248,9 @@ static void list_omitted(const struct bd_plan *plan, const struct bd_scene *scen
     if (bd_plan_has(plan, BD_STAGE_FRAGMENTS)) list_omitted_of_fragments(plan, report);
     if (plan->indirect && !plan->glossy)
         omit(report, true, glossy_pass(plan->technique), no_glossy_lobe(plan));
+    if (plan->final_gather && !plan->rough)
+        omit(report, true, pass_when(plan->technique, BD_WHEN_ROUGH),
+             plan->params.lambert ? "brdf=lambert" : "every surface is smooth or metal");
 }
 
 // What this frame carries of light transport: the technique's model, or what was asked of the
@@ -427,6 +436,7 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
                        (out->indirect && (out->bounces > 1 || out->lamps_by_rays));
     out->glossy = out->indirect && out->technique->model.glossy_receivers && !out->params.lambert &&
                   f->has_glossy;
+    out->rough = out->final_gather && !out->params.lambert && f->has_rough;
     out->flux_lm = total_flux_lm(out, scene);
     out->rays = out->indirect && (out->final_gather || asks_rays(out));
     out->chosen = out->final_gather || (out->rays && out->params.rays < count_vpls(out, scene) &&

@@ -41,6 +41,7 @@ struct bd_plan {
     bool normal_maps;     // some surface has one
     bool native;          // passes that have loops for the processor run them (bd_plan_place)
     bool glossy;          // receivers with a specular lobe worth its price
+    bool rough;           // and others, whose lobes get a few rays all the same
     bool emission;        // some surface emits or is unlit
     bool unoccluded;      // there is indirect light, and nothing in the scene hides any of it
     uint32_t layers;      // that are made: the request's, beauty, and what auto exposure reads

@@ -451,9 +451,9 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
 
 static uint32_t what_holds(const struct bd_plan *plan)
 {
-    return (plan->glossy ? BD_WHEN_GLOSSY : 0) | (plan->rays ? BD_WHEN_RAYS : 0) |
-           (plan->chosen ? BD_WHEN_CHOSEN : 0) | (plan->filtered ? BD_WHEN_FILTERED : 0) |
-           BD_WHEN_FIRST;
+    return (plan->glossy ? BD_WHEN_GLOSSY : 0) | (plan->rough ? BD_WHEN_ROUGH : 0) |
+           (plan->rays ? BD_WHEN_RAYS : 0) | (plan->chosen ? BD_WHEN_CHOSEN : 0) |
+           (plan->filtered ? BD_WHEN_FILTERED : 0) | BD_WHEN_FIRST;
 }
 
 uint32_t bd_stage_passes(const struct bd_plan *plan, enum bd_stage stage,
@@ -624,7 +624,8 @@ uint64_t bd_stage_key(const struct bd_subject *subject, enum bd_stage stage,
     const uint32_t walking = plan->bounces > 1 || plan->final_gather ? row->walking : 0;
     const uint32_t gathering = plan->final_gather ? row->gathering : 0;
     const uint32_t tracing = plan->tracing != BD_TRACING_NONE ? row->tracing : 0;
-    const uint32_t glossy = (plan->glossy ? row->glossy : 0) | walking | gathering | tracing;
+    const uint32_t glossy =
+        (plan->glossy || plan->rough ? row->glossy : 0) | walking | gathering | tracing;
     uint64_t key = bd_key_begin(row->reads_all_params ? plan->technique->name : "");
     key = bd_key_number(key, (uint64_t)stage << 32 | glossy);
     key = key_reads(key, subject, row->reads | glossy, light);

@@ -122,7 +122,7 @@ static inline bool bd_plan_has(const struct bd_plan *plan, enum bd_stage stage)
 }
 
 // Names of a stage's passes in the report, at most BD_STAGE_PASSES_MAX; returns how many.
-#define BD_STAGE_PASSES_MAX 8
+#define BD_STAGE_PASSES_MAX 10
 uint32_t bd_stage_passes(const struct bd_plan *plan, enum bd_stage stage,
                          const char *names[BD_STAGE_PASSES_MAX]);
 

@@ -179,6 +179,7 @@ static enum bd_err with_inputs(struct bd_frame *frame,
         .seed = frame->subject.seed,
         .seed_of_sub_frame = seed_of_sub_frame(&frame->subject),
         .glossy_receivers = frame->plan->glossy,
+        .rough_receivers = frame->plan->rough,
         .normal_maps = frame->plan->normal_maps,
     };
     enum bd_err err = run(frame, &inputs);

@@ -23,6 +23,8 @@ static struct bd_program_source source_of(const struct bd_composite_inputs *inpu
         bd_define(&source.defines, "BD_INDIRECT", 1);
     if (light && (doubt ? light->noise_glossy != NULL : indirect && light->glossy))
         bd_define(&source.defines, "BD_GLOSSY", 1);
+    if (light && (doubt ? doubted->noise_rough != NULL : indirect && light->rough))
+        bd_define(&source.defines, "BD_ROUGH", 1);
     if (emission && inputs->gbuffer->emission) bd_define(&source.defines, "BD_EMISSION", 1);
     if (inputs->whole) bd_define(&source.defines, "BD_WHOLE", 1);
     if (inputs->lambert) bd_define(&source.defines, "BD_LAMBERT", 1);
@@ -44,6 +46,8 @@ static void bind_inputs(const struct bd_composite_inputs *inputs, bool doubt,
         doubt ? inputs->doubted->noise : indirect->irradiance;
     bindings->textures[BD_UNIT_INDIRECT_GLOSSY].tex =
         doubt ? indirect->noise_glossy : indirect->glossy;
+    bindings->textures[BD_UNIT_INDIRECT_ROUGH].tex =
+        doubt ? inputs->doubted->noise_rough : indirect->rough;
 }
 
 // Over all rows, in slices. `args` but for those.

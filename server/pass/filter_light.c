@@ -257,6 +257,7 @@ enum bd_err bd_filter_light_run(const struct bd_pass_context *context,
     if (!err) err = read_guides(&f, fault);
     if (!err) err = filter_texture(&f, indirect->irradiance, indirect->noise, fault);
     if (!err) err = filter_texture(&f, indirect->glossy, indirect->noise_glossy, fault);
+    if (!err) err = filter_texture(&f, indirect->rough, indirect->noise_rough, fault);
     bd_gpu_pass_end(context->gpu);
     bd_image_destroy(&f.normal);
     bd_image_destroy(&f.depth);

@@ -20,7 +20,7 @@ static inline uint32_t bd_filter_levels_of_chosen(uint32_t rays)
     return rays < 4 ? 2 : 1;
 }
 
-// `inputs` are those of what gathered. Of irradiance, and of what glossy receivers have
+// `inputs` are those of what gathered. Of irradiance, and of what glossy and rough receivers have
 // beyond it; each by its own noise, where it has one, whose place the doubt of
 // what is left takes (image/light_filter.h). BD_ERR_NO_MEMORY leaves the light as it was.
 BD_MUST_CHECK

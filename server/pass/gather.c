@@ -222,6 +222,8 @@ void bd_indirect_destroy(struct bd_gpu *gpu, struct bd_indirect **indirect)
     bd_tex_destroy(gpu, &(*indirect)->vector);
     bd_tex_destroy(gpu, &(*indirect)->noise);
     bd_tex_destroy(gpu, &(*indirect)->noise_glossy);
+    bd_tex_destroy(gpu, &(*indirect)->rough);
+    bd_tex_destroy(gpu, &(*indirect)->noise_rough);
     bd_irradiance_cells_destroy(&(*indirect)->cells);
     free(*indirect);
     *indirect = NULL;
@@ -229,9 +231,9 @@ void bd_indirect_destroy(struct bd_gpu *gpu, struct bd_indirect **indirect)
 
 uint64_t bd_indirect_bytes(const struct bd_indirect *indirect)
 {
-    const struct bd_tex *textures[] = {indirect->irradiance, indirect->glossy,
-                                       indirect->gathered,   indirect->vector,
-                                       indirect->noise,      indirect->noise_glossy};
+    const struct bd_tex *textures[] = {
+        indirect->irradiance, indirect->glossy,       indirect->gathered, indirect->vector,
+        indirect->noise,      indirect->noise_glossy, indirect->rough,    indirect->noise_rough};
     uint64_t bytes = indirect->cells ? bd_irradiance_cells_bytes(indirect->cells) : 0;
     for (size_t i = 0; i < sizeof textures / sizeof *textures; i++)
         if (textures[i]) bytes += bd_tex_bytes(textures[i]);

@@ -48,6 +48,10 @@ struct bd_indirect {
     // RGBA32F, or NULL: half the difference of the halves whose mean the irradiance is, and glossy;
     // behind the filter the doubt of what is left (image/light_filter.h).
     struct bd_tex *noise, *noise_glossy;
+    // RGBA32F, or both NULL: what the specular lobes of rough dielectrics reflect, beside what the
+    // whole BRDF's diffuse part makes of the irradiance; a = 0 where it is not known, as that of a
+    // sub-frame that took nothing over there. Its noise as above.
+    struct bd_tex *rough, *noise_rough;
     struct bd_irradiance_cells *cells; // or NULL: what its rays ended in (pass/cache.h)
     uint64_t fragment_count; // places where light was gathered, or to which it was splatted
     struct bd_subsplat_counts subsplats;

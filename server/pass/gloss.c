@@ -13,7 +13,10 @@
 #include "pass/receivers.h"
 
 #define HALVES 2u
-#define KINDS  2u // of rays: of the cosine, of the lobe
+// Kinds of rays. Those of rough receivers are of the lobe alone.
+#define KINDS     2u
+#define OF_COSINE 0u
+#define OF_LOBE   1u
 // Of rays and what they meet at once.
 #define ROOM_BYTES ((size_t)16 << 20)
 // Of the slicer, one for each evaluation of a VPL: what a ray takes to be aimed, and to be told of.
@@ -33,6 +36,8 @@ struct gloss {
     struct bd_pass_context context;
     struct bd_processor processor;
     const struct bd_far_inputs *inputs;
+    bool rough; // of receivers whose lobe is not worth its price otherwise
+    uint32_t first_kind;
     struct bd_surface_hits surfaces;
     struct bd_sequence sequence[HALVES * KINDS];
     uint32_t width_px, height_px, stride;
@@ -46,7 +51,8 @@ struct gloss {
     uint32_t *ray_count, *first_ray; // of each group
     struct bd_ray_hit *hits;
     struct bd_surface_point *places; // `triangle` BD_NO_TRIANGLE: nothing that sends light
-    f3 *irradiance;
+    f3 *irradiance;                  // there; then what the pixel reflects of it
+    float *cosine;                   // under which it comes there
     // Of the picture: four floats a pixel.
     float *half[HALVES];
     struct bd_ray_counts traced;
@@ -57,13 +63,14 @@ struct gloss {
 
 static size_t rays_of_group(const struct gloss *g)
 {
-    return (size_t)BD_LANES * KINDS * g->inputs->rays;
+    return (size_t)BD_LANES * (KINDS - g->first_kind) * g->inputs->rays;
 }
 
 static uint32_t receivers_at_once(const struct gloss *g)
 {
-    const size_t group = rays_of_group(g) * (sizeof *g->rays + sizeof *g->shares + sizeof *g->hits +
-                                             sizeof *g->places + sizeof *g->irradiance);
+    const size_t group =
+        rays_of_group(g) * (sizeof *g->rays + sizeof *g->shares + sizeof *g->hits +
+                            sizeof *g->places + sizeof *g->irradiance + sizeof *g->cosine);
     return (uint32_t)(ROOM_BYTES > group ? ROOM_BYTES / group : 1) * BD_LANES;
 }
 
@@ -82,9 +89,10 @@ static enum bd_err make_room(struct gloss *g, uint32_t group_count)
     g->hits = malloc(rays * sizeof *g->hits);
     g->places = malloc(rays * sizeof *g->places);
     g->irradiance = malloc(rays * sizeof *g->irradiance);
+    g->cosine = malloc(rays * sizeof *g->cosine);
     g->ray_count = malloc(group_count * sizeof *g->ray_count);
     g->first_ray = malloc(group_count * sizeof *g->first_ray);
-    const bool all = g->rays && g->shares && g->hits && g->places && g->irradiance &&
+    const bool all = g->rays && g->shares && g->hits && g->places && g->irradiance && g->cosine &&
                      g->ray_count && g->first_ray;
     return all ? BD_ERR_OK : no_memory(g);
 }
@@ -100,8 +108,8 @@ static enum bd_err make_halves(struct gloss *g)
 
 static void free_all(struct gloss *g)
 {
-    void *arrays[] = {g->rays,      g->shares,    g->hits,    g->places, g->irradiance,
-                      g->ray_count, g->first_ray, g->half[0], g->half[1]};
+    void *arrays[] = {g->rays,   g->shares,    g->hits,      g->places,  g->irradiance,
+                      g->cosine, g->ray_count, g->first_ray, g->half[0], g->half[1]};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++) free(arrays[i]);
 }
 
@@ -114,9 +122,23 @@ static f3 direction_of(const struct gloss *g, const struct bd_lobe *lobe, uint32
     float numbers[2];
     bd_sequence_pair(&g->sequence[half * KINDS + kind], lobe->at->place * g->stride + number,
                      numbers);
-    if (kind == 1) return bd_lobe_choose(lobe, numbers);
+    if (kind == OF_LOBE) return bd_lobe_choose(lobe, numbers);
     const struct bd_basis basis = bd_basis_of(n);
     return bd_from_basis(&basis, n, bd_cosine_direction(numbers));
+}
+
+// Of all rays of a half together.
+static float density_of(const struct gloss *g, const struct bd_lobe *lobe, f3 d)
+{
+    const float of_cosine = f_max(f3_dot(lobe->at->normal, d), 0) / F_PI;
+    return (float)(g->inputs->rays / HALVES) *
+           ((g->rough ? 0 : of_cosine) + bd_lobe_density(lobe, d));
+}
+
+static f3 reflected(const struct gloss *g, const struct bd_lobe *lobe, f3 d)
+{
+    const float specular = g->rough ? bd_lobe_specular(lobe, d) : 0;
+    return g->rough ? f3_of(specular, specular, specular) : bd_lobe_received(lobe, d).beyond;
 }
 
 // False where nothing would come of it.
@@ -124,9 +146,7 @@ static bool aim(const struct gloss *g, const struct bd_lobe *lobe, uint32_t half
                 struct bd_ray *ray, struct share *share)
 {
     const struct bd_area_receiver *at = lobe->at;
-    const float of_kind = (float)(g->inputs->rays / HALVES);
-    const float density =
-        of_kind * (f_max(f3_dot(at->normal, d), 0) / F_PI + bd_lobe_density(lobe, d));
+    const float density = density_of(g, lobe, d);
     if (!bd_lobe_is_above(lobe, d) || !(density > 0) || !isfinite(density)) return false;
     const float lift = lift_of_segment(g->view_reach, at->position, at->position);
     const f3 from = f3_add(at->position, f3_scale(at->normal_geometric, lift));
@@ -134,9 +154,15 @@ static bool aim(const struct gloss *g, const struct bd_lobe *lobe, uint32_t half
                            .from_triangle = at->triangle,
                            .direction = {d.x, d.y, d.z},
                            .far = INFINITY};
-    *share = (struct share){f3_scale(bd_lobe_received(lobe, d).beyond, 1 / density),
+    *share = (struct share){f3_scale(reflected(g, lobe, d), 1 / density),
                             at->y_px * g->width_px + at->x_px, half};
     return true;
+}
+
+static bool is_asked(const struct gloss *g, const struct bd_lobe *lobe)
+{
+    if (!g->rough) return lobe->is_there;
+    return !lobe->at->has_lobe && f3_dot(lobe->at->normal, lobe->at->viewer) > 0;
 }
 
 static void aim_group(void *user, uint32_t group)
@@ -148,9 +174,10 @@ static void aim_group(void *user, uint32_t group)
         struct bd_area_receiver at;
         if (!bd_lobe_receiver_at(g->part, group, lane, &at)) continue;
         const struct bd_lobe lobe = bd_lobe_of(&at, false);
-        for (uint32_t i = 0; lobe.is_there && i < KINDS * g->inputs->rays; i++) {
-            const uint32_t half = i % HALVES, kind = i / HALVES % KINDS;
-            const f3 d = direction_of(g, &lobe, half, kind, i / (HALVES * KINDS));
+        const uint32_t kinds = KINDS - g->first_kind;
+        for (uint32_t i = 0; is_asked(g, &lobe) && i < kinds * g->inputs->rays; i++) {
+            const uint32_t half = i % HALVES, kind = g->first_kind + i / HALVES % kinds;
+            const f3 d = direction_of(g, &lobe, half, kind, i / (HALVES * kinds));
             next += aim(g, &lobe, half, d, &g->rays[next], &g->shares[next]);
         }
     }
@@ -171,20 +198,16 @@ static void close_ranks(struct gloss *g)
 
 // --- what they bring ----------------------------------------------------------------------------
 
-// Each share becomes one of the irradiance where the ray ends.
 static void place_ray(const struct gloss *g, uint32_t i)
 {
     const struct bd_ray_hit *hit = &g->hits[i];
     const float *d = g->rays[i].direction;
     g->places[i] = (struct bd_surface_point){.normal = {0, 0, 1}, .triangle = BD_NO_TRIANGLE};
-    if (hit->triangle == BD_NO_TRIANGLE ||
-        !bd_surface_hit_at(&g->surfaces, hit->triangle, hit->u, hit->v, f3_of(d[0], d[1], d[2]),
+    if (hit->triangle == BD_NO_TRIANGLE) return;
+    const struct bd_surface_point nothing = g->places[i];
+    if (!bd_surface_hit_at(&g->surfaces, hit->triangle, hit->u, hit->v, f3_of(d[0], d[1], d[2]),
                            &g->places[i]))
-        return;
-    // As it looks where it has no highlight.
-    const f3 diffuse = bd_surface_hit_diffuse(&g->surfaces, hit->triangle, hit->u, hit->v,
-                                              BD_SENDS_LAMBERT, BD_FROM_EVERYWHERE);
-    g->shares[i].beyond = f3_mul(g->shares[i].beyond, f3_scale(diffuse, 1 / F_PI));
+        g->places[i] = nothing;
 }
 
 static void place_group(void *user, uint32_t group)
@@ -194,21 +217,43 @@ static void place_group(void *user, uint32_t group)
     for (uint32_t i = first; i < first + g->ray_count[group]; i++) place_ray(g, i);
 }
 
+// What a place sends of a unit of irradiance. A smooth lobe sees it as it looks where it has no
+// highlight; what a rough one sees of many highlights is their mean.
+static f3 sent(const struct gloss *g, uint32_t i, float cosine)
+{
+    const struct bd_ray_hit *hit = &g->hits[i];
+    const f3 diffuse =
+        bd_surface_hit_diffuse(&g->surfaces, hit->triangle, hit->u, hit->v,
+                               g->rough ? g->inputs->sends : BD_SENDS_LAMBERT, cosine);
+    return f3_scale(diffuse, 1 / F_PI);
+}
+
+// Irradiance where rays end becomes light that their pixels reflect.
+static void reflect_group(void *user, uint32_t group)
+{
+    const struct gloss *g = user;
+    const uint32_t first = g->first_ray[group];
+    for (uint32_t i = first; i < first + g->ray_count[group]; i++) {
+        const struct bd_surface_point *at = &g->places[i];
+        if (at->triangle == BD_NO_TRIANGLE) continue;
+        f3 light = f3_mul(g->irradiance[i], sent(g, i, g->cosine[i]));
+        if (g->inputs->cells)
+            light = f3_add(
+                light, f3_mul(bd_irradiance_cells_look(g->inputs->cells, at->position, at->normal),
+                              sent(g, i, BD_FROM_EVERYWHERE)));
+        g->irradiance[i] = f3_mul(light, g->shares[i].beyond);
+    }
+}
+
 // In the order of the rays.
 static void sum(const struct gloss *g)
 {
     for (uint32_t i = 0; i < g->count; i++) {
-        const struct bd_surface_point *at = &g->places[i];
-        if (at->triangle == BD_NO_TRIANGLE) continue;
-        f3 light = g->irradiance[i];
-        if (g->inputs->cells)
-            light =
-                f3_add(light, bd_irradiance_cells_look(g->inputs->cells, at->position, at->normal));
-        light = f3_mul(light, g->shares[i].beyond);
+        if (g->places[i].triangle == BD_NO_TRIANGLE) continue;
         float *pixel = g->half[g->shares[i].half] + 4 * (size_t)g->shares[i].pixel;
-        pixel[0] += light.x;
-        pixel[1] += light.y;
-        pixel[2] += light.z;
+        pixel[0] += g->irradiance[i].x;
+        pixel[1] += g->irradiance[i].y;
+        pixel[2] += g->irradiance[i].z;
     }
 }
 
@@ -231,8 +276,12 @@ static enum bd_err light_part(void *user, const struct bd_receiver_part *part)
             bd_receivers_each(&g->context, part->group_count, UNITS_PER_HIT * rays, place_group, g);
     if (!err)
         err = bd_first_light_run(&g->context, in->first, in->visibility, in->seed + PURPOSE,
-                                 g->places, g->count, g->first_number, g->irradiance, NULL,
+                                 g->places, g->count, g->first_number, g->irradiance, g->cosine,
                                  &g->traced, g->fault);
+    bd_slicer_work(g->context.slicer, "gloss");
+    if (!err)
+        err = bd_receivers_each(&g->context, part->group_count, UNITS_PER_HIT * rays, reflect_group,
+                                g);
     if (!err) sum(g);
     g->first_number += g->count;
     return err;
@@ -275,7 +324,7 @@ static enum bd_err run(struct gloss *g, const struct bd_gather_inputs *gather,
 {
     const struct bd_receivers_inputs receivers = {
         .askers = bd_gather_askers(gather),
-        .pass = "gloss",
+        .pass = g->rough ? "rough" : "gloss",
         .glossy = true,
         .starts = true,
         .seed = g->inputs->seed,
@@ -288,18 +337,22 @@ static enum bd_err run(struct gloss *g, const struct bd_gather_inputs *gather,
     if (!err) err = bd_receivers_run(&g->context, &receivers, g->fault);
     if (err) return err;
     combine(g);
-    err = write_half(g, 0, "indirect glossy", &indirect->glossy);
-    return err ? err : write_half(g, 1, "noise of indirect glossy", &indirect->noise_glossy);
+    struct bd_tex **light = g->rough ? &indirect->rough : &indirect->glossy;
+    struct bd_tex **noise = g->rough ? &indirect->noise_rough : &indirect->noise_glossy;
+    err = write_half(g, 0, "indirect light of lobes", light);
+    return err ? err : write_half(g, 1, "noise of lobes", noise);
 }
 
-enum bd_err bd_gloss_run(const struct bd_pass_context *context, const struct bd_far_inputs *inputs,
-                         const struct bd_gather_inputs *gather, struct bd_indirect *indirect,
-                         struct bd_fault *fault)
+static enum bd_err run_of(bool rough, const struct bd_pass_context *context,
+                          const struct bd_far_inputs *inputs, const struct bd_gather_inputs *gather,
+                          struct bd_indirect *indirect, struct bd_fault *fault)
 {
     struct gloss g = {
         .context = *context,
         .processor = {inputs->visibility->pool, NULL},
         .inputs = inputs,
+        .rough = rough,
+        .first_kind = rough ? OF_LOBE : OF_COSINE,
         .width_px = gather->viewpoint->width_px,
         .height_px = gather->viewpoint->height_px,
         .stride = bd_sequence_stride(inputs->rays / HALVES),
@@ -314,4 +367,19 @@ enum bd_err bd_gloss_run(const struct bd_pass_context *context, const struct bd_
     bd_surface_hits_finish(&g.surfaces);
     free_all(&g);
     return err;
+}
+
+enum bd_err bd_gloss_run(const struct bd_pass_context *context, const struct bd_far_inputs *inputs,
+                         const struct bd_gather_inputs *gather, struct bd_indirect *indirect,
+                         struct bd_fault *fault)
+{
+    return run_of(false, context, inputs, gather, indirect, fault);
+}
+
+enum bd_err bd_gloss_of_rough_run(const struct bd_pass_context *context,
+                                  const struct bd_far_inputs *inputs,
+                                  const struct bd_gather_inputs *gather,
+                                  struct bd_indirect *indirect, struct bd_fault *fault)
+{
+    return run_of(true, context, inputs, gather, indirect, fault);
 }

@@ -66,6 +66,16 @@ struct bd_area_light_found bd_lobe_received(const struct bd_lobe *lobe, f3 l)
     return (struct bd_area_light_found){f3_of(cosine, cosine, cosine), f3_scale(beyond, cosine)};
 }
 
+float bd_lobe_specular(const struct bd_lobe *lobe, f3 l)
+{
+    const struct bd_area_receiver *at = lobe->at;
+    const f3 black = f3_of(0, 0, 0);
+    return f3_dot(at->normal, l) * brdf_of_view(black, 0, at->roughness, at->f0_dielectric,
+                                                at->normal, l, at->viewer, lobe->view_cosine,
+                                                lobe->view_root)
+                                       .x;
+}
+
 bool bd_lobe_is_above(const struct bd_lobe *lobe, f3 l)
 {
     return f3_dot(lobe->at->normal, l) > 0 && f3_dot(lobe->at->normal_geometric, l) > 0;

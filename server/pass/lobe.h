@@ -26,6 +26,8 @@ struct bd_lobe bd_lobe_of(const struct bd_area_receiver *at, bool lambert);
 
 // What a unit of radiance from there gives, per steradian.
 struct bd_area_light_found bd_lobe_received(const struct bd_lobe *lobe, f3 direction);
+// Of it what the specular lobe gives, of a dielectric.
+float bd_lobe_specular(const struct bd_lobe *lobe, f3 direction);
 // Whether light from there comes to the surface's front.
 bool bd_lobe_is_above(const struct bd_lobe *lobe, f3 direction);
 

@@ -19,10 +19,11 @@ static void bind_first(const struct bd_share_inputs *inputs, struct bd_bindings 
     bindings->textures[BD_UNIT_FIRST_IRRADIANCE].tex =
         first->vector ? first->gathered : first->irradiance;
     bindings->textures[BD_UNIT_FIRST_VECTOR].tex = first->vector;
+    bindings->textures[BD_UNIT_FIRST_ROUGH].tex = first->rough;
 }
 
 static enum bd_err run_rows(const struct bd_pass_context *context,
-                            const struct bd_share_inputs *inputs, struct bd_tex *irradiance,
+                            const struct bd_share_inputs *inputs, const struct bd_indirect *out,
                             struct bd_fault *fault)
 {
     const struct bd_view view = bd_viewpoint_uniform(inputs->viewpoint, &inputs->scene->space);
@@ -33,6 +34,7 @@ static enum bd_err run_rows(const struct bd_pass_context *context,
     const struct bd_program *program;
     struct bd_defines defines = {0};
     if (inputs->first->vector) bd_define(&defines, "BD_VECTOR", 1);
+    if (inputs->first->rough) bd_define(&defines, "BD_ROUGH", 1);
     enum bd_err err =
         bd_compute_get(context->gpu, "pass/share/share.comp", &defines, &program, fault);
     struct bd_bindings bindings = {
@@ -41,7 +43,8 @@ static enum bd_err run_rows(const struct bd_pass_context *context,
     };
     bd_gbuffer_bind(inputs->gbuffer, &bindings);
     bind_first(inputs, &bindings);
-    bd_bind_image(&bindings, 0, irradiance, false, true);
+    bd_bind_image(&bindings, 0, out->irradiance, false, true);
+    bd_bind_image(&bindings, 1, out->rough, false, true);
     const uint32_t width = view.size_px.x, height = view.size_px.y;
     bd_slicer_work(context->slicer, "share");
     for (uint32_t row = 0; !err && row < height;) {
@@ -53,6 +56,16 @@ static enum bd_err run_rows(const struct bd_pass_context *context,
         row += rows;
     }
     return err;
+}
+
+static enum bd_err create_rough(struct bd_gpu *gpu, const struct bd_share_inputs *inputs,
+                                struct bd_indirect *out, struct bd_fault *fault)
+{
+    const struct bd_tex_desc desc = {.name = "indirect light of rough lobes",
+                                     .format = BD_FORMAT_RGBA32F,
+                                     .width_px = inputs->viewpoint->width_px,
+                                     .height_px = inputs->viewpoint->height_px};
+    return inputs->first->rough ? bd_tex_create(gpu, &desc, &out->rough, fault) : BD_ERR_OK;
 }
 
 // No blocks at all: its fragments are the pixels that nobody shares light with.
@@ -95,7 +108,8 @@ enum bd_err bd_share_run(const struct bd_pass_context *context,
     *out = (struct bd_shared_light){0};
     enum bd_err err =
         bd_indirect_create(context->gpu, inputs->viewpoint, false, &out->indirect, fault);
-    if (!err) err = run_rows(context, inputs, out->indirect->irradiance, fault);
+    if (!err) err = create_rough(context->gpu, inputs, out->indirect, fault);
+    if (!err) err = run_rows(context, inputs, out->indirect, fault);
     if (!err) err = list_missing(context, inputs, out, fault);
     if (err) bd_shared_light_finish(context->gpu, out);
     return err;

@@ -22,11 +22,11 @@ struct bd_share_inputs {
     const struct bd_gbuffer *gbuffer;
     const struct bd_viewpoint *first_viewpoint; // the same but for where rays pass a pixel
     const struct bd_gbuffer *first_gbuffer;
-    const struct bd_indirect *first; // its `gathered` and `vector` count if they are there
+    const struct bd_indirect *first; // its `gathered`, `vector`, `rough` count if they are there
 };
 
 struct bd_shared_light {
-    struct bd_indirect *indirect;    // irradiance alone; a = 0 where `missing`
+    struct bd_indirect *indirect; // irradiance, and what rough lobes reflect; a = 0 where `missing`
     struct bd_discontinuity *pixels; // what `missing` is a list of: pixels alone
     struct bd_fragments *missing;
 };

@@ -96,6 +96,7 @@ static void add_maps(struct bd_features *features, const struct bd_material *mat
 static void add_material(struct bd_features *features, const struct bd_material *material)
 {
     bool metal = material->metallic > 0;
+    bool has_map = material->metallic_roughness_map.texture != BD_NONE;
     bool transmissive = material->transmission > 0;
     features->has_mask |= material->alpha_mode == BD_ALPHA_MASK;
     features->has_blend |= material->alpha_mode == BD_ALPHA_BLEND;
@@ -106,6 +107,7 @@ static void add_material(struct bd_features *features, const struct bd_material 
     if (material->unlit) return;
     features->has_metal |= metal;
     features->has_glossy |= metal || material->roughness < 0.6f;
+    features->has_rough |= (material->metallic < 1 || has_map) && material->roughness >= 0.6f;
     features->has_specular |= material->roughness < 0.1f && (metal || transmissive);
     features->has_transmissive |= transmissive;
 }

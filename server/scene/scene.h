@@ -209,6 +209,7 @@ struct bd_features {
     bool has_single_sided;
     bool has_metal;    // metallic factor > 0 (before its map)
     bool has_glossy;   // metal, or roughness factor < 0.6
+    bool has_rough;    // roughness factor of at least that, and not all metal
     bool has_specular; // roughness factor < 0.1 and metal or transmissive
     bool has_transmissive, has_emissive, has_unlit, has_environment;
     double

@@ -26,17 +26,19 @@
 // Of a cell of the cache: what many pixels share is worth many rays.
 #define CELL_VPL_RAYS 32u
 #define CELL_FAR_RAYS 16u
-// A quarter of the rays for what sub-frames behind the first light anew, whose noise is added up.
-#define LATER_SHARE 4u
+// A quarter of the rays for what sub-frames behind the first light anew, whose noise is added up,
+// and for lobes of rough dielectrics, which reflect some hundredths of their light. A quarter, half
+// and all of 64 far rays for those, 16 sub-frames: 3.89, 3.80 and 3.78 % off under a spot.
+#define SMALL_SHARE 4u
 
 static uint32_t rays_of(const struct bd_params *params)
 {
     return params->rays < BD_RAYS_CHOSEN_MAX ? params->rays : BD_RAYS_CHOSEN_MAX;
 }
 
-static uint32_t later_rays(uint32_t rays)
+static uint32_t few_of(uint32_t rays)
 {
-    return rays / LATER_SHARE & ~1u ? rays / LATER_SHARE & ~1u : 2;
+    return rays / SMALL_SHARE & ~1u ? rays / SMALL_SHARE & ~1u : 2;
 }
 
 static struct bd_far_inputs far_of(const struct bd_technique_inputs *inputs,
@@ -87,6 +89,9 @@ static enum bd_err complete(const struct bd_pass_context *context,
     if (!err) err = bd_far_run(context, &far, gather, indirect, fault);
     if (!err && inputs->glossy_receivers)
         err = bd_gloss_run(context, &far, gather, indirect, fault);
+    far.rays = few_of(inputs->params->far_rays);
+    if (!err && inputs->rough_receivers)
+        err = bd_gloss_of_rough_run(context, &far, gather, indirect, fault);
     if (err || !inputs->filtered) return err;
     return bd_filter_light_run(context, gather, FILTER_LEVELS, indirect, fault);
 }
@@ -130,11 +135,10 @@ static enum bd_err light_pixels(const struct bd_pass_context *context,
     const struct bd_gather_chosen_fragments_inputs chosen = {
         .gather = &gather,
         .list = first,
-        .rays = later_rays(rays_of(inputs->params)),
+        .rays = few_of(rays_of(inputs->params)),
         .seed = (uint32_t)inputs->seed_of_sub_frame,
     };
-    struct bd_far_inputs far =
-        far_of(inputs, &visibility, first, later_rays(inputs->params->far_rays));
+    struct bd_far_inputs far = far_of(inputs, &visibility, first, few_of(inputs->params->far_rays));
     far.cells = inputs->cells;
     enum bd_err err = bd_gather_chosen_fragments_run(context, &chosen, out, fault);
     return err ? err : bd_far_of_fragments(context, &far, &gather, *out, fault);
@@ -147,8 +151,8 @@ static enum bd_err light_glossy(const struct bd_pass_context *context,
 {
     const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
     const struct bd_gather_inputs gather = gather_of(inputs, &visibility);
-    struct bd_far_inputs far = far_of(inputs, &visibility, inputs->light_paths->first,
-                                      later_rays(inputs->params->far_rays));
+    struct bd_far_inputs far =
+        far_of(inputs, &visibility, inputs->light_paths->first, few_of(inputs->params->far_rays));
     far.cells = inputs->cells;
     enum bd_err err = bd_gloss_run(context, &far, &gather, indirect, fault);
     if (err || !inputs->filtered) return err;
@@ -156,15 +160,11 @@ static enum bd_err light_glossy(const struct bd_pass_context *context,
 }
 
 static const struct bd_technique_pass passes[] = {
-    {"weigh", BD_WHEN_CHOSEN},
-    {"choose", BD_WHEN_RAYS},
-    {"visibility", BD_WHEN_RAYS},
-    {"gather", 0},
-    {"cache", BD_WHEN_FIRST},
-    {"far", BD_WHEN_RAYS},
-    {"gloss", BD_WHEN_GLOSSY},
-    {"filter", BD_WHEN_FILTERED},
-    {NULL, 0},
+    {"weigh", BD_WHEN_CHOSEN},    {"choose", BD_WHEN_RAYS},
+    {"visibility", BD_WHEN_RAYS}, {"gather", 0},
+    {"cache", BD_WHEN_FIRST},     {"far", BD_WHEN_RAYS},
+    {"gloss", BD_WHEN_GLOSSY},    {"rough", BD_WHEN_ROUGH | BD_WHEN_FIRST},
+    {"filter", BD_WHEN_FILTERED}, {NULL, 0},
 };
 static const struct bd_param_default defaults[] = {
     {BD_PARAM_VPLS, 1024},           {BD_PARAM_VPL_KERNEL, BD_KERNEL_DISK}, {BD_PARAM_RAYS, 4},

@@ -119,7 +119,7 @@ struct bd_technique_inputs {
     bool filtered;                        // what they leave noisy
     uint64_t seed;                        // of what is chosen
     uint64_t seed_of_sub_frame;           // of what each draws by numbers of its own
-    bool glossy_receivers;
+    bool glossy_receivers, rough_receivers;
     bool normal_maps; // some surface has one: normals change from pixel to pixel
 };
 
@@ -143,6 +143,7 @@ enum bd_when {
     BD_WHEN_CHOSEN = 1u << 2,   // and fewer rays than VPLs
     BD_WHEN_FILTERED = 1u << 3, // and noise_filter=on
     BD_WHEN_FIRST = 1u << 4,    // sub-frames that share light take over what it made; always
+    BD_WHEN_ROUGH = 1u << 5,    // receivers have a specular lobe that is not
 };
 
 // A pass of the technique's own, which it brackets with bd_gpu_pass_begin and _end.

@@ -23,6 +23,19 @@ KERNEL float lobe_sent_grazing(float r)
     return 0.0471f + r * (0.0422f + r * (-0.4207f + r * (0.5596f - r * 0.2257f)));
 }
 
+// The mean of (1 - v.h)^5 over light that is the same from all sides, under the cosine of v: within
+// .00012 of it.
+KERNEL float diffuse_grazing(float c)
+{
+    return 0.02805f + c * (-0.07734f + c * (0.07495f - c * 0.02569f));
+}
+
+// What a dielectric's diffuse lobe returns to who looks under that cosine.
+KERNEL f3 sent_by_diffuse(f3 color, float f0_dielectric, float cosine)
+{
+    return f3_scale(color, (1.0f - f0_dielectric) * (1.0f - diffuse_grazing(cosine)));
+}
+
 // Of a lobe that returns so much; `diffuse`: the colour below it, as far as it is no metal's.
 KERNEL f3 sent_by_lobes(f3 base_color, f3 diffuse, float metallic, float f0_dielectric, float white,
                         float grazing)

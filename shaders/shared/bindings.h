@@ -38,6 +38,7 @@
 #define BD_UNIT_INDIRECT         7
 #define BD_UNIT_INDIRECT_GLOSSY  8
 #define BD_UNIT_AREA_LIGHT       9
+#define BD_UNIT_INDIRECT_ROUGH   10
 
 // Textures of what works on blocks of pixels (shared/multires.h), beside the G-buffer and VPLs.
 #define BD_UNIT_BLOCK_FLAGS          8
@@ -56,6 +57,7 @@
 #define BD_UNIT_FIRST_MATERIAL   6
 #define BD_UNIT_FIRST_IRRADIANCE 7
 #define BD_UNIT_FIRST_VECTOR     8
+#define BD_UNIT_FIRST_ROUGH      9
 #define BD_UNIT_LIT              10
 
 // Of what few rays left, in filter_fragments, beside the G-buffer.

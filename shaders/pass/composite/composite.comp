@@ -5,6 +5,7 @@
 // indirect and emission add up to it. Colour in alpha 1 is one sub-frame's.
 #include "common/gbuffer.glsl"
 #include "common/pi.glsl"
+#include "kernel/diffuse_limit.h"
 #include "kernel/sent.h"
 #include "pass/composite/finished.glsl"
 
@@ -23,6 +24,9 @@ layout(binding = BD_UNIT_INDIRECT) uniform sampler2D indirect_irradiance;
 #ifdef BD_GLOSSY
 layout(binding = BD_UNIT_INDIRECT_GLOSSY) uniform sampler2D indirect_glossy;
 #endif
+#ifdef BD_ROUGH
+layout(binding = BD_UNIT_INDIRECT_ROUGH) uniform sampler2D indirect_rough;
+#endif
 #ifdef BD_EMISSION
 layout(binding = BD_UNIT_GBUFFER_EMISSION) uniform sampler2D gbuffer_emission;
 #endif
@@ -36,13 +40,32 @@ vec3 diffuse_albedo(receiver r)
 #endif
 }
 
-// Of indirect light. With BD_WHOLE what the whole BRDF of a surface without a lobe worth rays
-// returns of light from everywhere, in the mean over those who look.
-vec3 reflectance(receiver r)
+// What the specular lobe of a rough surface reflects; a = 0 where that is not known. Of doubts it is.
+vec4 rough_part(ivec2 pixel, receiver r)
+{
+#ifdef BD_ROUGH
+    if (has_glossy_lobe(r.metallic, r.roughness)) return vec4(0.0);
+    vec4 part = texelFetch(indirect_rough, pixel, 0);
+#if BD_LAYER == BD_COMPOSITE_NOISE || BD_LAYER == BD_COMPOSITE_BLUR
+    return part;
+#else
+    return part * part.a;
+#endif
+#else
+    return vec4(0.0);
+#endif
+}
+
+// Of indirect light. With BD_WHOLE, of a surface without a lobe worth its price, what the diffuse
+// part of its BRDF returns of light from everywhere to who looks; where nothing is known of what its
+// lobe reflects, the whole BRDF, in the mean over those who look.
+vec3 reflectance(receiver r, vec4 rough)
 {
 #ifdef BD_WHOLE
+    float cosine = max(dot(direction_to_viewer(r.relative_position), r.normal), 0.0);
     if (!has_glossy_lobe(r.metallic, r.roughness))
-        return sent_from_everywhere(r.base_color, r.metallic, r.roughness, r.f0_dielectric);
+        return rough.a > 0.0 ? sent_by_diffuse(min(r.base_color, diffuse_limit(cosine, r.roughness)), r.f0_dielectric, cosine)
+                             : sent_from_everywhere(r.base_color, r.metallic, r.roughness, r.f0_dielectric);
 #endif
     return diffuse_albedo(r);
 }
@@ -64,8 +87,8 @@ vec3 indirect_part(ivec2 pixel, receiver r)
 {
     vec3 sum = vec3(0.0);
 #ifdef BD_INDIRECT
-    if (r.lit)
-        sum = texelFetch(indirect_irradiance, pixel, 0).rgb * reflectance(r) / PI;
+    vec4 rough = rough_part(pixel, r);
+    if (r.lit) sum = texelFetch(indirect_irradiance, pixel, 0).rgb * reflectance(r, rough) / PI + rough.rgb;
 #endif
 #ifdef BD_GLOSSY
     // Its negative part is at most the irradiance's, up to rounding.
@@ -82,7 +105,8 @@ vec3 noise_part(ivec2 pixel, receiver r)
     sum += texelFetch(area_light, pixel, 0).rgb;
 #endif
 #ifdef BD_INDIRECT
-    if (r.lit) sum += texelFetch(indirect_irradiance, pixel, 0).rgb * reflectance(r) / PI;
+    vec4 rough = rough_part(pixel, r);
+    if (r.lit) sum += texelFetch(indirect_irradiance, pixel, 0).rgb * reflectance(r, rough) / PI + rough.rgb;
 #endif
 #ifdef BD_GLOSSY
     if (r.lit) sum += texelFetch(indirect_glossy, pixel, 0).rgb;
@@ -98,8 +122,9 @@ float blur_part(ivec2 pixel, receiver r)
     sum += texelFetch(area_light, pixel, 0).a;
 #endif
 #ifdef BD_INDIRECT
-    vec3 albedo = reflectance(r) / PI;
-    if (r.lit) sum += texelFetch(indirect_irradiance, pixel, 0).a * dot(albedo, albedo) / 3.0;
+    vec4 rough = rough_part(pixel, r);
+    vec3 albedo = reflectance(r, rough) / PI;
+    if (r.lit) sum += texelFetch(indirect_irradiance, pixel, 0).a * dot(albedo, albedo) / 3.0 + rough.a;
 #endif
 #ifdef BD_GLOSSY
     if (r.lit) sum += texelFetch(indirect_glossy, pixel, 0).a;

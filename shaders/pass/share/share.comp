@@ -2,6 +2,7 @@
 // pixels around where this one's ray passes, by those that see the same surface.
 //
 // image 0: irradiance; a = 0 where too few of the four do, and the pixel has to be lit by itself.
+// BD_ROUGH, image 1: what lobes of rough surfaces reflect, likewise.
 // BD_VECTOR: the first sub-frame keeps what was gathered and the irradiance vector, and this pixel's
 // own normal has its say. Without, only pixels whose shading normals all but agree share light.
 #include "kernel/all_channels.h"
@@ -11,6 +12,10 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(std140, binding = BD_UNIFORM_ARGS) uniform args_block { bd_share_args args; };
 layout(binding = 0, rgba32f) writeonly uniform image2D irradiance;
+#ifdef BD_ROUGH
+layout(binding = 1, rgba32f) writeonly uniform image2D rough;
+layout(binding = BD_UNIT_FIRST_ROUGH) uniform sampler2D first_rough;
+#endif
 layout(binding = BD_UNIT_FIRST_DEPTH) uniform sampler2D first_depth;
 layout(binding = BD_UNIT_FIRST_NORMALS) uniform usampler2D first_normals;
 layout(binding = BD_UNIT_FIRST_MATERIAL) uniform sampler2D first_material;
@@ -54,13 +59,13 @@ bool shares_light(receiver here, ivec2 pixel)
 }
 
 struct shared_light {
-    vec3 irradiance, vector;
+    vec3 irradiance, vector, rough;
     float weight, least, most; // of all channels together, of the pixels that it is made of
 };
 
 shared_light light_around(receiver here, ivec2 pixel)
 {
-    shared_light sum = shared_light(vec3(0.0), vec3(0.0), 0.0, 3.4e38, 0.0);
+    shared_light sum = shared_light(vec3(0.0), vec3(0.0), vec3(0.0), 0.0, 3.4e38, 0.0);
     vec2 at = vec2(pixel) + view.sample_px.xy - args.first_sample_px.xy;
     ivec2 low = ivec2(floor(at));
     vec2 part = at - vec2(low);
@@ -73,6 +78,9 @@ shared_light light_around(receiver here, ivec2 pixel)
         sum.irradiance += weight * irradiance_there;
         sum.least = min(sum.least, all_channels(irradiance_there));
         sum.most = max(sum.most, all_channels(irradiance_there));
+#ifdef BD_ROUGH
+        sum.rough += weight * texelFetch(first_rough, low + step, 0).rgb;
+#endif
 #ifdef BD_VECTOR
         sum.vector += weight * texelFetch(first_vector, low + step, 0).xyz;
 #endif
@@ -102,10 +110,16 @@ void main()
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, args.rows.x);
     if (pixel.x >= int(view.size_px.x) || gl_GlobalInvocationID.y >= args.rows.y) return;
     receiver here = gbuffer_receiver(pixel);
-    vec4 shared_value = vec4(0.0, 0.0, 0.0, here.lit ? 0.0 : 1.0);
+    vec4 shared_value = vec4(0.0, 0.0, 0.0, here.lit ? 0.0 : 1.0), shared_rough = shared_value;
     if (here.lit) {
         shared_light sum = light_around(here, pixel);
-        if (may_be_taken_over(sum)) shared_value = vec4(at_normal(sum, here.normal), 1.0);
+        if (may_be_taken_over(sum)) {
+            shared_value = vec4(at_normal(sum, here.normal), 1.0);
+            shared_rough = vec4(sum.rough / sum.weight, 1.0);
+        }
     }
     imageStore(irradiance, pixel, shared_value);
+#ifdef BD_ROUGH
+    imageStore(rough, pixel, shared_rough);
+#endif
 }
