@@ -2,7 +2,8 @@
 // its request as it is, then the same with two, four, eight and sixteen sub-frames, then the rungs
 // of the technique's ladder (frame/ladder.h) that are above its own parameters, as many at once as
 // its row says. Sub-frames come first because they cost little: light is gathered once, and each
-// frame goes on where the one before ended.
+// frame goes on where the one before ended. Before the last rung, which takes longest, come 32 and
+// 64 of them.
 //
 // Each step is a frame as anyone may ask for it alone, and has the same bytes.
 //
@@ -16,8 +17,9 @@
 
 #include "frame/request.h"
 
-// Sub-frames up to which a still picture is smoothed by itself.
-#define BD_VIEW_SUB_FRAMES 16u
+// Sub-frames up to which a still picture is smoothed by itself: first, and before the last rung.
+#define BD_VIEW_SUB_FRAMES      16u
+#define BD_VIEW_SUB_FRAMES_MOST 64u
 
 // Steps that come before the request as it is, 0 or 1: who wants no better picture begins there.
 uint32_t bd_view_steps_before(const struct bd_frame_request *request);

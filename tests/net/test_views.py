@@ -109,9 +109,9 @@ def test_a_still_picture_gets_better_and_then_final(start, face):
     assert [f.step for f in frames] == list(range(len(frames))) and len(frames) >= 2
     # The cheapest parameters, those asked for, sub-frames, then better ones; nothing is taken back on the way.
     aa = [f.report.aa for f in frames]
-    assert aa[:6] == [1, 1, 2, 4, 8, 16] and set(aa[6:]) == {16}
+    assert aa[:6] == [1, 1, 2, 4, 8, 16] and aa == sorted(aa) and aa[6] == 16 and aa[-3:] == [32, 64, 64]
     rungs = [tuple((p.key, p.value) for p in f.report.parameters) for f in frames]
-    assert rungs[0] != () and set(rungs[1:6]) == {()} and len(set(rungs[6:])) == len(rungs[6:]) >= 2
+    assert rungs[0] != () and set(rungs[1:6]) == {()} and len(set(rungs[6:])) >= 2 and len(set(zip(aa, rungs, strict=True))) == len(frames)
     vpls = [int(dict(rung).get("vpls", 1024)) for rung in rungs]
     assert vpls == sorted(vpls) and vpls[0] < 1024 < vpls[-1]
     assert [f.why_final.split(":")[0] for f in frames] == [""] * (len(frames) - 1) + ["top"]

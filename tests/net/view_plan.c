@@ -202,9 +202,9 @@ static void auto_begins_with_less(void **cmocka)
     static const struct {
         uint32_t sub_frames;
         const char *rays;
-    } steps[] = {{1, "2"},           {1, "as they are"}, {2, "as they are"},
-                 {4, "as they are"}, {8, "as they are"}, {16, "as they are"},
-                 {16, "16"},         {16, "64"},         {16, "256"}};
+    } steps[] = {{1, "2"},           {1, "as they are"},  {2, "as they are"}, {4, "as they are"},
+                 {8, "as they are"}, {16, "as they are"}, {16, "16"},         {16, "64"},
+                 {32, "64"},         {64, "64"},          {64, "256"}};
     assert_int_equal(bd_view_steps_before(&request), 1);
     for (uint32_t i = 0; i < sizeof steps / sizeof *steps; i++) {
         step = request;
@@ -212,17 +212,22 @@ static void auto_begins_with_less(void **cmocka)
         bd_view_lay_step(&request, i, &step);
         assert_int_equal(step.aa, steps[i].sub_frames);
         assert_string_equal(rays_of(&step), steps[i].rays);
-        assert_int_equal(bd_view_step_adds_sub_frames(&request, i), i > 1 && i < 6);
+        assert_int_equal(bd_view_step_adds_sub_frames(&request, i),
+                         (i > 1 && i < 6) || i == 8 || i == 9);
     }
     assert_false(bd_view_has_step(&request, sizeof steps / sizeof *steps));
     // From between, the last step is a shorter one.
-    request.params.count = 0;
-    assert_int_equal(bd_param_list_add(&request.params, "rays=8", NULL), BD_ERR_OK);
-    bd_view_lay_step(&request, 7, &step);
-    assert_string_equal(rays_of(&step), "64");
-    assert_true(bd_view_has_step(&request, 8) && !bd_view_has_step(&request, 9));
-    bd_view_lay_step(&request, 8, &step);
-    assert_string_equal(rays_of(&step), "256");
+    static const char *const third[] = {"vpls=2048", "rays=8", "far_rays=8", "walk_vpls=4096",
+                                        "cache_cells=4096"};
+    for (int i = 0; i < 5; i++)
+        assert_int_equal(bd_param_list_add(&request.params, third[i], NULL), BD_ERR_OK);
+    static const char *const rays[] = {"32", "128", "128", "128", "256"};
+    for (uint32_t i = 0; i < 5; i++) {
+        assert_true(bd_view_has_step(&request, 6 + i));
+        bd_view_lay_step(&request, 6 + i, &step);
+        assert_string_equal(rays_of(&step), rays[i]);
+    }
+    assert_false(bd_view_has_step(&request, 11));
     request.params.count = 0;
     // What is given stands as low as it goes already.
     static const char *const least[] = {"vpls=16",      "rays=2",         "far_rays=2",
@@ -258,7 +263,7 @@ static void steps_add_sub_frames_and_then_climb(void **cmocka)
         bd_view_lay_step(&request, 1, &step);
         assert_int_equal(step.aa, odd[i].second);
         bd_view_lay_step(&request, 9, &step);
-        assert_int_equal(step.aa, odd[i].asked > 16 ? odd[i].asked : 16);
+        assert_int_equal(step.aa, 64);
     }
     strcpy(request.technique, "reference");
     request.aa = 1;
