@@ -225,6 +225,13 @@ static const char *no_glossy_lobe(const struct bd_plan *plan)
                : "glossy lobe: the technique has none for indirect light";
 }
 
+static const char *no_rough_lobe(const struct bd_plan *plan, const struct bd_scene *scene)
+{
+    if (plan->params.lambert) return "brdf=lambert";
+    return scene->features.has_rough ? "far_rays below 8: rough lobes in the mean"
+                                     : "every surface is smooth or metal";
+}
+
 static const char *pass_when(const struct bd_technique *technique, enum bd_when when)
 {
     const struct bd_technique_pass *pass = technique->passes;
@@ -249,8 +256,7 @@ static void list_omitted(const struct bd_plan *plan, const struct bd_scene *scen
     if (plan->indirect && !plan->glossy)
         omit(report, true, glossy_pass(plan->technique), no_glossy_lobe(plan));
     if (plan->final_gather && !plan->rough)
-        omit(report, true, pass_when(plan->technique, BD_WHEN_ROUGH),
-             plan->params.lambert ? "brdf=lambert" : "every surface is smooth or metal");
+        omit(report, true, pass_when(plan->technique, BD_WHEN_ROUGH), no_rough_lobe(plan, scene));
 }
 
 // What this frame carries of light transport: the technique's model, or what was asked of the
@@ -436,7 +442,8 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
                        (out->indirect && (out->bounces > 1 || out->lamps_by_rays));
     out->glossy = out->indirect && out->technique->model.glossy_receivers && !out->params.lambert &&
                   f->has_glossy;
-    out->rough = out->final_gather && !out->params.lambert && f->has_rough;
+    out->rough = out->final_gather && !out->params.lambert && f->has_rough &&
+                 out->params.far_rays >= BD_FAR_RAYS_FOR_ROUGH;
     out->flux_lm = total_flux_lm(out, scene);
     out->rays = out->indirect && (out->final_gather || asks_rays(out));
     out->chosen = out->final_gather || (out->rays && out->params.rays < count_vpls(out, scene) &&

@@ -136,6 +136,10 @@ typedef enum bd_err bd_light_fragments_fn(const struct bd_pass_context *context,
                                           const struct bd_unlit *unlit,
                                           struct bd_multires_light **out, struct bd_fault *fault);
 
+// With fewer far rays lobes of rough dielectrics have none of their own: two rays of those take as
+// long as the far rays themselves, and their noise is as large as what the mean leaves out.
+#define BD_FAR_RAYS_FOR_ROUGH 8u
+
 // What must hold for a pass to run: all of its bits.
 enum bd_when {
     BD_WHEN_GLOSSY = 1u << 0,   // receivers have a specular lobe worth its price
