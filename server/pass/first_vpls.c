@@ -41,23 +41,34 @@ static enum bd_err set_out(struct photons *p, struct bd_ray ray, f3 flux, float 
     return p->count % PHOTONS_TO_PAUSE == 0 ? bd_slicer_pause(p->context->slicer) : BD_ERR_OK;
 }
 
-// In even steps through the flux of all.
+// What a lamp has of the photons, for each unit of it: half by its flux, half as all lamps. Which
+// of them light what is seen nobody knows here, and a weak one may be the only one.
+static double weight_of(const struct bd_light_uniform *lamp, double all, uint32_t shining)
+{
+    const double flux = strongest_channel(bd_lamp_flux(lamp));
+    return flux > 0 ? 0.5 * flux / all + 0.5 / shining : 0;
+}
+
+// In even steps through the weights of all.
 static enum bd_err set_out_from_lamps(struct photons *p)
 {
     const struct bd_first_vpls_inputs *in = p->inputs;
     const struct bd_sequence sequence = bd_sequence_of(bd_askers_seed(in->seed), OF_LAMPS);
     double all = 0, passed = 0;
-    for (uint32_t i = 0; i < in->lamp_count; i++)
-        all += strongest_channel(bd_lamp_flux(&in->lamps[i]));
-    const double step = all / in->of_lamps;
-    uint32_t next = 0;
+    uint32_t shining = 0, next = 0;
+    for (uint32_t i = 0; i < in->lamp_count; i++) {
+        const double flux = strongest_channel(bd_lamp_flux(&in->lamps[i]));
+        all += flux;
+        shining += flux > 0;
+    }
+    const double step = 1.0 / in->of_lamps;
     enum bd_err err = BD_ERR_OK;
     for (uint32_t i = 0; !err && all > 0 && i < in->lamp_count; i++) {
-        const f3 flux = bd_lamp_flux(&in->lamps[i]);
-        const float most = strongest_channel(flux);
-        const f3 carried = f3_scale(flux, most > 0 ? (float)(step / most) : 0);
+        const double weight = weight_of(&in->lamps[i], all, shining);
+        const f3 carried =
+            f3_scale(bd_lamp_flux(&in->lamps[i]), weight > 0 ? (float)(step / weight) : 0);
         const bool last = i + 1 == in->lamp_count;
-        passed += most;
+        passed += weight;
         for (; !err && next < in->of_lamps && (last || (next + 0.5) * step < passed); next++) {
             float number[2];
             bd_sequence_pair(&sequence, next, number);
