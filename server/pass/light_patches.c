@@ -11,6 +11,8 @@
 #define AXES 6 // of the position, and of the normal
 // Dividing fewer takes a fraction of a millisecond.
 #define POINTS_TO_PAUSE 2048u
+// Of all patches those that are kept for what lies apart from the rest of its own.
+#define SPARE_PART 8u
 
 // Points that are lit, one patch's side by side once they are divided.
 struct lit_point {
@@ -24,7 +26,8 @@ struct dividing {
     const struct bd_light_patches_inputs *inputs;
     struct lit_point *lit;
     struct bd_light_patches *patches;
-    enum bd_err err; // of a pause
+    uint32_t spare, spare_end; // numbers that are kept for what lies apart
+    enum bd_err err;           // of a pause
 };
 
 static double weight_of(const struct lit_point *lit, uint32_t count)
@@ -125,17 +128,26 @@ static f3 place_of_lit(const struct lit_point *lit)
     return f3_of(lit->axis[0], lit->axis[1], lit->axis[2]);
 }
 
-static bool is_on_surface(f3 normal, f3 other, f3 away)
+// A patch's points lie within so many radii of a disk of their area. What lies farther off in its
+// plane is another room's floor: the mean of both would put the light of one into the other.
+#define RADII 4.0f
+
+static float reach2_of(const struct bd_surface_points *spread, uint32_t count)
 {
-    return f3_dot(normal, other) > 0.9f &&
+    return RADII * RADII * (float)count * spread->area / F_PI;
+}
+
+static bool is_on_surface(f3 normal, f3 other, f3 away, float reach2)
+{
+    return f3_dot(normal, other) > 0.9f && f3_dot(away, away) <= reach2 &&
            f_abs(f3_dot(normal, away)) <= 0.1f * f3_length(away) + 1e-6f;
 }
 
 static bool is_on_surface_of(const struct bd_surface_points *spread, const struct lit_point *one,
-                             const struct lit_point *other)
+                             const struct lit_point *other, float reach2)
 {
     return is_on_surface(spread->points[one->point].normal, spread->points[other->point].normal,
-                         f3_sub(place_of_lit(other), place_of_lit(one)));
+                         f3_sub(place_of_lit(other), place_of_lit(one)), reach2);
 }
 
 // A point as likely as what it sends, by the patch's number: of a patch that has several surfaces
@@ -156,10 +168,11 @@ static const struct lit_point *representative_of(const struct bd_surface_points 
                                                  uint32_t number)
 {
     const struct lit_point *chosen = chosen_of(lit, count, number), *found = chosen;
+    const float reach2 = reach2_of(spread, count);
     f3 sum = f3_of(0, 0, 0);
     float all = 0, nearest = INFINITY;
     for (uint32_t i = 0; i < count; i++) {
-        if (!is_on_surface_of(spread, chosen, &lit[i])) continue;
+        if (!is_on_surface_of(spread, chosen, &lit[i], reach2)) continue;
         const f3 away = f3_sub(place_of_lit(&lit[i]), place_of_lit(chosen));
         sum = f3_add(sum, f3_scale(away, lit[i].weight));
         all += lit[i].weight;
@@ -168,7 +181,7 @@ static const struct lit_point *representative_of(const struct bd_surface_points 
     for (uint32_t i = 0; i < count; i++) {
         const f3 d = f3_sub(place_of_lit(&lit[i]), mean);
         const float d2 = f3_dot(d, d);
-        if (!is_on_surface_of(spread, chosen, &lit[i])) continue;
+        if (!is_on_surface_of(spread, chosen, &lit[i], reach2)) continue;
         if (d2 < nearest || (d2 == nearest && lit[i].point < found->point)) found = &lit[i];
         nearest = f_min(nearest, d2);
     }
@@ -200,11 +213,12 @@ static struct patch patch_of(const struct bd_surface_points *spread, const struc
     const struct bd_surface_point *points = spread->points;
     struct patch patch;
     double mean[2] = {0}, square[2] = {0}, sum = 0;
+    const float reach2 = reach2_of(spread, count);
     uint32_t on_surface = 0;
     set_plane(&patch, points[representative->point].normal);
     for (uint32_t i = 0; i < count; i++) {
         const f3 away = f3_sub(place_of_lit(&lit[i]), place_of_lit(representative));
-        if (!is_on_surface(patch.normal, points[lit[i].point].normal, away)) continue;
+        if (!is_on_surface(patch.normal, points[lit[i].point].normal, away, reach2)) continue;
         const double at[2] = {f3_dot(away, patch.u), f3_dot(away, patch.v)};
         for (int a = 0; a < 2; a++) {
             mean[a] += at[a] * lit[i].weight;
@@ -235,9 +249,27 @@ static uint32_t place_of(const struct bd_light_patches_inputs *inputs, uint32_t 
     return every_second_bit(number >> 1) * side + every_second_bit(number);
 }
 
-static void put_patch(struct dividing *d, const struct lit_point *lit, uint32_t count,
-                      uint32_t number)
+// Those on the surface of one that is chosen go to the front; how many they are.
+static uint32_t part_surfaces(const struct bd_surface_points *spread, struct lit_point *lit,
+                              uint32_t count, uint32_t number)
 {
+    const struct lit_point chosen = *chosen_of(lit, count, number);
+    const float reach2 = reach2_of(spread, count);
+    uint32_t at = 0;
+    for (uint32_t i = 0; i < count; i++)
+        if (is_on_surface_of(spread, &chosen, &lit[i], reach2)) swap(&lit[i], &lit[at++]);
+    return at;
+}
+
+// Where light comes through a slit, the little there is beyond would have a part of a patch, and be
+// nothing or several times too much.
+static void put_patch(struct dividing *d, struct lit_point *lit, uint32_t count, uint32_t number)
+{
+    if (d->spare < d->spare_end) {
+        const uint32_t all = count;
+        count = part_surfaces(d->inputs->points, lit, all, number);
+        if (count < all) put_patch(d, lit + count, all - count, d->spare++);
+    }
     const struct bd_light_patches_inputs *in = d->inputs;
     struct bd_light_patches *out = d->patches;
     const struct lit_point *representative = representative_of(in->points, lit, count, number);
@@ -305,16 +337,19 @@ enum bd_err bd_light_patches_init(struct bd_light_patches *patches,
                                   struct bd_fault *fault)
 {
     const uint32_t count = inputs->count;
+    const uint32_t spare = inputs->root_side == 0 ? count / SPARE_PART : 0;
     *patches = (struct bd_light_patches){.lights = calloc(count, sizeof *patches->lights),
                                          .quads = calloc(count, sizeof *patches->quads)};
     struct dividing d = {.inputs = inputs,
                          .lit = malloc((inputs->points->count + 1) * sizeof *d.lit),
-                         .patches = patches};
+                         .patches = patches,
+                         .spare = count - spare,
+                         .spare_end = count};
     if (!d.lit || !patches->lights || !patches->quads)
         d.err =
             bd_fault_set(fault, BD_ERR_NO_MEMORY, "vpls", "no memory for %u light paths", count);
     bd_slicer_work(inputs->slicer, "divide");
-    if (!d.err) divide(&d, d.lit, list_lit(inputs, d.lit), count, 0);
+    if (!d.err) divide(&d, d.lit, list_lit(inputs, d.lit), count - spare, 0);
     free(d.lit);
     if (d.err) bd_light_patches_finish(patches);
     return d.err;
