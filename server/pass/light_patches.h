@@ -1,9 +1,9 @@
 // Points that are lit, divided into patches of about equal flux, along the axis in which they
 // differ most, by place or by facing: a patch is a VPL, with the flux of all its points, their mean
 // place on the surface of the one in its middle, and their area. What lies apart from the others of
-// its patch, another surface or another room's, is one of its own as far as an eighth of them goes.
-// Neighbours in the list are neighbours in the scene, but for those. The flux of all VPLs is that
-// of the points. Private to pass/.
+// its patch, on another surface or in another room, is one of its own, as far as an eighth of all
+// goes. But for those neighbours in the list are neighbours in the scene. The flux of all VPLs is
+// that of the points. Private to pass/.
 //
 // Patches that lie side by side are why points are not drawn by chance: squares about 1,024 points
 // that were overlap and leave gaps, and a furnace's corners were off by 15 %, of patches by 2 %.
