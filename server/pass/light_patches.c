@@ -13,6 +13,9 @@
 #define POINTS_TO_PAUSE 2048u
 // Of all patches those that are kept for what lies apart from the rest of its own.
 #define SPARE_PART 8u
+// Of one patch: a scene may have thousands that lie apart, as leaves do, in what little flux it
+// has.
+#define PARTS_MOST 8u
 
 // Points that are lit, one patch's side by side once they are divided.
 struct lit_point {
@@ -261,15 +264,9 @@ static uint32_t part_surfaces(const struct bd_surface_points *spread, struct lit
     return at;
 }
 
-// Where light comes through a slit, the little there is beyond would have a part of a patch, and be
-// nothing or several times too much.
-static void put_patch(struct dividing *d, struct lit_point *lit, uint32_t count, uint32_t number)
+static void put_patch(struct dividing *d, const struct lit_point *lit, uint32_t count,
+                      uint32_t number)
 {
-    if (d->spare < d->spare_end) {
-        const uint32_t all = count;
-        count = part_surfaces(d->inputs->points, lit, all, number);
-        if (count < all) put_patch(d, lit + count, all - count, d->spare++);
-    }
     const struct bd_light_patches_inputs *in = d->inputs;
     struct bd_light_patches *out = d->patches;
     const struct lit_point *representative = representative_of(in->points, lit, count, number);
@@ -294,6 +291,21 @@ static void put_patch(struct dividing *d, struct lit_point *lit, uint32_t count,
     out->quads[at][1] = vec4_of(v, f3_dot(patch.offset, patch.v) / patch.across);
 }
 
+// Where light comes through a slit, the little there is beyond would have a part of a patch, and be
+// nothing or several times too much: parts that lie apart are patches of their own.
+static void put_parts(struct dividing *d, struct lit_point *lit, uint32_t count, uint32_t number)
+{
+    for (uint32_t parts = 1; parts < PARTS_MOST && d->spare < d->spare_end; parts++) {
+        const uint32_t together = part_surfaces(d->inputs->points, lit, count, number);
+        if (together == count) break;
+        put_patch(d, lit, together, number);
+        lit += together;
+        count -= together;
+        number = d->spare++;
+    }
+    put_patch(d, lit, count, number);
+}
+
 // Into so many patches of about equal flux, the first of which has that number.
 static void divide(struct dividing *d, struct lit_point *lit, uint32_t count, uint32_t patches,
                    uint32_t number)
@@ -302,7 +314,7 @@ static void divide(struct dividing *d, struct lit_point *lit, uint32_t count, ui
     if (count >= POINTS_TO_PAUSE && !d->err) d->err = bd_slicer_pause(d->inputs->slicer);
     if (count == 0 || d->err) return;
     if (patches == 1 || count == 1) {
-        put_patch(d, lit, count, number);
+        put_parts(d, lit, count, number);
         return;
     }
     const int axis = widest_axis(lit, count, &middle);
