@@ -457,7 +457,7 @@ static void what_comes_too_late_leaves_what_stood(void **state)
         request.frame.budget_ms = with_budget ? 1 : 0;
         bd_image_destroy(&(struct bd_image *){render_within(*state, &request, 0, &first)});
         request.improves = true;
-        request.frame.deadline_ms = (uint32_t)(first.time_ms.total - first.time_ms.compile) / 2;
+        request.frame.deadline_ms = 1 + (uint32_t)(first.time_ms.total - first.time_ms.compile) / 2;
         request.frame.budget_ms = with_budget ? 1000000 : 0;
         struct bd_job *job = rendered(*state, &request);
         const struct bd_report *report = &bd_job_result(job)->report;
