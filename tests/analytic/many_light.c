@@ -265,6 +265,38 @@ static void where_walls_meet_it_is_as_light_as_beside(void **state)
     world_free_layers(layers);
 }
 
+// One weak lamp in the room, and in another many that are a thousand times as bright: the room's
+// light is that of the weak one alone.
+static double light_of_a_room(struct world *w, uint32_t lamps_elsewhere)
+{
+    static const char *const asked[] = {"brdf=lambert", NULL};
+    const double elsewhere[3] = {5, 0, 0}, eye[3] = {.7, .4, .9}, target[3] = {-.2, -.1, 0};
+    world_clear(w);
+    const int32_t grey = world_add_material(w, 0.5f);
+    world_add_box_room(w, grey, origin, 1);
+    world_add_box_room(w, grey, elsewhere, 1);
+    world_add_light(w, BD_LIGHT_POINT, origin, down, 1);
+    for (uint32_t i = 0; i < lamps_elsewhere; i++) {
+        const double at[3] = {5 + .1 * (i % 4), .2 * (i / 4), 0};
+        world_add_light(w, BD_LIGHT_POINT, at, down, 1000);
+    }
+    world_add_camera(w, eye, target, 1);
+    world_finish(w);
+    struct bd_image *layers[BD_LAYER_COUNT];
+    world_render(w, "many_light", 0, SIDE_PX, SIDE_PX, 1u << BD_LAYER_INDIRECT, asked, layers);
+    const double mean = mean_of(layers[BD_LAYER_INDIRECT]);
+    world_free_layers(layers);
+    return mean;
+}
+
+static void a_weak_lamp_has_photons_too(void **state)
+{
+    const double alone = light_of_a_room(*state, 0), among = light_of_a_room(*state, 15);
+    printf("    %.3f of what it is alone\n", among / alone);
+    assert_true(alone > 0);
+    ASSERT_REL(among, alone, .2);
+}
+
 static void more_first_light_than_there_may_be_is_refused(void **state)
 {
     struct world *w = *state;
@@ -319,6 +351,7 @@ int main(void)
         cmocka_unit_test(a_picture_has_no_history),
         cmocka_unit_test(a_picture_of_four_pixels_has_all_of_its_light),
         cmocka_unit_test(where_walls_meet_it_is_as_light_as_beside),
+        cmocka_unit_test(a_weak_lamp_has_photons_too),
         cmocka_unit_test(more_first_light_than_there_may_be_is_refused),
         cmocka_unit_test(a_sheet_hides_every_reflection),
         cmocka_unit_test(a_corridor_is_as_light_as_by_virtual_lights_alone),
