@@ -6,7 +6,8 @@ import { figure, milliseconds, percent } from "./format";
 import { type Axis, type Sample, type Series, evenAxis, logAxis } from "./plot";
 import { type Settings } from "./settings";
 
-const [WIDTH, HEIGHT, LEFT, BOTTOM, TOP, RIGHT] = [300, 132, 40, 18, 8, 6];
+// Right of the curves is room for half of the last label.
+const [WIDTH, HEIGHT, LEFT, BOTTOM, TOP, RIGHT] = [300, 132, 40, 18, 8, 18];
 
 export class ErrorPanel {
   private readonly headline = el("p", { class: "headline" });
