@@ -10,6 +10,7 @@ import zlib
 import numpy
 
 LINES_PER_CHUNK = {b"\x00": 1, b"\x03": 16}  # stored as it is, ZIP
+LONG_NAMES = 0x400  # beside the version: some name has more than 31 letters
 
 
 def _text(data, at):
@@ -19,7 +20,7 @@ def _text(data, at):
 
 def _header(data):
     magic, version = struct.unpack_from("<II", data)
-    assert magic == 20000630 and version == 2, "not a plain scan-line EXR"
+    assert magic == 20000630 and version & ~LONG_NAMES == 2, "not a plain scan-line EXR"
     attributes, at = {}, 8
     while data[at]:
         name, at = _text(data, at)
