@@ -25,6 +25,7 @@ from . import exr
 START_SECONDS = 60
 FRAME_SECONDS = 120
 EXIT_DEVICE = 6
+CHOICES = {"budget_ms": "--budget-ms", "target_error": "--target-error"}  # settings that are no parameters
 JUDGED_HERE = ("--fail-on", "none")  # flags are for who asked to judge: some inputs are meant to be black
 
 
@@ -179,7 +180,7 @@ class Daemon:
         if output is None:
             del words[3:5]
         for key, value in (settings or {}).items():
-            words += ["--set", f"{key}={value}"]
+            words += [CHOICES[key], value] if key in CHOICES else ["--set", f"{key}={value}"]
         if camera is not None:
             words += ["--camera", str(camera)]
         return [*words, *map(str, extra)]

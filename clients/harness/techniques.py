@@ -34,6 +34,7 @@ class Technique:
     hazard_codes: str
     is_reference: bool
     is_sampled: bool  # decided by chance: exact in the mean, with noise
+    is_default: bool = False  # what is rendered where nobody says
     for_comparison: bool = False  # judged on less, where all techniques are judged at once
     tolerance_settings: dict = dataclasses.field(default_factory=dict)  # what the tolerances ask for
 
@@ -59,6 +60,7 @@ def _technique(item):
         tolerance_indirect=item.get("tolerance_indirect", 0.0),
         hazard_codes=item.get("hazard_codes", ""),
         is_reference=item.get("is_reference", False),
+        is_default=item.get("is_default", False),
         is_sampled=item.get("is_sampled", False),
         for_comparison=item.get("for_comparison", False),
         tolerance_settings=settings_of(item.get("tolerance_settings", "")))

@@ -9,8 +9,8 @@ from harness.bench.measure import Stage, pictures, timed, times_of, whole_frame_
 from harness.daemon import DaemonDied
 
 SCENE = Path("box.glb")
-QUICK = types.SimpleNamespace(name="quick", is_reference=False)
-EXACT = types.SimpleNamespace(name="exact", is_reference=True)
+QUICK = types.SimpleNamespace(asked="quick", keeps_nothing=False)
+EXACT = types.SimpleNamespace(asked="exact", keeps_nothing=True)
 
 
 def frame(total, gather, state="ran"):
@@ -80,8 +80,8 @@ def test_seeds_end_where_they_change_nothing(tmp_path):
     stage = Stage(FakeDaemon(), (8, 8), None)
 
     def seeds_of(technique):
-        return pictures(stage, SCENE, technique.name, {}, [3, 5, 8],
-                        lambda seed: tmp_path / f"{technique.name}-{seed}")
+        return pictures(stage, SCENE, technique.asked, {}, [3, 5, 8],
+                        lambda seed: tmp_path / f"{technique.asked}-{seed}")
 
     assert seeds_of(QUICK) == [3] and seeds_of(EXACT) == [3, 5, 8]
     names = sorted(p.name for p in tmp_path.iterdir())

@@ -7,7 +7,7 @@ from pathlib import Path
 from .. import exr
 from . import plots, rungs, thumbs
 from .page import page, scene_section
-from .store import settings_text, write
+from .store import rung_text, write
 from .summary import (AGAINST, HEADLINE_ERROR, LAYERS, curve, duration, front_rows, percent,
                       plotted, techniques_of)
 
@@ -71,7 +71,7 @@ def _pictures(bench, scene):
             file = bench.store.pictures / point["pictures"][0]
             linear = exr.layer(exr.read(file.read_bytes())[0], "beauty")
             found.append((thumbs.jpeg_uri(linear, exposure), f"{technique}, {percent(error)}",
-                          f"{technique} {settings_text(point['settings'])}",
+                          f"{technique} {rung_text(point)}",
                           f"{percent(error)} in {duration(ms)}", ""))
         if rows:
             point = rows[-1][2]
@@ -79,7 +79,7 @@ def _pictures(bench, scene):
             error = percent(plotted(point["error"]["full"]["beauty"]))
             if uri:
                 found.append((uri, f"{technique}, error map", f"{technique}: where it is wrong",
-                              f"{settings_text(point['settings'])}, {error}", "wide"))
+                              f"{rung_text(point)}, {error}", "wide"))
     return found
 
 

@@ -80,16 +80,16 @@ def times_of(reports):
             "runs": len(reports)}
 
 
-def timed(stage, path, technique, settings, runs, seed):
+def timed(stage, path, contestant, settings, runs, seed):
     """Times of new frames and of frames after the camera moved, and the last report.
 
     One frame of either kind warms up; then they take turns, so that what slows the machine down
-    for a while slows both. A reference keeps nothing between frames: to it they are one kind."""
+    for a while slows both. Who keeps nothing between frames knows one kind."""
     def frame(fresh):
-        return stage.ask(stage.daemon.report, path, technique.name, settings, seed=seed,
+        return stage.ask(stage.daemon.report, path, contestant.asked, settings, seed=seed,
                          layers=("beauty", "indirect"), extra=("--fresh", fresh))
 
-    kinds = ("all",) if technique.is_reference else ("all", "camera")
+    kinds = ("all",) if contestant.keeps_nothing else ("all", "camera")
     for kind in kinds:
         frame(kind)
     rounds = [[frame(kind) for kind in kinds] for _ in range(runs)]
@@ -101,11 +101,12 @@ def pictures(stage, path, technique, settings, seeds, keep):
     """Renders the technique's picture for each seed; those seeds whose pictures count.
 
     A technique that answers two seeds with the same pixels is deterministic: one picture says all.
+    Each is made anew: what a budget of time is good for must not be an earlier point's picture.
     `keep(seed)` is where the file goes."""
     first = None
     for number, seed in enumerate(seeds):
         frame = stage.ask(stage.daemon.render, path, technique, settings, seed=seed, layers=LAYERS,
-                          keep=keep(seed))
+                          keep=keep(seed), extra=("--fresh", "all"))
         if first and _same_pixels(first, frame):
             keep(seed).unlink()
             return seeds[:number]

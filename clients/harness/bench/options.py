@@ -8,7 +8,9 @@ from ..daemon import cache_folder
 
 EXIT_USAGE = 2
 SEED_COUNT = 3
-HELP = """Error against run time: every technique at every rung of its ladder, in every scene.
+HELP = """Error against run time: every technique at every rung of its ladder, in every scene; beside
+them "auto" with several budgets, "reference+filter", and, where Blender is installed, "cycles" and
+"cycles+filter": the same scene, camera and samples by its path tracer, raw and behind our filter.
 
 Each point is rendered again and again, each time taking nothing over from earlier frames, and timed;
 its picture is compared with two references: the whole rendering equation ("full"), and the technique's

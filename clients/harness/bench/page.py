@@ -2,7 +2,7 @@
 import re
 from html import escape
 
-from .store import settings_text
+from .store import rung_text, settings_text
 from .summary import (AGAINST, EQUAL_ERRORS, LAYERS, advice, curve, duration, equal_error,
                       equal_time, percent, techniques_of, warnings)
 
@@ -45,7 +45,9 @@ TRUTHS = {"full": "the whole rendering equation", "model": "the technique’s ow
 METHOD = """
 <p>Time is that of a whole frame in a daemon that holds the scene: from the frame’s turn to its pixels
 read back, everything made anew, shaders compiled before, nothing encoded. Points are medians, bars are
-quartiles. <i>Camera moved</i> makes anew only what follows the camera.</p>
+quartiles. <i>Camera moved</i> makes anew only what follows the camera. <i>auto</i> chooses by itself, or for the budget that is
+told. Of <i>cycles</i> it is the rendering of two halves alone, in a process that holds the scene and its structure; its <i>full</i> materials
+are Blender’s own, which differ from glTF’s by some per cent.</p>
 <p>Error is the debiased relative RMSE: the reference’s own noise is taken out by comparing with two
 independent halves of it; bars are 95 % intervals. <i>Full</i> is the whole rendering equation;
 <i>model</i> is the part of it that the technique declares to solve, so what is left there is the fault of
@@ -109,7 +111,7 @@ def _points_table(result, scene):
     for technique in techniques_of(result, scene):
         for _, _, p in curve(result, scene, technique):
             time = p["time_ms"]
-            cells = [cell(f"{technique} {settings_text(p['settings'])}"),
+            cells = [cell(f"{technique} {rung_text(p)}"),
                      cell(duration(time["frame"]["median"])),
                      cell(f"{duration(time['frame']['q1'])} – {duration(time['frame']['q3'])}"),
                      cell(duration(time["gpu"]["median"]) if time["gpu"]["median"] else "–"),
@@ -183,11 +185,12 @@ def scene_section(result, scene, figures, pictures):
 
 def _head(result):
     machine, device = result["machine"], result["device"]
+    common = settings_text(result.get("settings", {}))
     software = ", software" if device.get("software") else ""
     return (f'<h1>{escape(result["title"])}</h1>'
             f'<p class="small">{escape(result["date"])} · {escape(machine["cpu"])}, '
             f'{machine["cores"]} cores · {escape(device.get("name", "no device"))}{software} · '
-            f'build {escape(result["build"])}</p>')
+            f'build {escape(result["build"])}{escape(f" · all with {common}" if common else "")}</p>')
 
 
 def _foot(result):

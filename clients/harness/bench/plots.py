@@ -3,13 +3,14 @@ import io
 import math
 import re
 
-from .store import settings_text
+from .store import rung_text
 from .summary import EXACT, HEADLINE_ERROR, curve, duration, floor_of, front_rows, percent, techniques_of
 
 # Told apart by people who see few colours too, and by marker (Okabe and Ito 2008).
 COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 MARKERS = "osD^vPX"
 GREY, LIGHT = "#667", "#dde"
+LABEL_WORDS = 2  # of a point, as many as there is room for
 CLOSE = 1.25  # lines whose names would touch: the ratio of two floors
 
 
@@ -36,9 +37,15 @@ def load():
 
 
 def style_of(result, technique):
-    """(colour, marker) of a technique: the same in every figure."""
+    """(colour, marker) of a technique: the same in every figure, and no two alike up to 49."""
     index = [t["name"] for t in result["techniques"]].index(technique)
-    return COLORS[index % len(COLORS)], MARKERS[index % len(MARKERS)]
+    return COLORS[index % len(COLORS)], MARKERS[(index + index // len(COLORS)) % len(MARKERS)]
+
+
+def _short(settings):
+    """Of a rung of many settings the first: they grow together."""
+    first, *more = settings.split()[:LABEL_WORDS + 1] or [""]
+    return settings if len(more) < LABEL_WORDS else f"{first} …"
 
 
 def svg(pyplot, figure, salt, label):
@@ -109,7 +116,7 @@ def _draw_curve(axes, result, scene, technique, against, layer):
         # To the left of a last point there is room only where the front has some length.
         first = point is path[0][2]
         right = first or ms < 4 * path[0][0]
-        axes.annotate(settings_text(point["settings"]), (ms, error), color=color, fontsize=8,
+        axes.annotate(_short(rung_text(point)), (ms, error), color=color, fontsize=8,
                       xytext=(6 if right else -7, 5 if first else -4),
                       textcoords="offset points", ha="left" if right else "right",
                       va="bottom" if first else "top", zorder=4, annotation_clip=True)
@@ -203,7 +210,7 @@ def pass_bars(pyplot, result, scene, salt):
             start += share
         axes.annotate(duration(whole), (start, row), xytext=(4, 0), textcoords="offset points",
                       va="center", fontsize=8, color=GREY)
-    axes.set_yticks(range(len(points)), [f"{p['technique']} {settings_text(p['settings'])}"
+    axes.set_yticks(range(len(points)), [f"{p['technique']} {rung_text(p)}"
                                          for p in points], fontsize=9)
     axes.invert_yaxis()
     axes.set_xlim(0, 1.15)

@@ -108,15 +108,28 @@ class References:
         return self.stage.ask(self.stage.daemon.report, path, "reference", settings,
                               extra=("--plan",))
 
-    def _trace(self, path, file, settings, spp):
-        """Has `bounce reference` write the file, or go on with the one that is there."""
-        daemon, stage = self.stage.daemon, self.stage
+    def _words(self, path, file, settings, spp):
         words = ["reference", str(path), "-o", str(file), "--spp", str(spp), "--seed", str(SEED),
-                 "--size", "x".join(map(str, stage.size)), "--quiet"]
-        if stage.camera is not None:
-            words += ["--camera", stage.camera]
+                 "--size", "x".join(map(str, self.stage.size)), "--quiet"]
+        if self.stage.camera is not None:
+            words += ["--camera", self.stage.camera]
         for key, value in settings.items():
             words += ["--set", f"{key}={value}"]
+        return words
+
+    def filtered(self, reference, file):
+        """The planes of a file that has all but the light of `reference`, behind the filter of noise."""
+        daemon = self.stage.daemon
+        words = self._words(reference.scene, file, {**self.common, **reference.settings}, reference.spp)
+        code, errors = _interruptible([daemon.bounce, *words, "--filter-noise", "--server", daemon.url], daemon.env)
+        if code:
+            raise RenderError(f"filter: {errors.strip()}", shlex.join(["bounce", *words]), code)
+        return exr.read(file.read_bytes())[0]
+
+    def _trace(self, path, file, settings, spp):
+        """Has `bounce reference` write the file, or go on with the one that is there."""
+        daemon = self.stage.daemon
+        words = self._words(path, file, settings, spp)
         if file.exists() and not self._read(file, path, settings):
             words.append("--force")  # it is not what its name says
         self.say(f"{path.stem}: reference {settings_text(settings)}".rstrip()

@@ -54,6 +54,11 @@ def settings_text(settings):
     return " ".join(f"{key}={value}" for key, value in settings.items())
 
 
+def rung_text(point):
+    """Of a point, what it does not share with all others of the run."""
+    return settings_text(point.get("rung", point["settings"]))
+
+
 class Store:
     """`result` is the whole of bench.json."""
 

@@ -2,7 +2,7 @@
 import math
 
 from .stats import decades, error_at_time, front, slope, time_at_error
-from .store import settings_text
+from .store import rung_text
 
 EQUAL_ERRORS = (0.01, 0.02, 0.05, 0.10, 0.20)
 HEADLINE_ERROR = 0.02
@@ -139,13 +139,13 @@ def advice(result, scene, wanted=HEADLINE_ERROR):
     if reached:
         best = min(reached, key=reached.get)
         point = setting_near(curves[best], wanted)
-        near = f" (near {settings_text(point['settings'])})" if point else ""
+        near = f" (near {rung_text(point)})" if point else ""
         text = f"For {percent(wanted)} error use {best}{near}: {duration(reached[best])} a frame."
     else:
         best = min(missed, key=lambda name: min(row[1] for row in curves[name]))
         row = min(curves[best], key=lambda row: row[1])
         text = (f"Nothing measured here reaches {percent(wanted)} error; {best} comes closest with "
-                f"{percent(row[1])} in {duration(row[0])} ({settings_text(row[2]['settings'])})"
+                f"{percent(row[1])} in {duration(row[0])} ({rung_text(row[2])})"
                 f"{_later(result, best, curves[best], wanted)}.")
         missed.remove(best)
     return " ".join([text, *(_why_not(result, scene, name, curves[name], wanted)
@@ -182,7 +182,7 @@ def warnings(result):
     """Where a reference's noise is above a tenth of an error that it measures, and failed points."""
     lines = []
     for p in result["points"]:
-        name = f"{p['scene']}, {p['technique']} {settings_text(p['settings'])}"
+        name = f"{p['scene']}, {p['technique']} {rung_text(p)}"
         if p["state"] != "done":
             lines.append(f"{name}: failed: {p['fault']}")
             continue
