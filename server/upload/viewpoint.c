@@ -23,6 +23,30 @@ struct bd_viewpoint bd_viewpoint_of(const struct bd_scene *scene, const struct b
     };
 }
 
+struct bd_pixel_blocks bd_pixel_blocks_of(const struct bd_viewpoint *viewpoint, uint32_t side_px)
+{
+    struct bd_pixel_blocks blocks = {
+        .side_px = side_px,
+        .columns = (viewpoint->width_px + side_px - 1) / side_px,
+        .rows = (viewpoint->height_px + side_px - 1) / side_px,
+    };
+    blocks.left_px = 0.5 * ((double)viewpoint->width_px - (double)blocks.columns * side_px);
+    blocks.top_px = 0.5 * ((double)viewpoint->height_px - (double)blocks.rows * side_px);
+    return blocks;
+}
+
+struct bd_viewpoint bd_viewpoint_of_blocks(const struct bd_viewpoint *viewpoint,
+                                           const struct bd_pixel_blocks *blocks)
+{
+    struct bd_viewpoint out = *viewpoint;
+    out.half_width *= (double)blocks->columns * blocks->side_px / viewpoint->width_px;
+    out.half_height *= (double)blocks->rows * blocks->side_px / viewpoint->height_px;
+    out.width_px = blocks->columns;
+    out.height_px = blocks->rows;
+    out.sample_x_px = out.sample_y_px = 0.5;
+    return out;
+}
+
 static struct bd_vec4 vec4_from(bd_dvec3 v, double w)
 {
     return (struct bd_vec4){(float)v.x, (float)v.y, (float)v.z, (float)w};

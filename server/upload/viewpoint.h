@@ -26,6 +26,17 @@ struct bd_viewpoint {
 struct bd_viewpoint bd_viewpoint_of(const struct bd_scene *scene, const struct bd_pose *pose,
                                     uint32_t placed_camera, uint32_t width_px, uint32_t height_px);
 
+// Blocks of pixels of a picture, from its middle on: those at the edges may reach beyond it.
+struct bd_pixel_blocks {
+    uint32_t side_px;       // of a block, in pixels; 1: none
+    double left_px, top_px; // where the first begins, at most 0
+    uint32_t columns, rows;
+};
+struct bd_pixel_blocks bd_pixel_blocks_of(const struct bd_viewpoint *viewpoint, uint32_t side_px);
+// What looks the same way through a picture that has a pixel for each block.
+struct bd_viewpoint bd_viewpoint_of_blocks(const struct bd_viewpoint *viewpoint,
+                                           const struct bd_pixel_blocks *blocks);
+
 struct bd_view bd_viewpoint_uniform(const struct bd_viewpoint *viewpoint,
                                     const struct bd_render_space *space);
 
