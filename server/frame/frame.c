@@ -107,6 +107,8 @@ static enum bd_err composite(struct bd_frame *frame, bool first, bool only,
         .area_light = frame->area_light,
         .indirect = frame->indirect,
         .doubted = frame->plan->shared ? frame->first.indirect : frame->indirect,
+        .doubted_blocks = frame->plan->shared ? frame->first.blocks
+                                              : bd_pixel_blocks_of(&frame->subject.viewpoint, 1),
         .filtered = frame->plan->filtered,
         .whole = frame->plan->final_gather && !frame->plan->params.lambert,
         .lambert = frame->plan->params.lambert,
@@ -151,9 +153,24 @@ static void report_counts(struct bd_report *report, const struct bd_indirect_cou
 
 // --- sub-frames -----------------------------------------------------------------------------
 
+// Light of blocks, which every sub-frame then shares.
+static enum bd_err light_blocks(struct bd_frame *frame)
+{
+    const struct bd_viewpoint whole = frame->subject.viewpoint;
+    const struct bd_pixel_blocks blocks = bd_pixel_blocks_of(&whole, frame->plan->block_px);
+    frame->subject.viewpoint = bd_viewpoint_of_blocks(&whole, &blocks);
+    enum bd_err err = bd_stage_run(frame, BD_STAGE_GBUFFER, NULL);
+    if (!err) err = bd_stage_run(frame, BD_STAGE_INDIRECT, NULL);
+    frame->first =
+        (struct bd_sub_frame){frame->subject.viewpoint, blocks, frame->gbuffer, frame->indirect};
+    frame->subject.viewpoint = whole;
+    bd_stage_leave_camera_side(frame);
+    return err;
+}
+
 static enum bd_err see_sub_frame(struct bd_frame *frame, uint32_t index)
 {
-    const bool is_shared = frame->plan->shared && index > 0;
+    const bool is_shared = frame->plan->shared && (index > 0 || frame->plan->block_px > 1);
     bd_sub_frame_place(&frame->subject.viewpoint, index);
     enum bd_err err = bd_stage_run(frame, BD_STAGE_GBUFFER, NULL);
     if (!err) err = bd_stage_run(frame, BD_STAGE_DIRECT, NULL);
@@ -170,6 +187,8 @@ static enum bd_err add_sub_frame(struct bd_frame *frame, struct bd_frame_sums *s
 {
     enum bd_err err = composite(frame, sums->count == 0, false, sums->layers);
     if (err) return err;
+    if (sums->count == 0 && frame->plan->block_px > 1)
+        count_indirect(frame->first.indirect, &sums->counts);
     count_indirect(frame->indirect, &sums->counts);
     sums->count++;
     return BD_ERR_OK;
@@ -178,7 +197,10 @@ static enum bd_err add_sub_frame(struct bd_frame *frame, struct bd_frame_sums *s
 // From as many as were added up before, by this frame's like or one of fewer sub-frames.
 static enum bd_err add_sub_frames(struct bd_frame *frame, struct bd_frame_sums *sums)
 {
-    frame->first = (struct bd_sub_frame){frame->subject.viewpoint, frame->gbuffer, frame->indirect};
+    if (frame->plan->block_px == 1)
+        frame->first = (struct bd_sub_frame){frame->subject.viewpoint,
+                                             bd_pixel_blocks_of(&frame->subject.viewpoint, 1),
+                                             frame->gbuffer, frame->indirect};
     enum bd_err err = sums->count == 0 ? add_sub_frame(frame, sums) : BD_ERR_OK;
     for (uint32_t s = sums->count; !err && s < frame->request->aa; s++) {
         bd_stage_leave_camera_side(frame);
@@ -209,10 +231,12 @@ static enum bd_err finish_sums(struct bd_frame *frame, const struct bd_frame_sum
 static enum bd_err run_sub_frames(struct bd_frame *frame, struct bd_tex *layers[BD_LAYER_COUNT])
 {
     struct bd_frame_sums *sums;
-    enum bd_err err = see_sub_frame(frame, 0);
+    enum bd_err err = frame->plan->block_px > 1 ? light_blocks(frame) : BD_ERR_OK;
+    if (!err) err = see_sub_frame(frame, 0);
     if (err) return err;
     if (frame->request->aa == 1) {
         struct bd_indirect_counts counts = {0};
+        if (frame->plan->block_px > 1) count_indirect(frame->first.indirect, &counts);
         err = composite(frame, true, true, layers);
         count_indirect(frame->indirect, &counts);
         report_counts(frame->report, &counts);

@@ -146,6 +146,27 @@ static bool are_by_rays(const struct bd_plan *plan, const struct bd_scene *scene
            map_texels(plan, scene) > TEXELS_PER_RAY * ray_count(plan, request);
 }
 
+// --- blocks -----------------------------------------------------------------------------------
+
+// Pictures of so many pixels and so few rays of each have their indirect light from blocks: it then
+// takes a quarter, and what four pixels would have told more a filter has spread anyway. Time at
+// equal error, side 2 against none: as long at 256x192, 1.1 to 1.6 times less at 512x384, 2 to 3
+// times less at 1024x768, in three scenes; from 16 rays on what blocks cannot tell is more than
+// their noise.
+#define BLOCKS_PIXELS_MIN (512u * 384u)
+#define BLOCKS_RAYS_MAX   8u
+
+// Other sub-frames would share what the first has of each pixel: they are none that it pays for.
+static uint32_t block_px_of(const struct bd_plan *plan, const struct bd_frame_request *request)
+{
+    const struct bd_params *params = &plan->params;
+    if (!bd_plan_reads(plan, BD_PARAM_LIGHT_BLOCKS)) return 1;
+    if (params->light_blocks != 0) return 1u << (params->light_blocks - 1);
+    const bool pays = request->aa == 1 && params->rays <= BLOCKS_RAYS_MAX &&
+                      (uint64_t)request->width_px * request->height_px >= BLOCKS_PIXELS_MIN;
+    return pays ? 2 : 1;
+}
+
 // --- the report's share ---------------------------------------------------------------------
 
 static void add_pass(struct bd_report *report, enum bd_stage stage, const char *name)
@@ -449,8 +470,10 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
     out->chosen = out->final_gather || (out->rays && out->params.rays < count_vpls(out, scene) &&
                                         out->params.rays <= BD_RAYS_CHOSEN_MAX);
     out->filtered = out->chosen && out->params.noise_filter && out->params.rays > 1;
-    out->shared = request->aa > 1 && out->indirect &&
-                  bd_technique_shares(out->technique, &out->params, out->glossy);
+    const bool may_share =
+        out->indirect && bd_technique_shares(out->technique, &out->params, out->glossy);
+    out->block_px = may_share ? block_px_of(out, request) : 1;
+    out->shared = may_share && (request->aa > 1 || out->block_px > 1);
     out->normal_maps = f->has_normal_map;
     out->emission = f->has_emissive || f->has_unlit;
     out->unoccluded = has_indirect(out) && !model_of(out).indirect_visibility;

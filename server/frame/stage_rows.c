@@ -436,6 +436,7 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
             .is_of_each = true,
             .is_needed = is_shared,
             .from = STAGE(GBUFFER) | STAGE(DIRECT) | STAGE(INDIRECT),
+            .reads = BD_READ_ALONE,
             .brackets_itself = true,
             KEEPS(indirect, frame, bd_run_share),
         },
@@ -496,7 +497,8 @@ struct bd_subject bd_subject_of(const struct bd_scene *scene, const struct bd_pl
     struct bd_subject subject = {.scene = scene,
                                  .plan = plan,
                                  .unit_cd_m2 = bd_render_space_of(scene).unit_cd_m2,
-                                 .seed = request->seed};
+                                 .seed = request->seed,
+                                 .alone = request->aa == 1};
     set_up_lights(&subject);
     subject.viewpoint = bd_viewpoint_of(scene, &request->pose, (uint32_t)plan->camera,
                                         request->width_px, request->height_px);
@@ -587,6 +589,7 @@ static uint64_t key_reads(uint64_t key, const struct bd_subject *subject, uint32
     if (reads & BD_READ_LIGHT_SEED) key = bd_key_number(key, subject->seed);
     if (reads & BD_READ_PHOTON_SEED && subject->plan->final_gather)
         key = bd_key_number(key, subject->seed);
+    if (reads & BD_READ_ALONE) key = bd_key_number(key, subject->alone);
     if (reads & BD_READ_PATH_COUNT)
         key = bd_key_number(key, (uint64_t)bd_plan_light_path_root_side(subject->plan) << 32 |
                                      bd_plan_light_path_count(subject->plan));

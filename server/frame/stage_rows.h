@@ -63,6 +63,7 @@ enum bd_stage_read {
     BD_READ_RSM_TRACING = 2048u << BD_ASPECT_COUNT,
     BD_READ_CLUSTERS_MOST = 4096u << BD_ASPECT_COUNT,
     BD_READ_PHOTON_SEED = 8192u << BD_ASPECT_COUNT, // of photons, for a final gather
+    BD_READ_ALONE = 16384u << BD_ASPECT_COUNT,      // whether there are other sub-frames
 };
 
 struct bd_frame;
@@ -85,6 +86,7 @@ struct bd_subject {
     const struct bd_plan *plan;
     double unit_cd_m2;
     uint64_t seed;
+    bool alone; // the frame has one sub-frame
     uint32_t light_count;
     struct bd_frame_light *lights;
     struct bd_viewpoint viewpoint;

@@ -27,6 +27,7 @@
 // What a sub-frame was made of. Outputs are the memo's.
 struct bd_sub_frame {
     struct bd_viewpoint viewpoint;
+    struct bd_pixel_blocks blocks; // of the picture, that are its pixels
     struct bd_gbuffer *gbuffer;
     struct bd_indirect *indirect;
 };
@@ -76,7 +77,7 @@ struct bd_frame {
     struct bd_surfaces *surfaces;
     struct bd_indirect *indirect;
 
-    struct bd_sub_frame first; // of several: what the others share
+    struct bd_sub_frame first; // of several, or of blocks: whose light the others share
     uint64_t sums_key;
 
     // While it was set aside, what others took.

@@ -178,6 +178,7 @@ static enum bd_err with_inputs(struct bd_frame *frame,
         .filtered = frame->plan->filtered,
         .seed = frame->subject.seed,
         .seed_of_sub_frame = seed_of_sub_frame(&frame->subject),
+        .alone = frame->subject.alone,
         .glossy_receivers = frame->plan->glossy,
         .rough_receivers = frame->plan->rough,
         .normal_maps = frame->plan->normal_maps,
@@ -198,8 +199,8 @@ static enum bd_err light_indirectly(struct bd_frame *frame,
 
 static enum bd_err share_light(struct bd_frame *frame, const struct bd_technique_inputs *inputs)
 {
-    const struct bd_first_sub_frame first = {&frame->first.viewpoint, frame->first.gbuffer,
-                                             frame->first.indirect};
+    const struct bd_first_sub_frame first = {&frame->first.viewpoint, frame->first.blocks,
+                                             frame->first.gbuffer, frame->first.indirect};
     return bd_sub_frame_light(&frame->context, frame->plan->technique, inputs, &first,
                               &frame->indirect, frame->fault);
 }

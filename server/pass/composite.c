@@ -89,6 +89,8 @@ enum bd_err bd_composite_run(const struct bd_pass_context *context,
     struct bd_composite_args args = {
         .scale = {1, (float)space->unit_cd_m2, (float)(1 / space->render_per_m), 0},
         .state = {inputs->first, inputs->only, 0, 0},
+        .doubted = {(float)inputs->doubted_blocks.left_px, (float)inputs->doubted_blocks.top_px,
+                    1.0f / (float)inputs->doubted_blocks.side_px, 0},
     };
     struct bd_bindings bindings = {0};
     bind_inputs(inputs, which == BD_COMPOSITE_NOISE || which == BD_COMPOSITE_BLUR, &bindings);

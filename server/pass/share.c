@@ -10,6 +10,17 @@
 // Of the slicer, one for each evaluation of a VPL.
 #define UNITS_PER_PIXEL 30.0
 
+static struct bd_share_args args_of(const struct bd_share_inputs *inputs)
+{
+    const struct bd_viewpoint *first = inputs->first_viewpoint;
+    const struct bd_pixel_blocks *blocks = &inputs->blocks;
+    return (struct bd_share_args){
+        .first_sample_px = {(float)first->sample_x_px, (float)first->sample_y_px,
+                            (float)blocks->side_px, 0},
+        .first_origin_px = {(float)blocks->left_px, (float)blocks->top_px, 0, 0},
+    };
+}
+
 static void bind_first(const struct bd_share_inputs *inputs, struct bd_bindings *bindings)
 {
     const struct bd_indirect *first = inputs->first;
@@ -27,10 +38,7 @@ static enum bd_err run_rows(const struct bd_pass_context *context,
                             struct bd_fault *fault)
 {
     const struct bd_view view = bd_viewpoint_uniform(inputs->viewpoint, &inputs->scene->space);
-    const struct bd_viewpoint *first = inputs->first_viewpoint;
-    struct bd_share_args args = {
-        .first_sample_px = {(float)first->sample_x_px, (float)first->sample_y_px, 0, 0},
-    };
+    struct bd_share_args args = args_of(inputs);
     const struct bd_program *program;
     struct bd_defines defines = {0};
     if (inputs->first->vector) bd_define(&defines, "BD_VECTOR", 1);

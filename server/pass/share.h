@@ -1,6 +1,6 @@
 // Indirect light of a frame's first sub-frame, taken over by another sub-frame: light on smooth
 // surfaces changes little within a pixel, and G-buffer and direct light, which do, are each
-// sub-frame's own.
+// sub-frame's own. Or light of blocks of pixels, which a first one of fewer pixels has.
 //
 // A pixel's irradiance is interpolated between the first sub-frame's pixels around it that see the
 // same surface (shaders/common/one_surface.glsl). Where most of them do not, at edges, behind what
@@ -21,6 +21,7 @@ struct bd_share_inputs {
     const struct bd_viewpoint *viewpoint; // of this sub-frame
     const struct bd_gbuffer *gbuffer;
     const struct bd_viewpoint *first_viewpoint; // the same but for where rays pass a pixel
+    struct bd_pixel_blocks blocks;              // that are its pixels
     const struct bd_gbuffer *first_gbuffer;
     const struct bd_indirect *first; // its `gathered`, `vector`, `rough` count if they are there
 };

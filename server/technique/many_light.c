@@ -41,6 +41,16 @@ static uint32_t few_of(uint32_t rays)
     return rays / SMALL_SHARE & ~1u ? rays / SMALL_SHARE & ~1u : 2;
 }
 
+// Of a sub-frame that takes the most of its light over, what it lights itself: where no other one's
+// noise is added to it, as much as a filter would leave of it.
+#define ALONE_RAYS 16u
+
+static uint32_t own_of(const struct bd_technique_inputs *inputs, uint32_t rays)
+{
+    if (!inputs->alone) return few_of(rays);
+    return rays > ALONE_RAYS ? rays : ALONE_RAYS;
+}
+
 static struct bd_far_inputs far_of(const struct bd_technique_inputs *inputs,
                                    const struct bd_visibility_inputs *visibility,
                                    const struct bd_vpl_list *list, uint32_t rays)
@@ -135,10 +145,11 @@ static enum bd_err light_pixels(const struct bd_pass_context *context,
     const struct bd_gather_chosen_fragments_inputs chosen = {
         .gather = &gather,
         .list = first,
-        .rays = few_of(rays_of(inputs->params)),
+        .rays = own_of(inputs, rays_of(inputs->params)),
         .seed = (uint32_t)inputs->seed_of_sub_frame,
     };
-    struct bd_far_inputs far = far_of(inputs, &visibility, first, few_of(inputs->params->far_rays));
+    struct bd_far_inputs far =
+        far_of(inputs, &visibility, first, own_of(inputs, inputs->params->far_rays));
     far.cells = inputs->cells;
     enum bd_err err = bd_gather_chosen_fragments_run(context, &chosen, out, fault);
     return err ? err : bd_far_of_fragments(context, &far, &gather, *out, fault);
@@ -152,7 +163,8 @@ static enum bd_err light_glossy(const struct bd_pass_context *context,
     const struct bd_visibility_inputs visibility = bd_technique_visibility(inputs);
     const struct bd_gather_inputs gather = gather_of(inputs, &visibility);
     struct bd_far_inputs far =
-        far_of(inputs, &visibility, inputs->light_paths->first, few_of(inputs->params->far_rays));
+        far_of(inputs, &visibility, inputs->light_paths->first,
+               inputs->alone ? inputs->params->far_rays : few_of(inputs->params->far_rays));
     far.cells = inputs->cells;
     enum bd_err err = bd_gloss_run(context, &far, &gather, indirect, fault);
     if (err || !inputs->filtered) return err;
@@ -195,7 +207,7 @@ const struct bd_technique bd_technique_many_light = {
     .params_read = BD_READS_DIRECT | BD_READS(BD_PARAM_VPLS) | BD_READS(BD_PARAM_RAYS) |
                    BD_READS(BD_PARAM_ALPHA) | BD_READS_LIGHT_PATHS | BD_READS(BD_PARAM_WALK_VPLS) |
                    BD_READS(BD_PARAM_CACHE_CELLS) | BD_READS(BD_PARAM_FAR_RAYS) |
-                   BD_READS(BD_PARAM_SUB_FRAMES),
+                   BD_READS(BD_PARAM_SUB_FRAMES) | BD_READS(BD_PARAM_LIGHT_BLOCKS),
     .defaults = defaults,
     .default_count = sizeof defaults / sizeof *defaults,
     .tolerance = {.direct = 1e-3, .indirect = 3e-2}, // of sums: noise of its virtual lights

@@ -159,6 +159,8 @@ static const struct param_row table[BD_PARAM_COUNT] = {
     [BD_PARAM_CACHE_CELLS] =
         {"cache_cells", PARAM_COUNT, FIELD(cache_cells), 64, 1u << 20, 2048, {0}},
     [BD_PARAM_FAR_RAYS] = {"far_rays", PARAM_EVEN, FIELD(far_rays), 2, BD_FAR_RAYS_MAX, 4, {0}},
+    [BD_PARAM_LIGHT_BLOCKS] =
+        {"light_blocks", PARAM_CHOICE, FIELD(light_blocks), 0, 0, 0, {"auto", "1", "2", "4"}},
 };
 
 // Other words for choices. They are read, and never written.

@@ -100,6 +100,8 @@ enum bd_param {
     BD_PARAM_WALK_VPLS,           // that light what a final gather's rays meet, beside VPLS
     BD_PARAM_CACHE_CELLS,         // of places that they meet, at most
     BD_PARAM_FAR_RAYS,            // of a pixel, even
+    BD_PARAM_LIGHT_BLOCKS,        // auto | 1 | 2 | 4: pixels along a side of blocks whose light is
+                                  // gathered as one; auto by counts (frame/plan.h)
     BD_PARAM_COUNT,
 };
 
@@ -165,6 +167,7 @@ struct bd_params {
     uint32_t executor;        // enum bd_executor
     uint32_t drawing;         // enum bd_drawing
     uint32_t walk_vpls, cache_cells, far_rays;
+    uint32_t light_blocks; // 0 = auto, else one more than the logarithm of their side
 };
 
 // What clients are told about a parameter.

@@ -43,6 +43,7 @@ enum bd_err bd_sub_frame_light(const struct bd_pass_context *context,
         .viewpoint = inputs->viewpoint,
         .gbuffer = inputs->gbuffer,
         .first_viewpoint = first->viewpoint,
+        .blocks = first->blocks,
         .first_gbuffer = first->gbuffer,
         .first = first->indirect,
     };

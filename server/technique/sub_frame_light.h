@@ -10,6 +10,7 @@
 // What the first sub-frame left. Borrowed.
 struct bd_first_sub_frame {
     const struct bd_viewpoint *viewpoint;
+    struct bd_pixel_blocks blocks; // that are its pixels
     const struct bd_gbuffer *gbuffer;
     const struct bd_indirect *indirect;
 };

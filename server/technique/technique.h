@@ -119,6 +119,7 @@ struct bd_technique_inputs {
     bool filtered;                        // what they leave noisy
     uint64_t seed;                        // of what is chosen
     uint64_t seed_of_sub_frame;           // of what each draws by numbers of its own
+    bool alone; // the frame's only sub-frame: no other one's noise is added to its own
     bool glossy_receivers, rough_receivers;
     bool normal_maps; // some surface has one: normals change from pixel to pixel
 };

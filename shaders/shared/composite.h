@@ -20,10 +20,13 @@ struct bd_composite_args {
     BD_VEC4 scale;
     // x = 1 for the first sub-frame, y = 1 where it is the only one; z = first row of the slice, w = rows in it
     BD_UVEC4 state;
+    // xy = where the picture begins whose doubt indirect light has, z = of its pixels, one over a
+    // side
+    BD_VEC4 doubted;
 };
 
 #ifndef BD_GLSL
-_Static_assert(sizeof(struct bd_composite_args) == 32, "std140 size");
+_Static_assert(sizeof(struct bd_composite_args) == 48, "std140 size");
 #endif
 
 #endif

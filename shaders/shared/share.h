@@ -5,12 +5,15 @@
 #include "shared/types.h"
 
 struct bd_share_args {
-    BD_VEC4 first_sample_px; // xy = where in a pixel the first sub-frame looks through
+    // xy = where in a pixel the first sub-frame looks through, z = pixels along a side of one of
+    // its
+    BD_VEC4 first_sample_px;
+    BD_VEC4 first_origin_px; // xy = where its picture begins
     BD_UVEC4 rows;           // x = first row of the slice, y = rows in it
 };
 
 #ifndef BD_GLSL
-_Static_assert(sizeof(struct bd_share_args) == 32, "std140 size");
+_Static_assert(sizeof(struct bd_share_args) == 48, "std140 size");
 #endif
 
 #endif

@@ -1,5 +1,6 @@
 // Irradiance that a frame's first sub-frame has, at the pixels of another: between the four of its
-// pixels around where this one's ray passes, by those that see the same surface.
+// pixels around where this one's ray passes, by those that see the same surface. Its pixels may be
+// blocks of this one's.
 //
 // image 0: irradiance; a = 0 where too few of the four do, and the pixel has to be lit by itself.
 // BD_ROUGH, image 1: what lobes of rough surfaces reflect, likewise.
@@ -40,22 +41,31 @@ receiver first_receiver(ivec2 pixel)
 {
     receiver r;
     uvec4 normals = texelFetch(first_normals, pixel, 0);
-    vec2 at_px = vec2(pixel) + args.first_sample_px.xy;
+    vec2 at_px = (vec2(pixel) + args.first_sample_px.xy) * args.first_sample_px.z + args.first_origin_px.xy;
     r.relative_position = view_relative_position_at(at_px, texelFetch(first_depth, pixel, 0).x);
     r.normal = unpack_precise_normal(normals.xy);
     r.normal_geometric = unpack_precise_normal(normals.zw);
     return r;
 }
 
+// A block's middle may be the pixel's own: between two such places there is no angle.
+const float ONE_PLACE = 3e-5; // of the distance
+
+bool is_one_place(receiver a, receiver b)
+{
+    vec3 across = b.relative_position - a.relative_position;
+    return length(across) <= ONE_PLACE * length(a.relative_position);
+}
+
 bool shares_light(receiver here, ivec2 pixel)
 {
-    if (any(lessThan(pixel, ivec2(0))) || any(greaterThanEqual(pixel, ivec2(view.size_px.xy)))) return false;
+    if (any(lessThan(pixel, ivec2(0))) || any(greaterThanEqual(pixel, textureSize(first_depth, 0)))) return false;
     if (!material_is_lit(texelFetch(first_material, pixel, 0))) return false;
     receiver there = first_receiver(pixel);
 #ifndef BD_VECTOR
     if (distance(here.normal, there.normal) > SAME_NORMAL_CHORD) return false;
 #endif
-    return is_one_surface(here, there);
+    return is_one_place(here, there) || is_one_surface(here, there);
 }
 
 struct shared_light {
@@ -66,7 +76,7 @@ struct shared_light {
 shared_light light_around(receiver here, ivec2 pixel)
 {
     shared_light sum = shared_light(vec3(0.0), vec3(0.0), vec3(0.0), 0.0, 3.4e38, 0.0);
-    vec2 at = vec2(pixel) + view.sample_px.xy - args.first_sample_px.xy;
+    vec2 at = (vec2(pixel) + view.sample_px.xy - args.first_origin_px.xy) / args.first_sample_px.z - args.first_sample_px.xy;
     ivec2 low = ivec2(floor(at));
     vec2 part = at - vec2(low);
     for (int i = 0; i < 4; i++) {
