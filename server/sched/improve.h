@@ -18,10 +18,12 @@
 // Of beauty, relative: what `auto` is content with.
 #define BD_IMPROVE_ESTIMATE 0.05
 
-// Rungs of a ladder that bring an estimate down to that; those to climb with so many milliseconds
-// left after a frame that took `frame_ms`: at most two, what they really take is known then.
+// Rungs of a ladder that bring an estimate down to that.
 uint32_t bd_improve_rungs_for_estimate(double own_estimate);
-uint32_t bd_improve_rungs_for_ms(double frame_ms, double left_ms);
+// Rungs to climb with so many milliseconds left after a frame of `request` that took `frame_ms`: to
+// the best that by its passes (frame/cost.h) fits; two at most of a frame that the memo had.
+uint32_t bd_improve_rungs_for_ms(const struct bd_frame_request *request,
+                                 const struct bd_report *report, double frame_ms, double left_ms);
 
 // Changes the request to what is rendered first: with a budget its ladder's cheapest rung; of
 // `auto` one sub-frame, by which it is judged and from which the others go on.
