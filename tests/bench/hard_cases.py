@@ -3,7 +3,8 @@
 usage: hard_cases.py BUILD_DIR -o RESULT.json [--cases NAME,NAME] [--spp 256] [--pictures FOLDER]
 
 Made-up rooms, 128x96, `brdf=full`: a corridor lit around a corner; twelve boxes in a world of 42 m; a lamp in a neighbouring room; a slit
-under a door; 64 lamps of which one is not shut in; a mirror that faces a lamp with a size; a glossy floor; leaves with holes. By pixel
+under a door; 64 lamps of which one is not shut in; a mirror that faces a lamp with a size; a glossy floor; leaves with holes; a figure that
+was bent and turned by an edit of its vertices, after a frame of it upright. By pixel
 relative RMSE of the indirect layer and of beauty against the reference, its own noise taken out by two halves (and told: where it is large,
 no figure is good), the sum's error, the frame's own estimate, and its flags. PICTURES gets what was rendered beside the truth.
 """
@@ -143,8 +144,51 @@ def leaves():
     return w
 
 
+def figure():
+    w = Room()
+    w.walls((0, 0, 0), (4, 2.5, 4))
+    w.node("figure", mesh=w.mesh("figure", *upright()[:3], w.red), translation=[2.2, 0, 1.6])
+    w.light("lamp", "spot", 90, position=(.6, 2.2, 3), look=(1.5, -.7, -1.2), cone=(.25, .5))
+    w.camera("camera", (2.2, 1.3, 3.9), (0, -.12, -1), yfov=1)
+    return w
+
+
+def upright(around=48, along=96):
+    """A body of 9,216 triangles: thick, thin, thick again, closed at its ends."""
+    v, u = numpy.meshgrid(numpy.linspace(0, 1, along + 1), numpy.linspace(0, 2 * numpy.pi, around, endpoint=False), indexing="ij")
+    radius = numpy.maximum(numpy.sin(numpy.pi * v), 1e-4) ** .35 * (.22 + .1 * numpy.cos(4 * numpy.pi * v))
+    positions = numpy.stack([radius * numpy.cos(u), .02 + 1.8 * v, -radius * numpy.sin(u)], -1)
+    i, j = numpy.meshgrid(numpy.arange(along), numpy.arange(around), indexing="ij")
+    a, b = i * around + j, i * around + (j + 1) % around
+    indices = numpy.stack([a, b, b + around, a, b + around, a + around], -1).reshape(-1, 3)
+    return positions.reshape(-1, 3), smooth_normals(positions.reshape(-1, 3), indices), indices
+
+
+def smooth_normals(positions, indices):
+    normals = numpy.zeros_like(positions)
+    corners = positions[indices]
+    across = numpy.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    for corner in range(3):
+        numpy.add.at(normals, indices[:, corner], across)
+    return normals / numpy.maximum(numpy.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+
+
+def bend(scene):
+    """Leans over and turns about itself."""
+    positions, _, indices = upright()
+    up = positions[:, 1:2]
+    turn, lean = 1.2 * up[:, 0], .45 * up[:, 0] ** 2
+    x, z = positions[:, 0], positions[:, 2]
+    bent = numpy.stack([x * numpy.cos(turn) - z * numpy.sin(turn) - lean, positions[:, 1] * (1 - .12 * up[:, 0]), x * numpy.sin(turn) + z * numpy.cos(turn)], -1)
+    scene.render(size=SIZE)  # what was, which nothing of may be left
+    mesh = next(one["id"] for one in scene.objects("mesh") if one.get("name") == "figure")
+    with scene.edit() as edit:
+        edit.set_mesh_vertices(mesh, bent, smooth_normals(bent, indices))
+
+
+EDITS = {"figure": bend}
 CASES = {"corridor": corridor, "twelve_boxes": twelve_boxes, "next_room": lambda: next_room(2, 1, 120), "slit": lambda: next_room(.03, 1, 3000),
-         "lamps_64": lamps_64, "mirror": mirror, "glossy_floor": glossy_floor, "leaves": leaves}
+         "lamps_64": lamps_64, "mirror": mirror, "glossy_floor": glossy_floor, "leaves": leaves, "figure": figure}
 
 
 def frames_of(scene, ladder):
@@ -180,6 +224,7 @@ def rows_of(daemon, case, options):
     path.write_bytes(CASES[case]().glb())
     scene = daemon.scenes.add(path)
     path.unlink()
+    EDITS.get(case, lambda _: None)(scene)
     truth = truth_of(scene, options.spp)
     noise = numpy.sqrt(((truth["indirect"][0] - truth["indirect"][1]) ** 2).mean() / 4) / numpy.mean(truth["indirect"])
     for name, frame in frames_of(scene, options.ladder):
