@@ -157,13 +157,14 @@ static bool are_by_rays(const struct bd_plan *plan, const struct bd_scene *scene
 #define BLOCKS_RAYS_MAX   8u
 
 // Other sub-frames would share what the first has of each pixel: they are none that it pays for.
-static uint32_t block_px_of(const struct bd_plan *plan, const struct bd_frame_request *request)
+uint32_t bd_plan_block_px(const struct bd_technique *technique, const struct bd_params *params,
+                          uint32_t width_px, uint32_t height_px, uint32_t aa)
 {
-    const struct bd_params *params = &plan->params;
-    if (!bd_plan_reads(plan, BD_PARAM_LIGHT_BLOCKS)) return 1;
+    const bool reads = technique->params_read & BD_READS(BD_PARAM_LIGHT_BLOCKS);
+    if (!reads || params->sub_frames == BD_SUB_FRAMES_OWN) return 1;
     if (params->light_blocks != 0) return 1u << (params->light_blocks - 1);
-    const bool pays = request->aa == 1 && params->rays <= BLOCKS_RAYS_MAX &&
-                      (uint64_t)request->width_px * request->height_px >= BLOCKS_PIXELS_MIN;
+    const bool pays = aa == 1 && params->rays <= BLOCKS_RAYS_MAX &&
+                      (uint64_t)width_px * height_px >= BLOCKS_PIXELS_MIN;
     return pays ? 2 : 1;
 }
 
@@ -472,7 +473,9 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
     out->filtered = out->chosen && out->params.noise_filter && out->params.rays > 1;
     const bool may_share =
         out->indirect && bd_technique_shares(out->technique, &out->params, out->glossy);
-    out->block_px = may_share ? block_px_of(out, request) : 1;
+    out->block_px = may_share ? bd_plan_block_px(out->technique, &out->params, request->width_px,
+                                                 request->height_px, request->aa)
+                              : 1;
     out->shared = may_share && (request->aa > 1 || out->block_px > 1);
     out->normal_maps = f->has_normal_map;
     out->emission = f->has_emissive || f->has_unlit;

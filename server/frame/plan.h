@@ -68,6 +68,11 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
 // same bytes, whatever was made before.
 bool bd_plan_traces(const struct bd_plan *plan, uint64_t samples);
 
+// Pixels along a side of the blocks that a picture of that size and so many sub-frames is lit by;
+// 1: none. Counts alone decide.
+uint32_t bd_plan_block_px(const struct bd_technique *technique, const struct bd_params *params,
+                          uint32_t width_px, uint32_t height_px, uint32_t aa);
+
 // Decides who does the arithmetic, on that kind of device; until then the plan is a software one's.
 // BD_EXECUTOR of the environment, "device" or "native", is what `auto` means: so every test runs
 // with either.

@@ -334,6 +334,14 @@ static void a_budget_is_not_overdrawn(void **state)
     assert_int_equal(bd_improve_rungs_for_ms(&request, &report, 100, 6000), 6);
     assert_int_equal(bd_improve_rungs_for_ms(&request, &report, 100, 1e6), 7);
     assert_int_equal(bd_improve_rungs_for_ms(&request, &report, 0, 850), 0);
+    // Beyond eight rays a large picture has no blocks of four pixels any more: four times as much.
+    report.width_px = 1024;
+    report.height_px = 768;
+    report.aa = 1;
+    assert_int_equal(bd_improve_rungs_for_ms(&request, &report, 100, 800), 2);
+    assert_int_equal(bd_improve_rungs_for_ms(&request, &report, 100, 2200), 3);
+    report.width_px = 100;
+    assert_int_equal(bd_improve_rungs_for_ms(&request, &report, 100, 800), 3);
     // Nobody knows what takes how long.
     report.passes[1].state = BD_PASS_REUSED;
     report.passes[1].ms = 0;
