@@ -45,8 +45,8 @@ class Bench:
         self.stage = measure.Stage(daemon, asked.size, asked.camera)
         self.contestants = contestants.chosen(daemon, asked.technique or ())
         self._check_settings()
-        readable = _reference_of(daemon)
-        common = {k: v for k, v in asked.settings.items() if readable.has(k)}
+        self.reference = _reference_of(daemon)
+        common = {k: v for k, v in asked.settings.items() if self.reference.has(k)}
         error = asked.reference_error / 100 if asked.reference_error else None
         self.references = References(self.stage, asked.cache, common, asked.reference_spp, error,
                                      say)
@@ -98,7 +98,7 @@ class Bench:
     def _open(self, path):
         """A scene's entry in the result; the first frame of all says what the device is."""
         scene = self.stage.scene(path)
-        asks = next((c.asked for c in self.contestants if c.asked), "reference")
+        asks = next((c.asked for c in self.contestants if c.asked), self.reference.name)
         report = self.stage.ask(self.stage.daemon.report, path, asks, {})
         self.device = self.device or report["device"]["class"]
         if not self.result["device"]:
