@@ -123,7 +123,7 @@ static bool is_open(struct bd_path *path, const struct bd_vertex *vertex, const 
     const struct bd_meeting *at = &path->light_vertex.at;
     float target[3], side = bd_vec3f_dot(at->hit.normal_geometric, j->wi) > 0 ? -1 : 1;
     bd_vec3f_add_scaled(target, at->position, at->hit.normal_geometric, side * at->clearance);
-    return bd_path_sees(path, vertex, target, j->distance);
+    return bd_path_sees(path, vertex, target);
 }
 
 void bd_path_add_light_vertex(struct bd_path *path, const struct bd_vertex *vertex)

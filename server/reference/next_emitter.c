@@ -136,7 +136,7 @@ static bool sees(struct bd_path *path, const struct bd_vertex *vertex, const str
     const struct bd_meeting *at = &aim->at;
     float target[3], side = bd_vec3f_dot(at->hit.normal_geometric, aim->direction) > 0 ? -1 : 1;
     bd_vec3f_add_scaled(target, at->position, at->hit.normal_geometric, side * at->clearance);
-    return bd_path_sees(path, vertex, target, at->distance);
+    return bd_path_sees(path, vertex, target);
 }
 
 void bd_path_add_emitters(struct bd_path *path, const struct bd_vertex *vertex)

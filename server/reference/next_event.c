@@ -167,11 +167,11 @@ static bool reaches_lamp(struct bd_path *path, const struct bd_vertex *vertex,
     if (chosen->lamp->kind != BD_LIGHT_DIRECTIONAL) {
         bd_dvec3 at = chosen->lamp->position;
         const float target[3] = {(float)at.x, (float)at.y, (float)at.z};
-        return bd_path_sees(path, vertex, target, chosen->light.distance);
+        return bd_path_sees(path, vertex, target);
     }
     float across = 4 * (float)reference->geometry.radius;
     struct bd_ray ray;
-    bd_path_ray(path, vertex, chosen->light.direction, 1, across, &ray);
+    bd_path_ray(path, vertex, chosen->light.direction, across, &ray);
     return !bd_geometry_is_blocked(&reference->geometry, &ray);
 }
 
@@ -216,7 +216,7 @@ static void add_sky(struct bd_path *path, const struct bd_vertex *vertex)
     if (!(density > 0) || !bd_bsdf_is_reached(&vertex->bsdf.surface, direction)) return;
     float across = 4 * (float)reference->geometry.radius;
     struct bd_ray ray;
-    bd_path_ray(path, vertex, direction, 1, across, &ray);
+    bd_path_ray(path, vertex, direction, across, &ray);
     if (bd_geometry_is_blocked(&reference->geometry, &ray)) return;
     bd_sky_radiance(&reference->sky, direction, radiance);
     bd_bsdf_eval(&vertex->bsdf, direction, value, &scatter_density);

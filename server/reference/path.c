@@ -83,10 +83,9 @@ static void step_off(const struct bd_vertex *vertex, const float direction[3], f
 }
 
 void bd_path_ray(struct bd_path *path, const struct bd_vertex *vertex, const float direction[3],
-                 float length, float far, struct bd_ray *out)
+                 float far, struct bd_ray *out)
 {
-    // A point on an edge may lie a rounding behind the other surface there.
-    out->near = length > 0 ? vertex->clearance / length : 0;
+    out->near = 0; // points keep off edges (reference/triangle.h): none is behind what it is before
     out->far = far;
     out->alpha = path->integrand->alpha;
     out->coverage_seed = bd_path_ray_seed(path);
@@ -94,13 +93,12 @@ void bd_path_ray(struct bd_path *path, const struct bd_vertex *vertex, const flo
     bd_vec3f_copy(out->direction, direction);
 }
 
-bool bd_path_sees(struct bd_path *path, const struct bd_vertex *vertex, const float target[3],
-                  float distance)
+bool bd_path_sees(struct bd_path *path, const struct bd_vertex *vertex, const float target[3])
 {
     float direction[3];
     bd_vec3f_add_scaled(direction, target, vertex->position, -1);
     struct bd_ray ray;
-    bd_path_ray(path, vertex, direction, distance, 1, &ray);
+    bd_path_ray(path, vertex, direction, 1, &ray);
     bd_vec3f_add_scaled(ray.direction, target, ray.origin, -1);
     return !bd_geometry_is_blocked(&path->reference->geometry, &ray);
 }
@@ -192,7 +190,7 @@ static bool scatter(struct bd_path *path, const struct bd_vertex *vertex, struct
     path->is_specular = sample.delta;
     path->events++;
     step->from = vertex;
-    bd_path_ray(path, vertex, sample.wi, 1, INFINITY, &step->ray);
+    bd_path_ray(path, vertex, sample.wi, INFINITY, &step->ray);
     step->cosine = bd_vec3f_dot(vertex->bsdf.surface.normal, sample.wi);
     return path->throughput[0] > 0 || path->throughput[1] > 0 || path->throughput[2] > 0;
 }

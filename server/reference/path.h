@@ -105,14 +105,12 @@ static inline uint64_t bd_path_ray_seed(struct bd_path *path)
     return path->seed + path->ray_index++ * (uint64_t)0x9e3779b97f4a7c15u;
 }
 
-// A ray from the vertex on the side of `direction`, which has that length, as far as `far` of them.
+// A ray from the vertex on the side of `direction`, as far as `far` of its lengths.
 // Written in place: a copy would have to wait for its parts.
 void bd_path_ray(struct bd_path *path, const struct bd_vertex *vertex, const float direction[3],
-                 float length, float far, struct bd_ray *out);
-// True if nothing lies between the vertex and a point that is `clearance` off its surface, about
-// `distance` away.
-bool bd_path_sees(struct bd_path *path, const struct bd_vertex *vertex, const float target[3],
-                  float distance);
+                 float far, struct bd_ray *out);
+// True if nothing lies between the vertex and a point that is `clearance` off its surface.
+bool bd_path_sees(struct bd_path *path, const struct bd_vertex *vertex, const float target[3]);
 
 // The first surface along a ray that is not the camera's. False: none.
 bool bd_path_meet(const struct bd_path *path, const struct bd_ray *ray, struct bd_meeting *at);

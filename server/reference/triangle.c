@@ -10,11 +10,14 @@ static bd_dvec3 widened(const float p[3])
     return (bd_dvec3){p[0], p[1], p[2]};
 }
 
-// Points are drawn towards the middle by as much as 32 bits can tell apart, so that one on the edge
-// between floor and wall is not behind the wall.
-static double drawn_in(double longest)
+// Points keep off edges by more than a ray starts off its triangle, so that one on the edge between
+// floor and wall is before the wall, and rays from there meet it.
+#define OFF_EDGE 0x1p-20
+
+// Of the barycentric that is 1 in the corner opposite to an edge.
+static float least_share(double edge, double twice_area)
 {
-    return longest > 0x1p-20 ? 0x1p-22 / longest : 0.25;
+    return (float)fmin(OFF_EDGE * edge / fmax(twice_area, 1e-30), 1.0 / 3);
 }
 
 // The normal of a needle is less certain than that of a fat triangle, by the ratio of its longest
@@ -36,7 +39,9 @@ struct bd_triangle bd_triangle_of(const float a[3], const float b[3], const floa
     struct bd_triangle t = {
         .normal = {(float)(across.x * scale), (float)(across.y * scale), (float)(across.z * scale)},
         .uncertainty = (float)fmin(uncertainty(longest, twice_area), BD_CLEARANCE_MAX),
-        .drawn_in = (float)drawn_in(longest),
+        .least = {least_share(bd_dvec3_length(bc), twice_area),
+                  least_share(bd_dvec3_length(ac), twice_area),
+                  least_share(bd_dvec3_length(ab), twice_area)},
     };
     bd_vec3f_copy(t.corner[0], a);
     bd_vec3f_copy(t.corner[1], b);

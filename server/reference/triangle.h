@@ -22,7 +22,7 @@ struct bd_triangle {
     alignas(64) float corner[3][3];
     float normal[3];   // unit, glTF's front; zero if the triangle has no area
     float uncertainty; // how far off it a ray must start for the triangle's shape alone
-    float drawn_in;    // share of the way to its middle by which points of it are drawn in
+    float least[3];    // of each barycentric: points of it are no nearer to an edge
     alignas(64) struct bd_corner shading[3];
 };
 
@@ -44,8 +44,9 @@ static inline void bd_triangle_point(const struct bd_triangle *triangle, float u
                                      float position[3], float *clearance)
 {
     const float(*p)[3] = triangle->corner;
-    double pull = triangle->drawn_in;
-    double s = u + (1.0 / 3 - u) * pull, t = v + (1.0 / 3 - v) * pull;
+    double share[3] = {1.0 - u - v, u, v}, sum = 0;
+    for (int c = 0; c < 3; c++) share[c] = fmax(share[c], triangle->least[c]), sum += share[c];
+    const double s = share[1] / sum, t = share[2] / sum;
     for (int k = 0; k < 3; k++)
         position[k] =
             (float)(p[0][k] + s * ((double)p[1][k] - p[0][k]) + t * ((double)p[2][k] - p[0][k]));
