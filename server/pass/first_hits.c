@@ -50,10 +50,23 @@ static bd_dvec3 turned(const struct bd_viewpoint *v, const double at[3])
         bd_dvec3_add(bd_dvec3_scale(v->axis_y, at[1]), bd_dvec3_scale(v->axis_z, at[2])));
 }
 
+// What is said of the surface is that of the place itself.
+static struct bd_sample_ray beside_edges(const struct bd_viewpoint *v,
+                                         const struct bd_render_space *space, uint32_t x,
+                                         uint32_t y)
+{
+    struct bd_sample_ray sample = bd_sample_ray_of(v, space, x, y);
+    const double scale = v->orthographic ? space->render_per_m : 1;
+    double *at = v->orthographic ? sample.origin : sample.direction;
+    at[0] += 2 * BD_TIE_RIGHT * v->half_width * scale;
+    at[1] += 2 * BD_TIE_UP * v->half_height * scale;
+    return sample;
+}
+
 static struct bd_ray ray_through(const struct hits_slice *slice, uint32_t x, uint32_t y)
 {
     const struct bd_viewpoint *v = slice->viewpoint;
-    const struct bd_sample_ray sample = bd_sample_ray_of(v, slice->space, x, y);
+    const struct bd_sample_ray sample = beside_edges(v, slice->space, x, y);
     const bd_dvec3 from = bd_dvec3_add(slice->position, turned(v, sample.origin));
     const bd_dvec3 to = turned(v, sample.direction);
     const double scale = slice->space->render_per_m;

@@ -200,7 +200,9 @@ static void trace_sample(const struct shot *shot, struct bd_sampler sampler, uin
     bd_path_begin(shot->reference, shot->integrand, sampler, &path);
     struct bd_ray ray = {0};
     struct bd_vertex first;
-    float offset[2] = {0.5f, 0.5f}, distance;
+    float offset[2] = {(float)(0.5 + BD_TIE_RIGHT * shot->lens.width_px),
+                       (float)(0.5 - BD_TIE_UP * shot->lens.height_px)};
+    float distance;
     double start, depth_per_distance;
     if (shot->integrand->filter == BD_FILTER_BOX) bd_sampler_pair(&sampler, BD_PAIR_CAMERA, offset);
     bd_lens_ray(&shot->lens, geometry, shot->x_px + offset[0], shot->y_px + offset[1], &ray, &start,

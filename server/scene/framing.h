@@ -20,6 +20,13 @@ struct bd_pose {
     double yfov;       // radians, ]0, pi[; 0 = that of the scene's first camera
 };
 
+// How far rays pass by a pixel's place, as parts of the picture's width and height, to the right
+// and up: a place exactly on an edge, as in the diagonals of a symmetric room, shows a rasteriser
+// the surface on that side, and a ray whichever its last bit falls to. Some bits beyond what 32
+// tell, and a thousandth of a pixel of a picture of a thousand.
+#define BD_TIE_RIGHT (1.0 / (1 << 20))
+#define BD_TIE_UP    (1.0 / (1 << 21))
+
 struct bd_framing {
     bd_dvec3 position_m;             // world space
     bd_dvec3 axis_x, axis_y, axis_z; // right, up, backwards; orthonormal

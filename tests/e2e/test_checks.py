@@ -25,7 +25,7 @@ def render(bounce, *words, scene=CORNELL, code=0):
 
 
 def test_a_check_is_reported(bounce):
-    report, result = render(bounce, "--check", "100", "--set", "vpls=64")
+    report, result = render(bounce, "--technique", "rsm", "--check", "100", "--set", "vpls=64")
     error, of_model = report["error"]
     assert error["metric"] == "rel_rmse" and error["against"] == "full" and error["samples"] == 100
     assert of_model["against"] == "model" and of_model["low"] <= of_model["value"]

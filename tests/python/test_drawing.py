@@ -1,9 +1,14 @@
 """What cameras and lights see, drawn or found by rays, with the real renderer: pictures agree but at edges, counts of
 triangles and samples decide, and nothing else does."""
+import sys
+
 import bounced
 import numpy
 import pytest
 from conftest import SCENES
+
+sys.path.insert(0, str(SCENES.parents[1] / "clients"))
+from harness import gltf, shapes  # noqa: E402
 
 SIZE = (96, 64)
 LAYERS = ["direct", "albedo", "normal", "depth"]
@@ -155,3 +160,29 @@ def test_a_structure_follows_what_moved(client, fine_scene):
     frame = render(fine_scene, technique="rsm", **RAYS)
     assert states(frame)["bvh"] == "ran"
     assert 0 < bvh_ms(frame) < built / 3, (built, bvh_ms(frame))
+
+
+def quarters(turn):
+    """Four squares of four colours around the line of sight; their edges are those of the turn."""
+    writer = gltf.Writer()
+    for i, colour in enumerate(((1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 0))):
+        angle = turn + i * numpy.pi / 2
+        u, v = numpy.array([[numpy.cos(angle), numpy.sin(angle), 0], [-numpy.sin(angle), numpy.cos(angle), 0]])
+        positions, normals, indices, _ = shapes.quad(2 * (u + v), 2 * u, 2 * v)
+        writer.node("quarter", mesh=writer.mesh("quarter", positions, normals, indices, writer.material(f"colour {i}", colour)))
+    writer.light("lamp", "point", 10, position=(0, 0, 1.5))
+    writer.camera("camera", (0, 0, 2), (0, 0, -1), yfov=1)
+    return writer.glb()
+
+
+@pytest.mark.parametrize("turn,size", [(0, (33, 33)), (0, (64, 33)), (0, (33, 64)), (45, (32, 32)), (45, (33, 33)),
+                                       (45, (64, 48)), (0, (1025, 769)), (45, (1024, 768))])
+def test_places_exactly_on_edges_show_the_same_surface_to_all(client, tmp_path, turn, size):
+    file = tmp_path / "quarters.glb"
+    file.write_bytes(quarters(numpy.radians(turn)))
+    scene = client.scenes.add(file)
+    drawn = render(scene, "raster", size=size, layers=["albedo"]).layers["albedo"]
+    traced = render(scene, "rays", size=size, layers=["albedo"]).layers["albedo"]
+    reference = scene.render(size=size, technique="reference", layers=["albedo"], parameters={"spp": 2}).layers["albedo"]
+    for other in (traced, reference):
+        assert numpy.abs(other - drawn).max() < .01
