@@ -230,7 +230,8 @@ enum bd_err bd_run_vpl_order(struct bd_frame *frame, struct bd_frame_light *ligh
     BD_ASSERT(lists);
     const uint32_t count = bd_stage_lists(frame, lists);
     enum bd_err err =
-        bd_vpl_order_run(&frame->context, lists, count, false, &frame->order, frame->fault);
+        bd_vpl_order_run(&frame->context, lists, count, (float)frame->scene->space.radius, false,
+                         &frame->order, frame->fault);
     free(lists);
     return err;
 }

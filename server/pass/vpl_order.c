@@ -6,16 +6,13 @@
 
 #include "base/assert.h"
 #include "base/radix.h"
+#include "kernel/math.h"
 #include "pass/vpl_groups.h"
 #include "shared/types.h"
 #include "shared/vpl.h"
 
 struct vpl {
     struct bd_vec4 light[BD_VPL_VEC4S], quad[BD_VPL_QUAD_VEC4S];
-};
-
-struct box {
-    float least[3], most[3];
 };
 
 static const float *position_of(const struct vpl *vpl)
@@ -29,17 +26,6 @@ static bool sends(const struct vpl *vpl)
     return flux.x > 0 || flux.y > 0 || flux.z > 0;
 }
 
-static struct box box_of(const struct vpl *vpls, size_t count)
-{
-    struct box box = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
-    for (size_t i = 0; i < count; i++)
-        for (int c = 0; c < 3; c++) {
-            box.least[c] = fminf(box.least[c], position_of(&vpls[i])[c]);
-            box.most[c] = fmaxf(box.most[c], position_of(&vpls[i])[c]);
-        }
-    return box;
-}
-
 static uint64_t face_of(const struct bd_vec4 *normal)
 {
     const float n[3] = {normal->x, normal->y, normal->z};
@@ -49,14 +35,14 @@ static uint64_t face_of(const struct bd_vec4 *normal)
     return (uint64_t)(2 * axis + (n[axis] < 0));
 }
 
-#define MORTON_BITS 18
+#define MORTON_BITS 20
 
-static uint64_t key_of(const struct vpl *vpl, const struct box *box)
+// In a grid over the scene: one over the VPLs would give all of them other places where one moves.
+static uint64_t key_of(const struct vpl *vpl, float radius)
 {
     uint64_t key = face_of(&vpl->light[1]) << (3 * MORTON_BITS);
     for (int c = 0; c < 3; c++) {
-        const float size = box->most[c] - box->least[c];
-        const float at = size > 0 ? (position_of(vpl)[c] - box->least[c]) / size : 0;
+        const float at = f_min(f_max(0.5f * (position_of(vpl)[c] / radius + 1), 0), 1);
         const uint32_t step = (uint32_t)(at * (float)((1 << MORTON_BITS) - 1));
         for (int bit = 0; bit < MORTON_BITS; bit++)
             key |= (uint64_t)(step >> bit & 1) << (3 * bit + c);
@@ -271,20 +257,21 @@ static enum bd_err read_lists(const struct bd_pass_context *context,
 }
 
 static enum bd_err order(const struct bd_pass_context *context, const struct vpl *vpls,
-                         size_t count, struct bd_radix_entry **entries, struct bd_fault *fault)
+                         size_t count, float radius, struct bd_radix_entry **entries,
+                         struct bd_fault *fault)
 {
-    const struct box box = box_of(vpls, count);
     enum bd_err err = BD_ERR_OK;
     for (size_t i = 0; !err && i < count; i++) {
-        (*entries)[i] = (struct bd_radix_entry){key_of(&vpls[i], &box), (uint32_t)i};
+        (*entries)[i] = (struct bd_radix_entry){key_of(&vpls[i], radius), (uint32_t)i};
         err = pause_at(context, i);
     }
     return err ? err : put_in_order(context, entries, count, KEY_BITS, fault);
 }
 
 enum bd_err bd_vpl_order_run(const struct bd_pass_context *context,
-                             const struct bd_vpl_list *const *lists, uint32_t list_count, bool soft,
-                             struct bd_vpl_list **out, struct bd_fault *fault)
+                             const struct bd_vpl_list *const *lists, uint32_t list_count,
+                             float radius, bool soft, struct bd_vpl_list **out,
+                             struct bd_fault *fault)
 {
     size_t room = 1, count = 0;
     float soft_area = 0;
@@ -296,7 +283,7 @@ enum bd_err bd_vpl_order_run(const struct bd_pass_context *context,
     if (!err && !vpls)
         err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "vpls", "no memory to put %zu in order", room);
     if (!err) err = read_lists(context, lists, list_count, vpls, &count);
-    if (!err) err = order(context, vpls, count, &entries, fault);
+    if (!err) err = order(context, vpls, count, radius, &entries, fault);
     if (!err && soft) err = soften(context, vpls, entries, count, &soft_area, fault);
     if (!err) err = write_list(context, vpls, entries, count, out, fault);
     if (!err) (*out)->soft_area = soft_area;

@@ -13,10 +13,11 @@
 
 #include "pass/vpl_grid.h"
 
-// `*out` is the caller's, to be destroyed as any list.
+// `radius` is the render space's. `*out` is the caller's, to be destroyed as any list.
 BD_MUST_CHECK
 enum bd_err bd_vpl_order_run(const struct bd_pass_context *context,
-                             const struct bd_vpl_list *const *lists, uint32_t list_count, bool soft,
-                             struct bd_vpl_list **out, struct bd_fault *fault);
+                             const struct bd_vpl_list *const *lists, uint32_t list_count,
+                             float radius, bool soft, struct bd_vpl_list **out,
+                             struct bd_fault *fault);
 
 #endif
