@@ -28,6 +28,8 @@
 #define TAKERS_FIRST 2u
 // Numbers that no round draws.
 #define OF_EMITTERS 0x656d6974u
+#define OF_ROULETTE 0x6c6f7400u
+#define OF_TURNS    0x7475726eu
 // A round of few is as cheap as one of fewer.
 #define PHOTONS_LEAST 1024u
 
@@ -291,23 +293,55 @@ static struct bd_ray ray_from(const struct bd_surface_point *point, const float 
                            .far = INFINITY};
 }
 
-// `flux`: of all that is sent.
-static enum bd_err send_on(struct walk *w, double flux, uint32_t count)
+// What points draw in a round: by their own numbers, so that nothing that happens elsewhere changes
+// it.
+struct draws {
+    struct bd_sequence roulette, ways, turns;
+};
+
+static struct draws draws_of(const struct walk *w)
 {
-    const struct bd_sequence sequence = bd_sequence_of(w->inputs->seed, w->round);
-    const double step = flux / count;
-    double passed = 0;
-    uint32_t next = 0;
+    const uint32_t seed = w->inputs->seed;
+    return (struct draws){bd_sequence_of(seed, w->round ^ OF_ROULETTE),
+                          bd_sequence_of(seed, w->round),
+                          bd_sequence_of(seed, w->round ^ OF_TURNS)};
+}
+
+// A point's photons: as many as it expects, the part of one by lot.
+static uint32_t photons_of(const struct draws *draws, uint32_t point, double expected)
+{
+    float number[2];
+    bd_sequence_pair(&draws->roulette, point, number);
+    return (uint32_t)(expected + number[0]);
+}
+
+// Even over neighbouring points, and over the photons of each (Cranley and Patterson 1976).
+static void draw_way(const struct draws *draws, uint32_t point, uint32_t photon, float way[2])
+{
+    float turn[2];
+    bd_sequence_pair(&draws->ways, point, way);
+    bd_sequence_pair(&draws->turns, photon, turn);
+    for (int c = 0; c < 2; c++) way[c] += turn[c] - (way[c] + turn[c] >= 1 ? 1 : 0);
+}
+
+// `flux`: of all that is sent, in photons of about `step`, so many that the whole is right.
+static enum bd_err send_on(struct walk *w, double flux, double step)
+{
+    const struct draws draws = draws_of(w);
+    const uint32_t count = w->inputs->points->count;
+    double photons = 0;
+    for (uint32_t i = 0; i < count; i++)
+        photons += photons_of(&draws, i, strongest_channel(w->sent[i]) / step);
     enum bd_err err = BD_ERR_OK;
-    for (uint32_t i = 0; !err && i < w->inputs->points->count; i++) {
+    for (uint32_t i = 0; !err && i < count; i++) {
+        const struct bd_surface_point *point = &w->inputs->points->points[i];
         const float most = strongest_channel(w->sent[i]);
-        passed += most;
-        for (; !err && next < count && (next + 0.5) * step < passed; next++) {
-            float number[2];
-            bd_sequence_pair(&sequence, next, number);
-            const struct bd_surface_point *point = &w->inputs->points->points[i];
-            const f3 carried = f3_scale(w->sent[i], (float)(step / most));
-            err = set_out(w, ray_from(point, number),
+        const uint32_t own = photons_of(&draws, i, most / step);
+        const f3 carried = f3_scale(w->sent[i], (float)(flux / photons / most));
+        for (uint32_t k = 0; !err && k < own; k++) {
+            float way[2];
+            draw_way(&draws, i, k, way);
+            err = set_out(w, ray_from(point, way),
                           (struct photon){carried, point->normal, 0, false, false});
         }
     }
@@ -359,9 +393,9 @@ static enum bd_err walk_on(struct walk *w, struct bd_lit_points *lit)
     for (w->round = 1; !err && w->round <= w->inputs->reflections; w->round++) {
         const double flux = flux_sent(w);
         if (!(flux > LEFT_OUT * at_first)) break;
-        const double count = ceil(PHOTONS_PER_POINT * w->at_first * (flux / at_first));
+        const double count = PHOTONS_PER_POINT * w->at_first * (flux / at_first);
         err = plant_tree(w);
-        if (!err) err = send_on(w, flux, (uint32_t)fmax(count, PHOTONS_LEAST));
+        if (!err) err = send_on(w, flux, flux / fmax(count, PHOTONS_LEAST));
         reflect(w, lit->further);
     }
     return err;
