@@ -184,8 +184,10 @@ static void keep(struct bd_irradiance_cells *cells, const struct place *places,
 {
     const uint64_t least = least_in(places, cell);
     const uint32_t stirred = bd_stirred((uint32_t)(least >> 32) ^ bd_stirred((uint32_t)least));
-    const uint32_t chosen = cell->first + stirred % (cell->end - cell->first);
+    const uint64_t places_of_cell = cell->end - cell->first;
+    const uint32_t chosen = cell->first + (uint32_t)(stirred * places_of_cell >> 32);
     cells->first[cells->count] = least;
+    cells->number[cells->count] = (uint32_t)(least >> 3 * (AXIS_BITS - cell->level));
     cells->chosen[cells->count++] = places[chosen].index;
 }
 
@@ -193,8 +195,9 @@ static bool make_room(struct bd_irradiance_cells *cells, uint32_t most)
 {
     cells->first = malloc(most * sizeof *cells->first);
     cells->chosen = malloc(most * sizeof *cells->chosen);
+    cells->number = malloc(most * sizeof *cells->number);
     cells->irradiance = calloc(most, sizeof *cells->irradiance);
-    return cells->first && cells->chosen && cells->irradiance;
+    return cells->first && cells->chosen && cells->number && cells->irradiance;
 }
 
 enum bd_err bd_irradiance_cells_create(const uint64_t *numbers, uint32_t place_count, uint32_t most,
@@ -232,6 +235,7 @@ void bd_irradiance_cells_destroy(struct bd_irradiance_cells **cells)
     if (!*cells) return;
     free((*cells)->first);
     free((*cells)->chosen);
+    free((*cells)->number);
     free((*cells)->irradiance);
     free(*cells);
     *cells = NULL;
@@ -240,7 +244,7 @@ void bd_irradiance_cells_destroy(struct bd_irradiance_cells **cells)
 uint64_t bd_irradiance_cells_bytes(const struct bd_irradiance_cells *cells)
 {
     return sizeof *cells + cells->count * (sizeof *cells->first + sizeof *cells->chosen +
-                                           sizeof *cells->irradiance);
+                                           sizeof *cells->number + sizeof *cells->irradiance);
 }
 
 f3 bd_irradiance_cells_look(const struct bd_irradiance_cells *cells, f3 position, f3 normal)

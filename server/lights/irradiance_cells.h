@@ -28,6 +28,7 @@ struct bd_irradiance_cells {
     float radius;
     uint64_t *first;  // of each the least number that is in it; they ascend
     uint32_t *chosen; // which of the places stands for it
+    uint32_t *number; // that cells keep whatever becomes of others, and neighbours differ in
     f3 *irradiance;   // that it tells
 };
 

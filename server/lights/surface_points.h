@@ -31,6 +31,7 @@ struct bd_surface_point {
     f3 position, normal; // render space; unit, the triangle's own, to the side it lies on
     f3 diffuse;          // albedo, of what it sends on
     uint32_t triangle;
+    uint32_t number; // by which it draws what is left to chance; whoever finds it says which
 };
 
 struct bd_surface_points {

@@ -152,7 +152,10 @@ static enum bd_err light_cells(struct cache *c, struct bd_irradiance_cells *cell
     if (!places)
         return bd_fault_set(c->fault, BD_ERR_NO_MEMORY, "cache_cells", "no memory for %u",
                             cells->count);
-    for (uint32_t i = 0; i < cells->count; i++) places[i] = c->places[cells->chosen[i]];
+    for (uint32_t i = 0; i < cells->count; i++) {
+        places[i] = c->places[cells->chosen[i]];
+        places[i].number = cells->number[i];
+    }
     const enum bd_err err = light_places(c, places, cells, traced);
     free(places);
     return err;

@@ -22,7 +22,8 @@ static size_t rays_of_group(const struct bd_cosine_rays *r)
 
 size_t bd_cosine_rays_bytes(const struct bd_cosine_rays *r)
 {
-    return rays_of_group(r) * (sizeof *r->rays + sizeof *r->hits + sizeof *r->lanes);
+    return rays_of_group(r) *
+           (sizeof *r->rays + sizeof *r->hits + sizeof *r->lanes + sizeof *r->numbers);
 }
 
 static enum bd_err make_room(struct bd_cosine_rays *r, uint32_t group_count, struct bd_fault *fault)
@@ -35,15 +36,17 @@ static enum bd_err make_room(struct bd_cosine_rays *r, uint32_t group_count, str
     r->rays = malloc(rays * sizeof *r->rays);
     r->hits = malloc(rays * sizeof *r->hits);
     r->lanes = malloc(rays * sizeof *r->lanes);
+    r->numbers = malloc(rays * sizeof *r->numbers);
     r->ray_count = malloc(group_count * sizeof *r->ray_count);
     r->first_ray = malloc(group_count * sizeof *r->first_ray);
-    if (r->rays && r->hits && r->lanes && r->ray_count && r->first_ray) return BD_ERR_OK;
+    if (r->rays && r->hits && r->lanes && r->numbers && r->ray_count && r->first_ray)
+        return BD_ERR_OK;
     return bd_fault_set(fault, BD_ERR_NO_MEMORY, "far_rays", "no memory for %zu rays", rays);
 }
 
 void bd_cosine_rays_finish(struct bd_cosine_rays *r)
 {
-    void *arrays[] = {r->rays, r->hits, r->lanes, r->ray_count, r->first_ray};
+    void *arrays[] = {r->rays, r->hits, r->lanes, r->numbers, r->ray_count, r->first_ray};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++) free(arrays[i]);
 }
 
@@ -52,7 +55,7 @@ void bd_cosine_rays_finish(struct bd_cosine_rays *r)
 static uint32_t place_of(const struct bd_receiver_part *part, uint32_t index)
 {
     const struct bd_tile *tile = &part->slice.tile;
-    if (!part->askers) return part->slice.first + index;
+    if (!part->askers) return part->points[index].number;
     return bd_sequence_place(tile->x + index % tile->width, tile->y + index / tile->width, 1);
 }
 
@@ -103,6 +106,7 @@ static void aim_group(void *user, uint32_t group)
         at.triangle = starts->triangle[lane];
         for (uint32_t i = 0; i < r->of_receiver; i++) {
             r->lanes[next] = (uint8_t)(lane * HALVES + i % HALVES);
+            r->numbers[next] = at.place * r->stride * HALVES + i;
             next += aim(r, &at, i, &r->rays[next]);
         }
     }
@@ -118,6 +122,7 @@ static void close_ranks(struct bd_cosine_rays *r)
         const size_t from = g * rays_of_group(r);
         memmove(r->rays + r->count, r->rays + from, r->ray_count[g] * sizeof *r->rays);
         memmove(r->lanes + r->count, r->lanes + from, r->ray_count[g] * sizeof *r->lanes);
+        memmove(r->numbers + r->count, r->numbers + from, r->ray_count[g] * sizeof *r->numbers);
         r->first_ray[g] = r->count;
         r->count += r->ray_count[g];
     }

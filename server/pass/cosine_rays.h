@@ -20,6 +20,7 @@ struct bd_cosine_rays {
     struct bd_ray *rays;
     struct bd_ray_hit *hits;
     uint8_t *lanes;                  // of each ray, times the halves, and which half
+    uint32_t *numbers;               // of each ray, its receiver's rays side by side: no other's
     uint32_t *ray_count, *first_ray; // of each group
     struct bd_ray_counts traced;
     // Its own.

@@ -34,7 +34,6 @@ struct far {
     struct bd_sequence roulette;
     struct bd_cosine_rays rays;
     const struct bd_receiver_part *part;
-    uint32_t first_number; // of the part's first ray
     // Places that ask for their first light, as many of each group, and what that brings to whom.
     struct bd_surface_point *places;
     struct asker *askers;
@@ -99,7 +98,7 @@ static float chance_to_ask(const struct far *f, uint32_t ray, float part)
 {
     const float chance = f_min(ROULETTE * part, 1);
     float number[2];
-    bd_sequence_pair(&f->roulette, f->first_number + ray, number);
+    bd_sequence_pair(&f->roulette, f->rays.numbers[ray], number);
     return number[0] < chance ? chance : 0;
 }
 
@@ -130,6 +129,7 @@ static void tell_ray(const struct far *f, uint32_t group, uint32_t ray)
                      share));
     if (chance == 0) return;
     const uint32_t slot = f->rays.first_ray[group] + f->place_count[group]++;
+    at.number = f->rays.numbers[ray];
     f->places[slot] = at;
     f->askers[slot] = (struct asker){share * part / chance, group, ray};
 }
@@ -255,9 +255,9 @@ static enum bd_err add_light_of_places(struct far *f)
 {
     const struct bd_far_inputs *in = f->inputs;
     f->place_total = close_ranks(f);
-    enum bd_err err = bd_first_light_run(&f->context, in->first, in->visibility, in->seed,
-                                         f->places, f->place_total, f->first_number, f->irradiance,
-                                         f->cosine, &f->rays.traced, f->fault);
+    enum bd_err err =
+        bd_first_light_run(&f->context, in->first, in->visibility, in->seed, f->places,
+                           f->place_total, f->irradiance, f->cosine, &f->rays.traced, f->fault);
     if (!err && in->points && f->place_total > 0) err = add_light_of_points(f);
     bd_slicer_work(f->context.slicer, "far");
     if (!err)
@@ -280,7 +280,6 @@ static enum bd_err light_part(void *user, const struct bd_receiver_part *part)
         err = bd_receivers_each(&f->context, part->group_count, UNITS_PER_HIT * rays_of_group(f),
                                 tell_group, f);
     if (!err) err = add_light_of_places(f);
-    f->first_number += f->rays.count;
     if (!err && f->of_points) bd_receivers_keep(part, f->of_points);
     return err;
 }

@@ -26,7 +26,7 @@ struct lighting {
     struct bd_area_sampling sampling;
     struct bd_sequence sequence;
     const struct bd_surface_point *places;
-    uint32_t count, number; // of places, and the number of the first
+    uint32_t count; // of places
     // Of each place its rays, and what they bring.
     uint32_t ray_count;
     struct bd_segment *segments;
@@ -63,15 +63,14 @@ static void ask_lamp(const struct lighting *l, const struct bd_surface_point *pl
 }
 
 // In even steps through what all would give.
-static void draw_lamps(const struct lighting *l, const struct bd_surface_point *place,
-                       uint32_t number, uint32_t ray)
+static void draw_lamps(const struct lighting *l, const struct bd_surface_point *place, uint32_t ray)
 {
     const struct bd_first_light *light = l->light;
     float sum = 0, passed = 0, start[2];
     for (uint32_t i = 0; i < light->lamp_count; i++)
         sum += strongest_channel(light_of_lamp(&light->lamps[i], place));
     if (!(sum > 0)) return;
-    bd_sequence_pair(&l->sequence, number, start);
+    bd_sequence_pair(&l->sequence, place->number, start);
     const float step = sum / BD_FIRST_LAMPS;
     uint32_t next = 0;
     for (uint32_t i = 0; i < light->lamp_count && next < BD_FIRST_LAMPS; i++) {
@@ -83,12 +82,11 @@ static void draw_lamps(const struct lighting *l, const struct bd_surface_point *
     }
 }
 
-static void ask_lamps(const struct lighting *l, const struct bd_surface_point *place,
-                      uint32_t number, uint32_t ray)
+static void ask_lamps(const struct lighting *l, const struct bd_surface_point *place, uint32_t ray)
 {
     const struct bd_first_light *light = l->light;
     if (light->lamp_count > BD_FIRST_LAMPS) {
-        draw_lamps(l, place, number, ray);
+        draw_lamps(l, place, ray);
         return;
     }
     for (uint32_t i = 0; i < light->lamp_count; i++)
@@ -97,8 +95,7 @@ static void ask_lamps(const struct lighting *l, const struct bd_surface_point *p
 
 // --- emitters and the sky -----------------------------------------------------------------------
 
-static void ask_areas(const struct lighting *l, const struct bd_surface_point *place,
-                      uint32_t number, uint32_t ray)
+static void ask_areas(const struct lighting *l, const struct bd_surface_point *place, uint32_t ray)
 {
     const struct bd_area_receiver at = {
         .position = place->position,
@@ -106,7 +103,7 @@ static void ask_areas(const struct lighting *l, const struct bd_surface_point *p
         .normal_geometric = place->normal,
         .viewer = place->normal,
         .triangle = place->triangle,
-        .place = number,
+        .place = place->number,
     };
     struct bd_area_light_found found[AREA_RAYS] = {0};
     struct bd_area_shares shares = {0};
@@ -125,8 +122,8 @@ static void ask_group(void *user, uint32_t group)
         memset(l->segments + first, 0, l->ray_count * sizeof *l->segments);
         memset(l->brought + first, 0, l->ray_count * sizeof *l->brought);
         if (i >= l->count) continue;
-        ask_lamps(l, &l->places[i], l->number + i, (uint32_t)first);
-        if (l->light->lights) ask_areas(l, &l->places[i], l->number + i, (uint32_t)first + lamps);
+        ask_lamps(l, &l->places[i], (uint32_t)first);
+        if (l->light->lights) ask_areas(l, &l->places[i], (uint32_t)first + lamps);
     }
 }
 
@@ -189,8 +186,8 @@ enum bd_err bd_first_light_run(const struct bd_pass_context *context,
                                const struct bd_first_light *light,
                                const struct bd_visibility_inputs *visibility, uint64_t seed,
                                const struct bd_surface_point *places, uint32_t count,
-                               uint32_t first_number, f3 *irradiance, float *cosine,
-                               struct bd_ray_counts *traced, struct bd_fault *fault)
+                               f3 *irradiance, float *cosine, struct bd_ray_counts *traced,
+                               struct bd_fault *fault)
 {
     struct lighting l = lighting_of(context, light, seed);
     const uint32_t most = count < AT_ONCE ? count : AT_ONCE;
@@ -204,7 +201,6 @@ enum bd_err bd_first_light_run(const struct bd_pass_context *context,
     for (uint32_t at = 0; !err && at < count; at += l.count) {
         l.places = places + at;
         l.count = count - at < AT_ONCE ? count - at : AT_ONCE;
-        l.number = first_number + at;
         err =
             light_some(&l, visibility, irradiance + at, cosine ? cosine + at : NULL, traced, fault);
     }

@@ -26,14 +26,13 @@ struct bd_first_light {
 };
 
 // `irradiance` of each place, in the frame's unit, and if asked for (not NULL) the cosine under
-// which it comes there, weighed by how much: at a place with a number of its own, from
-// `first_number` on, which chooses what is left to chance. In slices of their own.
+// which it comes there, weighed by how much. Places' numbers are their own. In slices of their own.
 BD_MUST_CHECK
 enum bd_err bd_first_light_run(const struct bd_pass_context *context,
                                const struct bd_first_light *light,
                                const struct bd_visibility_inputs *visibility, uint64_t seed,
                                const struct bd_surface_point *places, uint32_t count,
-                               uint32_t first_number, f3 *irradiance, float *cosine,
-                               struct bd_ray_counts *traced, struct bd_fault *fault);
+                               f3 *irradiance, float *cosine, struct bd_ray_counts *traced,
+                               struct bd_fault *fault);
 
 #endif

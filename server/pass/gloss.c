@@ -30,6 +30,7 @@ struct share {
     f3 beyond;
     uint32_t pixel;
     uint32_t half;
+    uint32_t number; // of the ray, its pixel's side by side
 };
 
 struct gloss {
@@ -43,7 +44,6 @@ struct gloss {
     uint32_t width_px, height_px, stride;
     float view_reach;
     const struct bd_receiver_part *part;
-    uint32_t first_number; // of the part's first ray
     // Of a part: of each group its rays, then those of all groups side by side.
     uint32_t count;
     struct bd_ray *rays;
@@ -142,8 +142,8 @@ static f3 reflected(const struct gloss *g, const struct bd_lobe *lobe, f3 d)
 }
 
 // False where nothing would come of it.
-static bool aim(const struct gloss *g, const struct bd_lobe *lobe, uint32_t half, f3 d,
-                struct bd_ray *ray, struct share *share)
+static bool aim(const struct gloss *g, const struct bd_lobe *lobe, f3 d, struct bd_ray *ray,
+                f3 *beyond)
 {
     const struct bd_area_receiver *at = lobe->at;
     const float density = density_of(g, lobe, d);
@@ -154,8 +154,7 @@ static bool aim(const struct gloss *g, const struct bd_lobe *lobe, uint32_t half
                            .from_triangle = at->triangle,
                            .direction = {d.x, d.y, d.z},
                            .far = INFINITY};
-    *share = (struct share){f3_scale(reflected(g, lobe, d), 1 / density),
-                            at->y_px * g->width_px + at->x_px, half};
+    *beyond = f3_scale(reflected(g, lobe, d), 1 / density);
     return true;
 }
 
@@ -178,7 +177,10 @@ static void aim_group(void *user, uint32_t group)
         for (uint32_t i = 0; is_asked(g, &lobe) && i < kinds * g->inputs->rays; i++) {
             const uint32_t half = i % HALVES, kind = g->first_kind + i / HALVES % kinds;
             const f3 d = direction_of(g, &lobe, half, kind, i / (HALVES * kinds));
-            next += aim(g, &lobe, half, d, &g->rays[next], &g->shares[next]);
+            g->shares[next] = (struct share){.pixel = at.y_px * g->width_px + at.x_px,
+                                             .half = half,
+                                             .number = at.place * g->stride * HALVES * KINDS + i};
+            next += aim(g, &lobe, d, &g->rays[next], &g->shares[next].beyond);
         }
     }
     g->ray_count[group] = (uint32_t)(next - first);
@@ -208,6 +210,7 @@ static void place_ray(const struct gloss *g, uint32_t i)
     if (!bd_surface_hit_at(&g->surfaces, hit->triangle, hit->u, hit->v, f3_of(d[0], d[1], d[2]),
                            &g->places[i]))
         g->places[i] = nothing;
+    g->places[i].number = g->shares[i].number;
 }
 
 static void place_group(void *user, uint32_t group)
@@ -275,15 +278,14 @@ static enum bd_err light_part(void *user, const struct bd_receiver_part *part)
         err =
             bd_receivers_each(&g->context, part->group_count, UNITS_PER_HIT * rays, place_group, g);
     if (!err)
-        err = bd_first_light_run(&g->context, in->first, in->visibility, in->seed + PURPOSE,
-                                 g->places, g->count, g->first_number, g->irradiance, g->cosine,
-                                 &g->traced, g->fault);
+        err =
+            bd_first_light_run(&g->context, in->first, in->visibility, in->seed + PURPOSE,
+                               g->places, g->count, g->irradiance, g->cosine, &g->traced, g->fault);
     bd_slicer_work(g->context.slicer, "gloss");
     if (!err)
         err = bd_receivers_each(&g->context, part->group_count, UNITS_PER_HIT * rays, reflect_group,
                                 g);
     if (!err) sum(g);
-    g->first_number += g->count;
     return err;
 }
 

@@ -176,6 +176,7 @@ static float place_of_point(uint64_t seed, uint32_t number)
 static void take_points(struct receivers *r)
 {
     const struct bd_surface_point *points = r->inputs->points + r->part.slice.first;
+    r->part.points = points;
     memset(r->part.receivers, 0, r->part.group_count * sizeof *r->part.receivers);
     memset(r->part.starts, 0, r->part.group_count * sizeof *r->part.starts);
     for (uint32_t i = 0; i < r->part.count; i++) {
@@ -189,7 +190,7 @@ static void take_points(struct receivers *r)
         f3_put_at(&starts->position, lane, points[i].position);
         f3_put_at(&starts->normal_geometric, lane, points[i].normal);
         starts->triangle[lane] = points[i].triangle;
-        starts->place[lane] = place_of_point(r->inputs->seed, r->part.slice.first + i);
+        starts->place[lane] = place_of_point(r->inputs->seed, points[i].number);
     }
 }
 

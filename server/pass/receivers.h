@@ -15,6 +15,7 @@
 // light is 0 at first.
 struct bd_receiver_part {
     const struct bd_askers *askers; // NULL: points
+    const struct bd_surface_point *points;
     struct bd_askers_slice slice;   // of either
     uint32_t count, group_count;
     struct bd_receivers *receivers;

@@ -106,6 +106,33 @@ static void more_cells_lie_where_more_rays_end(void **state)
     free(places);
 }
 
+// Of a picture a moment later: about one place of each cell is gone. Cells keep their numbers, and
+// many the place that stands for them.
+static void cells_stay_while_something_moves(void **state)
+{
+    (void)state;
+    struct place *places = all_places(), *later = all_places();
+    uint32_t left = 0, as_before = 0, told_by_same = 0;
+    for (uint32_t i = 0; i < PLACES; i++)
+        if (bd_stirred(i) % (PLACES / MOST) > 0) later[left++] = places[i];
+    struct bd_irradiance_cells *a = cells_of(places, PLACES, MOST),
+                               *b = cells_of(later, left, MOST);
+    for (uint32_t i = 0, k = 0; i + 1 < a->count; i++) {
+        while (k + 1 < b->count && b->first[k] < a->first[i]) k++;
+        if (k + 1 >= b->count || b->first[k] != a->first[i] || b->first[k + 1] != a->first[i + 1])
+            continue;
+        as_before++;
+        assert_int_equal(a->number[i], b->number[k]);
+        told_by_same += !memcmp(&places[a->chosen[i]], &later[b->chosen[k]], sizeof *places);
+    }
+    assert_true(as_before > a->count * 3 / 4);
+    assert_true(told_by_same > as_before / 2);
+    bd_irradiance_cells_destroy(&a);
+    bd_irradiance_cells_destroy(&b);
+    free(places);
+    free(later);
+}
+
 static void order_does_not_matter(void **state)
 {
     (void)state;
@@ -142,6 +169,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_place_is_told_by_one_of_its_cell),
         cmocka_unit_test(more_cells_lie_where_more_rays_end),
+        cmocka_unit_test(cells_stay_while_something_moves),
         cmocka_unit_test(order_does_not_matter),
         cmocka_unit_test(there_may_be_none_or_all_at_one_place),
     };
