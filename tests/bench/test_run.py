@@ -2,6 +2,7 @@
 import csv
 import json
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -15,11 +16,11 @@ SETTINGS = ("--size", "32x32", "--runs", "2", "--technique", "rsm", "--technique
 EXIT_DEVICE = 6
 
 
-def bench(folder, *more, scenes=(SCENE,)):
+def bench(folder, *more, scenes=(SCENE,), **environment):
     words = [sys.executable, "-m", "harness", "bench", *map(str, scenes), *SETTINGS, "--cache",
              str(folder / "cache"), "-o", str(folder / "out"), *more]
     return subprocess.run(words, capture_output=True, text=True, timeout=240, check=False,
-                          env={**os.environ, "MPLCONFIGDIR": str(folder)})
+                          env={**os.environ, "MPLCONFIGDIR": str(folder), **environment})
 
 
 @pytest.fixture(scope="module")
@@ -122,6 +123,18 @@ def test_a_file_of_the_cache_that_is_not_what_its_name_says_is_made_anew(run):
     again = bench(folder, "--technique", "reference", "-o", str(folder / "other"))
     assert again.returncode == 0, again.stderr
     assert "samples a pixel" in again.stderr
+
+
+def test_a_program_that_was_built_anew_has_references_of_its_own(run):
+    """What it traces may differ, though it calls itself the same."""
+    folder, _, result = run
+    anew = folder / "bounced"
+    anew.write_bytes(Path(os.environ.get("BOUNCED") or shutil.which("bounced")).read_bytes() + bytes(1))
+    anew.chmod(0o755)
+    again = bench(folder, "--technique", "reference", "-o", str(folder / "anew"), BOUNCED=str(anew))
+    assert again.returncode == 0, again.stderr
+    later = json.loads((folder / "anew" / "bench.json").read_text())
+    assert {r["file"] for r in later["references"]}.isdisjoint(r["file"] for r in result["references"])
 
 
 def test_a_failing_point_does_not_stop_the_rest(run):

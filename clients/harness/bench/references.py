@@ -1,18 +1,21 @@
 """References, made once and kept: by scene, options and samples.
 
 A file's name is a digest of all that decides its pixels but the number of samples; what it holds is
-checked against its own manifest before it is believed. Where more samples are wanted than it has, it
+checked against its own manifest before it is believed. The daemon's program is part of it: one of the
+same version that was built anew may trace otherwise. Where more samples are wanted than it has, it
 is extended, not begun again. All references of a run share one seed: noise that two of them have in
 common drops out of their difference, and each still has two halves that have none.
 """
 import dataclasses
+import hashlib
 import shlex
 import signal
 import subprocess
 import time
+from pathlib import Path
 
 from .. import exr
-from ..daemon import RenderError
+from ..daemon import RenderError, program
 from .measure import digest
 from .rungs import noise
 from .store import settings_text
@@ -48,6 +51,7 @@ class References:
         self.error = error  # largest noise of beauty, as a ratio; None: `spp` it is
         self.say = say
         self.made = {}
+        self.program = hashlib.sha256(Path(program("BOUNCED", "bounced")).read_bytes()).hexdigest()
         folder.mkdir(parents=True, exist_ok=True)
 
     def get(self, path, settings):
@@ -67,7 +71,7 @@ class References:
     def _file(self, path, settings):
         scene = self.stage.scene(path)
         key = digest(scene.hash, settings_text(dict(sorted(settings.items()))), self.stage.size,
-                     self.stage.camera or "", SEED)
+                     self.stage.camera or "", SEED, self.program)
         return self.folder / f"{scene.name}-{key}.exr"
 
     def _sampled(self, path, file, settings):
