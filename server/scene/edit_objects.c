@@ -268,7 +268,7 @@ static void set_planes(struct bd_edit *edit, const struct bd_camera_edit *in,
                        struct bd_camera *camera)
 {
     if (in->given & BD_GIVEN_NEAR)
-        bd_edit_number(edit, "near", in->near, FLT_MIN, BD_COORDINATE_MAX_M, &camera->near_m);
+        bd_edit_number(edit, "near", in->near, 0, BD_COORDINATE_MAX_M, &camera->near_m);
     if (in->given & BD_GIVEN_FAR)
         bd_edit_number(edit, "far", in->far, 0, BD_COORDINATE_MAX_M, &camera->far_m);
     if (camera->far_m == 0) camera->far_m = INFINITY;
