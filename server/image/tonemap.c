@@ -6,11 +6,7 @@
 
 #include "base/assert.h"
 
-static const char *const names[BD_TONEMAP_COUNT] = {
-    [BD_TONEMAP_NEUTRAL] = "neutral",
-    [BD_TONEMAP_AGX] = "agx",
-    [BD_TONEMAP_LINEAR] = "linear",
-};
+static const char *const names[BD_TONEMAP_COUNT] = {BD_TONEMAP_WORDS};
 
 const char *bd_tonemap_name(enum bd_tonemap tonemap)
 {

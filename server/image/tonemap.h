@@ -21,8 +21,9 @@
 #include "image/image.h"
 
 enum bd_tonemap { BD_TONEMAP_NEUTRAL, BD_TONEMAP_AGX, BD_TONEMAP_LINEAR, BD_TONEMAP_COUNT };
+#define BD_TONEMAP_WORDS "neutral", "agx", "linear"
 
-// "neutral", "agx", "linear".
+// One of the words.
 const char *bd_tonemap_name(enum bd_tonemap tonemap);
 // False, and `*out` untouched, if there is no such name.
 bool bd_tonemap_from_name(const char *name, enum bd_tonemap *out);

@@ -23,7 +23,7 @@ ROOMS = {
     'upload': ['scene', 'gpu'],
     'pass': ['upload', 'rays', 'lights', 'gpu', 'image'],  # the filter of light
     'technique': ['pass', 'gpu'],
-    'frame': ['technique', 'pass', 'upload', 'rays', 'lights', 'scene', 'gpu', 'image'],
+    'frame': ['technique', 'pass', 'upload', 'rays', 'lights', 'scene', 'gpu', 'image', 'protocol'],
     'reference': ['scene', 'image'],
     'sched': ['frame', 'reference', 'scene', 'image'],
     'net': ['sched', 'frame', 'technique', 'scene', 'image', 'confine', 'protocol'],
@@ -31,6 +31,9 @@ ROOMS = {
 # What clients share with the daemon: rooms, and of one of them a single header.
 CLIENT_ROOMS = {'clients', 'base', 'image', 'protocol'}
 CLIENT_HEADERS = {'scene/journal.h'}
+# What the contract takes from the daemon: words that are a room's own.
+PROTOCOL_ROOMS = {'base', 'protocol'}
+PROTOCOL_HEADERS = {'image/tonemap.h'}
 GL = re.compile(r'^(epoxy|GL|GLES\d?|EGL|KHR|gbm)/|^(gbm|glvnd).*\.h$')
 SQLITE = re.compile(r'^sqlite3(ext)?\.h$')
 JOURNAL = re.compile(r'^server/scene/journal[a-z_]*\.[ch]$')
@@ -86,6 +89,12 @@ def check_client_include(name):
     return 'is the daemon\'s own'
 
 
+def check_protocol_include(name):
+    if name.split('/')[0] in PROTOCOL_ROOMS or name in PROTOCOL_HEADERS:
+        return None
+    return 'the contract knows no room above it'
+
+
 def check_file(root, path):
     parts = path.split(os.sep)
     room = parts[1] if parts[0] == 'server' and len(parts) > 2 else None
@@ -103,8 +112,8 @@ def check_file(root, path):
             wrong = check_room_include(room, name)
             if wrong:
                 yield f'{path}:{number}: "{name}": {wrong}'
-        elif quoted and parts[0] == 'clients':
-            wrong = check_client_include(name)
+        elif quoted and parts[0] in ('clients', 'protocol'):
+            wrong = {'clients': check_client_include, 'protocol': check_protocol_include}[parts[0]](name)
             if wrong:
                 yield f'{path}:{number}: "{name}": {wrong}'
 
