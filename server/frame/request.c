@@ -15,12 +15,6 @@ _Static_assert(BD_LAYER_ALBEDO == BD_COMPOSITE_ALBEDO, "C and GLSL agree");
 _Static_assert(BD_LAYER_NORMAL == BD_COMPOSITE_NORMAL, "C and GLSL agree");
 _Static_assert(BD_LAYER_DEPTH == BD_COMPOSITE_DEPTH, "C and GLSL agree");
 
-#define AA_MAX 64
-
-#define CHECK_PIXELS_MIN 16
-#define CHECK_PIXELS_MAX 65536
-#define TARGET_ERROR_MAX 100 // relative: 10000 %
-
 const struct bd_frame_request bd_frame_request_default = {
     .width_px = 512,
     .height_px = 512,
@@ -72,28 +66,6 @@ uint32_t bd_layers_named(const char *name)
     for (uint32_t l = 0; l < BD_LAYER_COUNT; l++)
         if (strcmp(layers[l].name, name) == 0) return 1u << l;
     return 0;
-}
-
-const char *bd_fresh_name(enum bd_fresh fresh)
-{
-    switch (fresh) {
-    case BD_FRESH_NONE: return "none";
-    case BD_FRESH_CAMERA: return "camera";
-    case BD_FRESH_ALL: return "all";
-    }
-    return NULL;
-}
-
-const char *bd_against_name(enum bd_against against)
-{
-    switch (against) {
-    case BD_AGAINST_FULL: return "full";
-    case BD_AGAINST_MODEL:
-        return "model";
-    case BD_AGAINST_COUNT:
-        break;
-    }
-    return NULL;
 }
 
 bool bd_frame_request_is_checked(const struct bd_frame_request *request)
@@ -176,21 +148,6 @@ static enum bd_err check_pose(const struct bd_pose *pose, struct bd_fault *fault
     return BD_ERR_OK;
 }
 
-static enum bd_err check_check(const struct bd_frame_request *request, struct bd_fault *fault)
-{
-    uint32_t pixels = request->check_pixels;
-    if (pixels > 0 && (pixels < CHECK_PIXELS_MIN || pixels > CHECK_PIXELS_MAX))
-        return bd_fault_set(fault, BD_ERR_USAGE, "check", "%u: must be from %d to %d pixels",
-                            pixels, CHECK_PIXELS_MIN, CHECK_PIXELS_MAX);
-    if (request->budget_ms > 0 && request->target_error > 0)
-        return bd_fault_set(fault, BD_ERR_USAGE, "budget_ms",
-                            "budget_ms or target_error, not both");
-    if (!(request->target_error >= 0 && request->target_error <= TARGET_ERROR_MAX))
-        return bd_fault_set(fault, BD_ERR_USAGE, "target_error",
-                            "must be above 0 and at most %d per cent", 100 * TARGET_ERROR_MAX);
-    return BD_ERR_OK;
-}
-
 // Traced layers lie in the host's memory, many of them, and their samples take long: what would be
 // too large an answer is refused before.
 static enum bd_err check_traced_bytes(const struct bd_frame_request *request, uint64_t most,
@@ -243,9 +200,6 @@ enum bd_err bd_frame_request_check(const struct bd_frame_request *request,
 {
     enum bd_err err = check_size(request, limits, fault);
     if (err) return err;
-    if (request->aa < 1 || request->aa > AA_MAX)
-        return bd_fault_set(fault, BD_ERR_USAGE, "aa", "%u: must be from 1 to %d", request->aa,
-                            AA_MAX);
     if (request->layers >> BD_LAYER_COUNT)
         return bd_fault_set(fault, BD_ERR_USAGE, "layers", "no such layer");
     const struct bd_technique *technique =
@@ -254,7 +208,8 @@ enum bd_err bd_frame_request_check(const struct bd_frame_request *request,
     err = technique->is_reference ? check_traced(request, limits, fault)
                                   : check_rendered(request, technique->name, fault);
     if (err) return err;
-    err = check_check(request, fault);
+    if (request->budget_ms > 0 && request->target_error > 0)
+        err = bd_fault_set(fault, BD_ERR_USAGE, "budget_ms", "budget_ms or target_error, not both");
     if (!err && request->pose.is_set && request->camera[0])
         err = bd_fault_set(fault, BD_ERR_USAGE, "pose", "pose or camera, not both");
     if (!err && request->pose.is_set) err = check_pose(&request->pose, fault);

@@ -9,6 +9,7 @@
 
 #include "base/err.h"
 #include "base/vec.h"
+#include "protocol/frame_words.h"
 #include "scene/framing.h"
 #include "technique/params.h"
 
@@ -48,12 +49,6 @@ enum bd_layer {
 // What auto exposure is measured on where indirect light comes through walls.
 #define BD_LAYERS_METERED (1u << BD_LAYER_DIRECT | 1u << BD_LAYER_EMISSION)
 
-// What is made anew although an earlier frame's output would do: for measuring what a frame costs
-// after the camera moved, or after everything did. Uploaded meshes and textures always stay.
-enum bd_fresh { BD_FRESH_NONE, BD_FRESH_CAMERA, BD_FRESH_ALL };
-
-// "none", "camera", "all"; NULL for an index out of range.
-const char *bd_fresh_name(enum bd_fresh fresh);
 // "beauty", "half_a.direct", "variance", ...; NULL for an index out of range.
 const char *bd_layer_name(enum bd_layer layer);
 // 4, 3 or 1.
@@ -62,17 +57,7 @@ uint32_t bd_layer_channel_count(enum bd_layer layer);
 // all eight, "variance" all three; every other name is one.
 uint32_t bd_layers_named(const char *name);
 
-// What a frame's error is measured against.
-enum bd_against {
-    BD_AGAINST_FULL,  // the whole rendering equation
-    BD_AGAINST_MODEL, // the technique's own declared model: what no sample, but a design leaves
-                      // out, is no error
-    BD_AGAINST_COUNT,
-};
-
-// "full", "model"; NULL for an index out of range.
-const char *bd_against_name(enum bd_against against);
-
+// Ranges are those of protocol/frame_options.h, which whoever reads a request holds it to.
 struct bd_frame_request {
     char technique[32];          // "" and "auto": by what is given and what the scene has
     struct bd_param_list params; // KEY=VALUE pairs as given; technique/params.h checks them

@@ -14,6 +14,7 @@
 #include "net/edit_step.h"
 #include "net/edit_work.h"
 #include "net/export_step.h"
+#include "net/option_list.h"
 #include "net/release.h"
 #include "net/scene_change.h"
 #include "net/scene_step.h"
@@ -232,6 +233,12 @@ static void techniques(struct bd_command *command)
     bd_command_end(command, &answer);
 }
 
+static void options(struct bd_command *command)
+{
+    struct bd_answer answer = bd_answer_options();
+    bd_command_end(command, &answer);
+}
+
 // --- start ----------------------------------------------------------------------------------
 
 static void render(struct bd_command *command)
@@ -294,6 +301,9 @@ static void dispatch(struct bd_command *command)
     case BOUNCED__ENVELOPE__BODY_TECHNIQUES:
         techniques(command);
         break;
+    case BOUNCED__ENVELOPE__BODY_OPTIONS:
+        options(command);
+        break;
     case BOUNCED__ENVELOPE__BODY_EDIT_BATCH:
     case BOUNCED__ENVELOPE__BODY_EDIT_UNDO:
     case BOUNCED__ENVELOPE__BODY_EDIT_REVERT:
@@ -323,6 +333,7 @@ static void dispatch(struct bd_command *command)
     case BOUNCED__ENVELOPE__BODY_DEVICES_REPLY:
     case BOUNCED__ENVELOPE__BODY_STATS_REPLY:
     case BOUNCED__ENVELOPE__BODY_TECHNIQUES_REPLY:
+    case BOUNCED__ENVELOPE__BODY_OPTIONS_REPLY:
     case BOUNCED__ENVELOPE__BODY_PROGRESS:
     case BOUNCED__ENVELOPE__BODY__NOT_SET:
     default:

@@ -1,9 +1,9 @@
 #include "net/frame_options.h"
 
-#include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+#include "protocol/frame_options.h"
 
 static enum bd_err copy_text(const char *field, const char *text, char *out, size_t size,
                              struct bd_fault *fault)
@@ -14,6 +14,12 @@ static enum bd_err copy_text(const char *field, const char *text, char *out, siz
                             size - 1);
     memcpy(out, text, strlen(text) + 1);
     return BD_ERR_OK;
+}
+
+// The number of an option's word, which is right by now; 0, the standard, where it is not set.
+static int word_of(const char *option, const char *text)
+{
+    return text ? bd_frame_option_word(bd_frame_option_named(option, NULL), text) : 0;
 }
 
 static enum bd_err read_size(const Bounced__FrameRequest *request, struct bd_frame_request *frame,
@@ -76,67 +82,36 @@ static enum bd_err read_region(const Bounced__FrameRequest *request, struct bd_f
     return BD_ERR_OK;
 }
 
-static enum bd_err read_check(const Bounced__FrameRequest *request, struct bd_frame_request *frame,
-                              struct bd_fault *fault)
+// Words and ranges are right by now.
+static void read_check(const Bounced__FrameRequest *request, struct bd_frame_request *frame)
 {
-    if (request->has_check) frame->check_pixels = request->check;
-    if (request->has_target_error) {
-        frame->target_error = request->target_error / 100;
-        if (!(request->target_error > 0))
-            return bd_fault_set(fault, BD_ERR_USAGE, "target_error", "%g: must be above 0",
-                                request->target_error);
-    }
-    if (!request->against) return BD_ERR_OK;
-    for (int against = 0; against < BD_AGAINST_COUNT; against++) {
-        if (strcmp(bd_against_name((enum bd_against)against), request->against) != 0) continue;
-        frame->against = (enum bd_against)against;
-        return BD_ERR_OK;
-    }
-    return bd_fault_set(fault, BD_ERR_USAGE, "against", "against is full or model, not \"%s\"",
-                        request->against);
+    frame->check_pixels = request->check;
+    frame->target_error = request->target_error / 100;
+    frame->against = (enum bd_against)word_of("against", request->against);
 }
 
-static enum bd_err read_exposure(const char *text, struct bd_encode_request *encode,
-                                 struct bd_fault *fault)
+static void read_exposure(const char *text, struct bd_encode_request *encode)
 {
-    if (!text) return BD_ERR_OK;
+    if (!text) return;
     encode->exposure_auto = strcmp(text, "auto") == 0;
-    if (encode->exposure_auto) return BD_ERR_OK;
-    char *end;
-    double stops = strtod(text, &end);
-    if (end == text || *end || !(fabs(stops) <= (double)BD_EXPOSURE_STOPS_MAX))
-        return bd_fault_set(fault, BD_ERR_USAGE, "exposure",
-                            "exposure is auto or stops from %g to %g, not \"%s\"",
-                            -(double)BD_EXPOSURE_STOPS_MAX, (double)BD_EXPOSURE_STOPS_MAX, text);
-    encode->exposure_stops = (float)stops;
-    return BD_ERR_OK;
+    if (!encode->exposure_auto) encode->exposure_stops = strtof(text, NULL);
 }
 
 static enum bd_err read_encoding(const Bounced__FrameRequest *request, struct bd_frame_options *out,
                                  struct bd_fault *fault)
 {
     const char *name = request->encoding ? request->encoding : "png";
-    out->wants_image = strcmp(name, "none") != 0;
-    if (out->wants_image && !bd_encode_format_from_name(name, &out->encode.format))
-        return bd_fault_set(fault, BD_ERR_USAGE, "encoding",
-                            "encoding is png, jpeg, exr, half or none, not \"%s\"", name);
-    if (request->tonemap && !bd_tonemap_from_name(request->tonemap, &out->encode.tonemap))
-        return bd_fault_set(fault, BD_ERR_USAGE, "tonemap",
-                            "tonemap is neutral, agx or linear, not \"%s\"", request->tonemap);
-    if (request->has_jpeg_quality) {
-        if (request->jpeg_quality < 1 || request->jpeg_quality > 100)
-            return bd_fault_set(fault, BD_ERR_USAGE, "jpeg_quality",
-                                "jpeg_quality goes from 1 to 100, %u is not in it",
-                                request->jpeg_quality);
-        out->encode.jpeg_quality = (int)request->jpeg_quality;
-    }
+    out->wants_image = bd_encode_format_from_name(name, &out->encode.format);
+    out->encode.tonemap = (enum bd_tonemap)word_of("tonemap", request->tonemap);
+    if (request->has_jpeg_quality) out->encode.jpeg_quality = (int)request->jpeg_quality;
     out->encode.exr_half = request->exr_half;
     out->encode.exr_raw = request->exr_raw;
+    read_exposure(request->exposure, &out->encode);
     if (out->wants_image && out->encode.format != BD_ENCODE_EXR && request->n_layers > 1)
         return bd_fault_set(fault, BD_ERR_USAGE, "layers",
                             "%s holds one layer, exr all of them",
                             bd_encode_format_name(out->encode.format));
-    return read_exposure(request->exposure, &out->encode, fault);
+    return BD_ERR_OK;
 }
 
 static enum bd_err read_point(const char *field, const double *numbers, size_t count, bd_dvec3 *out,
@@ -166,19 +141,6 @@ enum bd_err bd_pose_read(const Bounced__CameraPose *pose, struct bd_pose *out,
     return err;
 }
 
-static enum bd_err read_fresh(const Bounced__FrameRequest *request, struct bd_frame_request *frame,
-                              struct bd_fault *fault)
-{
-    if (!request->fresh) return BD_ERR_OK;
-    for (int fresh = 0; bd_fresh_name((enum bd_fresh)fresh); fresh++) {
-        if (strcmp(bd_fresh_name((enum bd_fresh)fresh), request->fresh) != 0) continue;
-        frame->fresh = (enum bd_fresh)fresh;
-        return BD_ERR_OK;
-    }
-    return bd_fault_set(fault, BD_ERR_USAGE, "fresh", "fresh is none, camera or all, not \"%s\"",
-                        request->fresh);
-}
-
 enum bd_err bd_frame_options_read(const Bounced__FrameRequest *request,
                                   struct bd_frame_options *out, struct bd_fault *fault)
 {
@@ -188,23 +150,26 @@ enum bd_err bd_frame_options_read(const Bounced__FrameRequest *request,
                                      .encode = bd_encode_request_default,
                                      .shown = BD_LAYER_BEAUTY};
     struct bd_frame_request *frame = &out->frame;
-    enum bd_err err = copy_text("technique", request->technique, frame->technique,
-                                sizeof frame->technique, fault);
+    enum bd_err err = bd_frame_options_check(request, fault);
+    if (!err)
+        err = copy_text("technique", request->technique, frame->technique, sizeof frame->technique,
+                        fault);
     if (!err)
         err = copy_text("camera", request->camera, frame->camera, sizeof frame->camera, fault);
     if (!err && request->pose) err = bd_pose_read(request->pose, &frame->pose, fault);
     if (!err) err = read_size(request, frame, fault);
     if (!err) err = read_parameters(request, frame, fault);
     if (!err) err = read_layers(request, out, fault);
-    if (!err) err = read_fresh(request, frame, fault);
     if (!err) err = read_region(request, frame, fault);
     if (!err) err = read_encoding(request, out, fault);
     frame->auto_exposure = out->wants_image && out->encode.exposure_auto;
-    if (!err) err = read_check(request, frame, fault);
+    if (err) return err;
+    read_check(request, frame);
     if (request->has_aa) frame->aa = request->aa;
-    if (request->has_seed) frame->seed = request->seed;
-    if (request->has_deadline_ms) frame->deadline_ms = request->deadline_ms;
-    if (request->has_budget_ms) frame->budget_ms = request->budget_ms;
+    frame->fresh = (enum bd_fresh)word_of("fresh", request->fresh);
+    frame->seed = request->seed;
+    frame->deadline_ms = request->deadline_ms;
+    frame->budget_ms = request->budget_ms;
     frame->plan_only = request->plan_only;
-    return err;
+    return BD_ERR_OK;
 }

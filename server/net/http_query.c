@@ -5,9 +5,9 @@
 #include <string.h>
 
 #include "base/assert.h"
-#include "base/nearest.h"
 #include "net/answer.h"
 #include "net/http_route.h"
+#include "protocol/frame_options.h"
 
 #define PAIRS_MAX 256
 
@@ -46,216 +46,11 @@ bool bd_http_query_number(const char *text, uint64_t most, uint64_t *out)
     return !errno && *end == 0 && *out <= most;
 }
 
-static bool read_u32(const char *text, uint32_t *out)
-{
-    uint64_t wide;
-    if (!bd_http_query_number(text, UINT32_MAX, &wide)) return false;
-    *out = (uint32_t)wide;
-    return true;
-}
-
-static bool read_flag(const char *text, protobuf_c_boolean *out)
-{
-    *out = strcmp(text, "1") == 0;
-    return *out || strcmp(text, "0") == 0;
-}
-
 static void replace_text(char **field, const char *value)
 {
     free(*field);
     *field = bd_answer_text(value);
 }
-
-static bool read_size(char *value, Bounced__FrameRequest *request)
-{
-    char *x = strchr(value, 'x');
-    uint32_t size[2];
-    if (!x) return false;
-    *x = 0;
-    bool good = read_u32(value, &size[0]) && read_u32(x + 1, &size[1]);
-    *x = 'x';
-    if (!good) return false;
-    if (!request->size) request->size = malloc(sizeof size);
-    BD_ASSERT(request->size);
-    memcpy(request->size, size, sizeof size);
-    request->n_size = 2;
-    return true;
-}
-
-static void grow(void **list, size_t count, size_t size)
-{
-    void *grown = realloc(*list, (count + 1) * size);
-    BD_ASSERT(grown);
-    *list = grown;
-}
-
-static bool add_parameter(char *value, Bounced__FrameRequest *request)
-{
-    char *equals = strchr(value, '=');
-    if (!equals) return false;
-    Bounced__KeyValue *pair = malloc(sizeof *pair);
-    BD_ASSERT(pair);
-    bounced__key_value__init(pair);
-    *equals = 0;
-    pair->key = bd_answer_text(value);
-    pair->value = bd_answer_text(equals + 1);
-    grow((void **)&request->parameters, request->n_parameters, sizeof(Bounced__KeyValue *));
-    request->parameters[request->n_parameters++] = pair;
-    return true;
-}
-
-static bool add_layers(char *value, Bounced__FrameRequest *request)
-{
-    char *rest = NULL;
-    for (char *name = strtok_r(value, ",", &rest); name; name = strtok_r(NULL, ",", &rest)) {
-        grow((void **)&request->layers, request->n_layers, sizeof(char *));
-        request->layers[request->n_layers++] = bd_answer_text(name);
-    }
-    return true;
-}
-
-static bool set_camera(char *value, Bounced__FrameRequest *request)
-{
-    replace_text(&request->camera, value);
-    return true;
-}
-
-static bool set_technique(char *value, Bounced__FrameRequest *request)
-{
-    replace_text(&request->technique, value);
-    return true;
-}
-
-static bool set_exposure(char *value, Bounced__FrameRequest *request)
-{
-    replace_text(&request->exposure, value);
-    return true;
-}
-
-static bool set_tonemap(char *value, Bounced__FrameRequest *request)
-{
-    replace_text(&request->tonemap, value);
-    return true;
-}
-
-static bool set_region(char *value, Bounced__FrameRequest *request)
-{
-    uint32_t region[4];
-    for (int i = 0; i < 4; i++) {
-        char *comma = strchr(value, ',');
-        if ((i < 3) != (comma != NULL)) return false;
-        if (comma) *comma = 0;
-        if (!read_u32(value, &region[i])) return false;
-        value = comma ? comma + 1 : value;
-    }
-    if (!request->region) request->region = malloc(sizeof region);
-    BD_ASSERT(request->region);
-    memcpy(request->region, region, sizeof region);
-    request->n_region = 4;
-    return true;
-}
-
-static bool set_encoding(char *value, Bounced__FrameRequest *request)
-{
-    replace_text(&request->encoding, strcmp(value, "json") == 0 ? "none" : value);
-    return true;
-}
-
-static bool set_aa(char *value, Bounced__FrameRequest *request)
-{
-    request->has_aa = read_u32(value, &request->aa);
-    return request->has_aa;
-}
-
-static bool set_seed(char *value, Bounced__FrameRequest *request)
-{
-    request->has_seed = bd_http_query_number(value, UINT64_MAX, &request->seed);
-    return request->has_seed;
-}
-
-static bool set_half(char *value, Bounced__FrameRequest *request)
-{
-    request->has_exr_half = read_flag(value, &request->exr_half);
-    return request->has_exr_half;
-}
-
-static bool set_quality(char *value, Bounced__FrameRequest *request)
-{
-    request->has_jpeg_quality = read_u32(value, &request->jpeg_quality);
-    return request->has_jpeg_quality;
-}
-
-static bool set_deadline(char *value, Bounced__FrameRequest *request)
-{
-    request->has_deadline_ms = read_u32(value, &request->deadline_ms);
-    return request->has_deadline_ms;
-}
-
-static bool set_budget(char *value, Bounced__FrameRequest *request)
-{
-    request->has_budget_ms = read_u32(value, &request->budget_ms);
-    return request->has_budget_ms;
-}
-
-static bool set_check(char *value, Bounced__FrameRequest *request)
-{
-    request->has_check = read_u32(value, &request->check);
-    return request->has_check;
-}
-
-static bool set_target_error(char *value, Bounced__FrameRequest *request)
-{
-    char *end;
-    request->target_error = strtod(value, &end);
-    request->has_target_error = end != value && !*end;
-    return request->has_target_error;
-}
-
-static bool set_against(char *value, Bounced__FrameRequest *request)
-{
-    replace_text(&request->against, value);
-    return true;
-}
-
-static bool set_plan(char *value, Bounced__FrameRequest *request)
-{
-    request->has_plan_only = read_flag(value, &request->plan_only);
-    return request->has_plan_only;
-}
-
-static bool set_fresh(char *value, Bounced__FrameRequest *request)
-{
-    replace_text(&request->fresh, value);
-    return true;
-}
-
-static const struct option {
-    const char *name;
-    bool (*set)(char *value, Bounced__FrameRequest *request);
-    const char *wanted;
-} options[] = {
-    {"size", read_size, "WIDTHxHEIGHT"},
-    {"camera", set_camera, ""},
-    {"technique", set_technique, ""},
-    {"set", add_parameter, "KEY=VALUE"},
-    {"layers", add_layers, ""},
-    {"aa", set_aa, "a whole number"},
-    {"seed", set_seed, "a whole number"},
-    {"exposure", set_exposure, ""},
-    {"tonemap", set_tonemap, ""},
-    {"half", set_half, "0 or 1"},
-    {"quality", set_quality, "a whole number"},
-    {"region", set_region, "X,Y,WIDTH,HEIGHT"},
-    {"deadline_ms", set_deadline, "a whole number"},
-    {"budget_ms", set_budget, "a whole number"},
-    {"check", set_check, "a whole number"},
-    {"target_error", set_target_error, "per cent"},
-    {"against", set_against, ""},
-    {"plan", set_plan, "0 or 1"},
-    {"fresh", set_fresh, ""},
-    {"encoding", set_encoding, ""}, // last: where the path says it, the query may not
-};
-#define OPTION_COUNT (sizeof options / sizeof options[0])
 
 // Their range is checked where an environment is read, whoever sent it.
 static bool read_radiance(const char *text, Bounced__Environment *out)
@@ -293,18 +88,14 @@ static enum bd_err refuse(const char *name, const char *wanted, const char *valu
     return bd_fault_set(fault, BD_ERR_USAGE, name, "%s is %s, not \"%.60s\"", name, wanted, value);
 }
 
-static enum bd_err refuse_name(const char *name, size_t option_count, struct bd_fault *fault)
+// What is no picture has its report as JSON.
+static const char *encoding_of(const char *name)
 {
-    char hint[BD_NEAREST_HINT_BYTES];
-    struct bd_nearest nearest;
-    bd_nearest_begin(&nearest, name);
-    bd_nearest_consider(&nearest, "environment");
-    for (size_t i = 0; i < option_count; i++) bd_nearest_consider(&nearest, options[i].name);
-    return bd_fault_set(fault, BD_ERR_USAGE, name, "there is no option \"%.60s\"%s", name,
-                        bd_nearest_hint(&nearest, hint));
+    return strcmp(name, "json") == 0 ? "none" : name;
 }
 
-static enum bd_err set_pair(const char *name, char *value, size_t option_count,
+// `says_encoding`: the query does, not the path.
+static enum bd_err set_pair(const char *name, char *value, bool says_encoding,
                             Bounced__Render *render, struct bd_fault *fault)
 {
     // The one that is beside the frame.
@@ -312,15 +103,16 @@ static enum bd_err set_pair(const char *name, char *value, size_t option_count,
         if (set_environment(value, render)) return BD_ERR_OK;
         return refuse(name, "R,G,B in cd/m^2, or sha256:HEX of a map", value, fault);
     }
-    for (size_t i = 0; i < option_count; i++) {
-        if (strcmp(name, options[i].name) != 0) continue;
-        if (options[i].set(value, render->frame)) return BD_ERR_OK;
-        return refuse(name, options[i].wanted, value, fault);
-    }
-    return refuse_name(name, option_count, fault);
+    const struct bd_frame_option *option = bd_frame_option_named(name, fault);
+    if (!option) return BD_ERR_USAGE;
+    const bool is_encoding = strcmp(option->name, "encoding") == 0;
+    if (is_encoding && !says_encoding)
+        return bd_fault_set(fault, BD_ERR_USAGE, name, "%s: the path says it", name);
+    return bd_frame_option_set(option, is_encoding ? encoding_of(value) : value, render->frame,
+                               fault);
 }
 
-static enum bd_err read_pairs(char *text, size_t option_count, Bounced__Render *render,
+static enum bd_err read_pairs(char *text, bool says_encoding, Bounced__Render *render,
                               struct bd_fault *fault)
 {
     char *rest = NULL;
@@ -333,7 +125,7 @@ static enum bd_err read_pairs(char *text, size_t option_count, Bounced__Render *
         *value++ = 0;
         if (!bd_http_query_decode(pair) || !bd_http_query_decode(value))
             return bd_fault_set(fault, BD_ERR_USAGE, "query", "the query has a broken %%-escape");
-        enum bd_err err = set_pair(pair, value, option_count, render, fault);
+        enum bd_err err = set_pair(pair, value, says_encoding, render, fault);
         if (err) return err;
     }
     return BD_ERR_OK;
@@ -355,10 +147,8 @@ enum bd_err bd_http_query_read(const char *query, const char *extension, Bounced
 {
     Bounced__Render *render = new_render();
     char *text = bd_answer_text(query);
-    const size_t option_count = extension[0] ? OPTION_COUNT - 1 : OPTION_COUNT;
-    if (extension[0])
-        replace_text(&render->frame->encoding, strcmp(extension, "json") == 0 ? "none" : extension);
-    enum bd_err err = read_pairs(text, option_count, render, fault);
+    if (extension[0]) replace_text(&render->frame->encoding, encoding_of(extension));
+    enum bd_err err = read_pairs(text, !extension[0], render, fault);
     free(text);
     if (err)
         bounced__render__free_unpacked(render, NULL);

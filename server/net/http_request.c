@@ -245,6 +245,9 @@ void bd_http_run(struct bd_http *http)
     case BD_HTTP_ROUTE_TECHNIQUES:
         start_empty(http, BOUNCED__ENVELOPE__BODY_TECHNIQUES, &bounced__techniques__descriptor);
         break;
+    case BD_HTTP_ROUTE_OPTIONS:
+        start_empty(http, BOUNCED__ENVELOPE__BODY_OPTIONS, &bounced__options__descriptor);
+        break;
     case BD_HTTP_ROUTE_SESSION:
         if (http->method == BD_HTTP_POST)
             bd_http_begin_session(http);

@@ -54,6 +54,7 @@ static enum bd_http_route find_path(const char *path, struct bd_http_target *out
         {"/v1/devices", BD_HTTP_ROUTE_DEVICES}, {"/v1/stats", BD_HTTP_ROUTE_STATS},
         {"/v1/session", BD_HTTP_ROUTE_SESSION}, {"/v1/socket", BD_HTTP_ROUTE_SOCKET},
         {"/v1/events", BD_HTTP_ROUTE_EVENTS},   {"/v1/techniques", BD_HTTP_ROUTE_TECHNIQUES},
+        {"/v1/options", BD_HTTP_ROUTE_OPTIONS},
     };
     for (size_t i = 0; i < sizeof fixed / sizeof fixed[0]; i++)
         if (strcmp(path, fixed[i].path) == 0) return fixed[i].route;
@@ -91,6 +92,7 @@ static unsigned methods_of(const struct bd_http_target *target)
     case BD_HTTP_ROUTE_DEVICES:
     case BD_HTTP_ROUTE_STATS:
     case BD_HTTP_ROUTE_TECHNIQUES:
+    case BD_HTTP_ROUTE_OPTIONS:
     case BD_HTTP_ROUTE_FRAME:
     case BD_HTTP_ROUTE_SOCKET:
     case BD_HTTP_ROUTE_MJPEG:

@@ -13,6 +13,7 @@
 #include "net/view_cost.h"
 #include "net/view_plan.h"
 #include "net/view_steps.h"
+#include "protocol/frame_options.h"
 
 #define RETRY_NS      50000000u
 #define DEADLINES_MAX 3 // in a row without a frame
@@ -414,9 +415,16 @@ void bd_view_wake(struct bd_view *view)
 
 // --- what is asked for ----------------------------------------------------------------------
 
-static enum bd_err refuse(const char *field, struct bd_fault *fault)
+static enum bd_err refuse_what_no_view_has(const Bounced__FrameRequest *request,
+                                           struct bd_fault *fault)
 {
-    return bd_fault_set(fault, BD_ERR_USAGE, field, "%s: a view has none", field);
+    for (uint32_t i = 0; i < bd_frame_option_count; i++) {
+        const struct bd_frame_option *option = &bd_frame_options[i];
+        if (option->of_one && bd_frame_option_is_set(option, request))
+            return bd_fault_set(fault, BD_ERR_USAGE, option->name, "%s: a view has none",
+                                option->name);
+    }
+    return BD_ERR_OK;
 }
 
 static enum bd_err check_options(const struct bd_net *net, const struct bd_store_entry *entry,
@@ -427,10 +435,6 @@ static enum bd_err check_options(const struct bd_net *net, const struct bd_store
                                                  .pixel_count_max = limits->image_pixels,
                                                  .reply_bytes_max = limits->reply_bytes};
     const struct bd_frame_request *frame = &options->frame;
-    if (frame->plan_only) return refuse("plan_only", fault);
-    if (frame->check_pixels) return refuse("check", fault);
-    if (frame->target_error > 0) return refuse("target_error", fault);
-    if (frame->budget_ms) return refuse("budget_ms", fault);
     if (!options->wants_image)
         return bd_fault_set(fault, BD_ERR_USAGE, "encoding", "a view's encoding is not none");
     enum bd_err err = bd_frame_request_check(frame, &frame_limits, fault);
@@ -444,6 +448,7 @@ static enum bd_err read_frame(const struct bd_net *net, const struct bd_store_en
                               struct bd_fault *fault)
 {
     enum bd_err err = bd_frame_options_read(frame, out, fault);
+    if (!err && frame) err = refuse_what_no_view_has(frame, fault);
     if (err) return err;
     if (!frame || !frame->encoding) out->encode.format = BD_ENCODE_JPEG;
     if ((!frame || !frame->encoding) && frame && frame->n_layers > 1)

@@ -75,6 +75,30 @@ def test_techniques(shared):
                           {"Content-Type": "application/json"})[0] == 405
 
 
+def test_options(shared):
+    """Each is a field of the schema, and a query takes it by its name and by its earlier one."""
+    status, reply = shared.json("GET", "/v1/options")
+    assert status == 200
+    options = {option["name"]: option for option in reply["options"]}
+    assert set(options) == set(bounced_pb2.FrameRequest.DESCRIPTOR.fields_by_name)
+    assert options["aa"] == {"name": "aa", "form": "N", "takes": "a whole number from 1 to 64", "words": [],
+                             "standard": "1; by `bounce` 16 to PNG and JPEG", "help": "sub-frames averaged",
+                             "minimum": 1, "maximum": 64}
+    assert options["tonemap"]["words"] == ["neutral", "agx", "linear"]
+    scene = shared.add_scene()
+    values = {"size": "8x8", "camera": "0", "pose": "0,0,3,0,0,0", "technique": "reference", "parameters": "spp=2",
+              "layers": "albedo", "exposure": "1", "encoding": "png", "region": "0,0,8,8"}
+    for name, option in options.items():
+        value = values.get(name) or (option["words"][:1] or [f"{option.get('minimum', 1):g}"])[0]
+        more = "" if name == "size" else "&size=8x8"
+        more += "&technique=reference" if name in ("region", "parameters") else ""
+        for said in filter(None, (name, option.get("alias"))):
+            if name == "encoding":
+                continue  # the path says it
+            status, text = shared.request("GET", f"/v1/scenes/{scene}/frame.exr?{said}={value}{more}")[::2]
+            assert status == 200, (said, text[:200])
+
+
 @pytest.mark.parametrize("extension,magic", [("png", b"\x89PNG"), ("jpg", b"\xff\xd8\xff"),
                                              ("exr", b"\x76\x2f\x31\x01")])
 def test_frame(shared, extension, magic):
@@ -155,9 +179,9 @@ def test_protobuf_both_ways(shared):
 
 @pytest.mark.parametrize("query,field", [
     ("size=0x4", "size"), ("size=12", "size"), ("size=4x4x4", "size"), ("size=-4x4", "size"),
-    ("aa=x", "aa"), ("aa=", "aa"), ("seed=18446744073709551616", "seed"), ("plan=yes", "plan"), ("fresh=yes", "fresh"),
+    ("aa=x", "aa"), ("aa=", "aa"), ("seed=18446744073709551616", "seed"), ("plan=yes", "plan_only"), ("plan_only=2", "plan_only"), ("pose=1,2,3", "pose"), ("pose=0,0,0,0,0,-1,0", "pose.yfov"), ("check=15", "check"), ("target_error=0", "target_error"), ("target_error=3:truth", "against"), ("exr_half=yes", "exr_half"), ("fresh=yes", "fresh"),
     ("exposure=bright", "exposure"), ("tonemap=vivid", "tonemap"), ("layers=beautiful", "layers"), ("layers=direct,normal", "layers"),
-    ("set=vpls", "set"), ("sise=4x4", "sise"), ("encoding=exr", "encoding"), ("quality=101", "jpeg_quality"),
+    ("set=vpls", "parameters"), ("parameters==1", "parameters"), ("aa=65", "aa"), ("jpeg_quality=0", "jpeg_quality"), ("sise=4x4", "sise"), ("encoding=exr", "encoding"), ("quality=101", "jpeg_quality"),
     ("region=1,2,3", "region"), ("region=1,2,3,4,5", "region"), ("region=a,0,1,1", "region"),
     ("region=0,0,0,1", "region"), ("layers=half", "layers"),
     ("camera=%zz", "query"), ("camera=a%00b", "query"), ("camera", "query"),

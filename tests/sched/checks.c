@@ -433,13 +433,9 @@ static void what_cannot_be_checked_is_refused_by_name(void **state)
     request.frame.target_error = 0.1;
     refused(request, "target_error");
     request = request_of("rsm", NULL);
-    request.frame.check_pixels = 15;
-    refused(request, "check");
-    request.frame.check_pixels = 65537;
-    refused(request, "check");
-    request.frame.check_pixels = 0;
-    request.frame.target_error = NAN;
-    refused(request, "target_error");
+    request.frame.target_error = 0.1;
+    request.frame.budget_ms = 100;
+    refused(request, "budget_ms");
 }
 
 static int open_all(void **state)
