@@ -23,12 +23,20 @@ static int take_value(struct bd_cli_args *args, const struct bd_cli_option *opti
     return option->id;
 }
 
+// '-' stands for '_'.
+static bool is_name(const char *name, const char *word, size_t length)
+{
+    for (size_t i = 0; i < length; i++)
+        if (!name[i] || (name[i] != word[i] && !(name[i] == '_' && word[i] == '-'))) return false;
+    return !name[length];
+}
+
 static int next_long(struct bd_cli_args *args, const struct bd_cli_option *table, const char *word,
                      const char **value, struct bd_fault *fault)
 {
     size_t length = strcspn(word, "=");
     for (; table->name; table++) {
-        if (strlen(table->name) != length || strncmp(table->name, word, length) != 0) continue;
+        if (!is_name(table->name, word, length)) continue;
         return take_value(args, table, word[length] ? word + length + 1 : NULL, value, fault);
     }
     bd_fault_set(fault, BD_ERR_USAGE, word, "no option --%.*s", (int)length, word);

@@ -11,6 +11,7 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include "base/assert.h"
 #include "base/clock.h"
 #include "clients/cli/commands.h"
 #include "clients/cli/conn.h"
@@ -21,7 +22,6 @@
 #include "clients/cli/progress.h"
 #include "clients/cli/reference_file.h"
 #include "clients/cli/reference_report.h"
-#include "clients/cli/sets.h"
 #include "clients/cli/source.h"
 
 #define FIRST_PIECE_SPP 2u
@@ -59,36 +59,6 @@ static double since_s(uint64_t start_ns)
 }
 
 // --- asking ---------------------------------------------------------------------------------
-
-static enum bd_err add_parameters(const struct bd_cli_reference *options, struct bd_cli_sets *sets,
-                                  struct bd_fault *fault)
-{
-    const struct {
-        const char *key, *value;
-    } named[] = {{"model_of", options->model_of},
-                 {"bounces", options->bounces},
-                 {"indirect_visibility", options->indirect_visibility},
-                 {"lights", options->lights},
-                 {"filter", options->filter},
-                 {"alpha", options->alpha},
-                 {"clamp", options->clamp}};
-    enum bd_err err = BD_ERR_OK;
-    for (uint32_t i = 0; !err && i < options->set_count; i++)
-        err = bd_cli_sets_add(sets, options->sets[i], fault);
-    for (size_t i = 0; !err && i < sizeof named / sizeof named[0]; i++)
-        if (named[i].value) err = bd_cli_sets_add_pair(sets, named[i].key, named[i].value, fault);
-    return err;
-}
-
-static enum bd_err add_samples(struct bd_cli_sets *sets, uint32_t first, uint32_t count,
-                               struct bd_fault *fault)
-{
-    char text[16];
-    snprintf(text, sizeof text, "%" PRIu32, count);
-    enum bd_err err = bd_cli_sets_add_pair(sets, "spp", text, fault);
-    snprintf(text, sizeof text, "%" PRIu32, first);
-    return err ? err : bd_cli_sets_add_pair(sets, "first_sample", text, fault);
-}
 
 static double remaining_s(const struct command *command, double traced_spp)
 {
@@ -129,48 +99,59 @@ static void show_state(struct command *command)
     command->line_ns = bd_clock_ns();
 }
 
+// Two parameters more than the options', and what they point at.
+struct samples {
+    Bounced__KeyValue pairs[2];
+    char text[2][16];
+};
+
+// The list is the caller's to free, what it points at is not.
+static void add_samples(struct samples *samples, Bounced__FrameRequest *frame, uint32_t first,
+                        uint32_t count)
+{
+    static const char *const keys[2] = {"spp", "first_sample"};
+    const uint32_t values[2] = {count, first};
+    Bounced__KeyValue **list = malloc((frame->n_parameters + 2) * sizeof *list);
+    BD_ASSERT(list);
+    for (size_t i = 0; i < frame->n_parameters; i++) list[i] = frame->parameters[i];
+    for (int i = 0; i < 2; i++) {
+        snprintf(samples->text[i], sizeof samples->text[i], "%" PRIu32, values[i]);
+        samples->pairs[i] = (Bounced__KeyValue)BOUNCED__KEY_VALUE__INIT;
+        samples->pairs[i].key = (char *)keys[i];
+        samples->pairs[i].value = samples->text[i];
+        list[frame->n_parameters++] = &samples->pairs[i];
+    }
+    frame->parameters = list;
+}
+
 // `spp` 0: the plan alone, which knows every option as it will be used.
 static enum bd_err ask(struct command *command, uint32_t spp, uint32_t deadline_ms,
                        struct bd_cli_answer *answer, struct bd_fault *fault)
 {
     static const char *const layers[] = {BD_CLI_REFERENCE_LAYERS};
-    const struct bd_cli_reference *options = &command->options;
-    struct bd_cli_sets sets = {0};
-    uint32_t size[2] = {options->width_px, options->height_px};
-    Bounced__FrameRequest frame = BOUNCED__FRAME_REQUEST__INIT;
+    struct samples samples;
+    Bounced__FrameRequest frame = *command->options.frame;
     frame.technique = (char *)"reference";
-    frame.camera = (char *)options->camera;
     frame.encoding = (char *)"exr";
     frame.has_exr_raw = frame.exr_raw = 1;
     frame.has_plan_only = 1;
     frame.plan_only = spp == 0;
-    frame.has_seed = 1;
-    frame.seed = options->seed;
-    frame.n_size = size[0] ? 2 : 0;
-    frame.size = size;
-    frame.n_region = options->region[2] ? 4 : 0;
-    frame.region = (uint32_t *)options->region;
     frame.n_layers = sizeof layers / sizeof layers[0];
     frame.layers = (char **)(void *)layers;
     frame.has_deadline_ms = deadline_ms != 0;
     frame.deadline_ms = deadline_ms;
-    enum bd_err err = add_parameters(options, &sets, fault);
-    if (!err && spp)
-        err = add_samples(&sets, bd_cli_reference_file_spp(command->file), spp, fault);
-    bd_cli_sets_fill(&sets, &frame);
-    if (!err) {
-        Bounced__Render render = BOUNCED__RENDER__INIT;
-        bd_cli_source_fill_render(&command->source, &render);
-        render.frame = &frame;
-        render.has_progress = render.progress = 1;
-        Bounced__Envelope envelope = BOUNCED__ENVELOPE__INIT;
-        envelope.body_case = BOUNCED__ENVELOPE__BODY_RENDER;
-        envelope.render = &render;
-        const struct bd_cli_conn_watch watch = {.share = on_share, .user = command};
-        err = bd_cli_conn_call(command->conn, &envelope, NULL, 0,
-                               BOUNCED__ENVELOPE__BODY_RENDER_REPLY, &watch, answer, fault);
-    }
-    bd_cli_sets_finish(&sets);
+    if (spp) add_samples(&samples, &frame, bd_cli_reference_file_spp(command->file), spp);
+    Bounced__Render render = BOUNCED__RENDER__INIT;
+    bd_cli_source_fill_render(&command->source, &render);
+    render.frame = &frame;
+    render.has_progress = render.progress = 1;
+    Bounced__Envelope envelope = BOUNCED__ENVELOPE__INIT;
+    envelope.body_case = BOUNCED__ENVELOPE__BODY_RENDER;
+    envelope.render = &render;
+    const struct bd_cli_conn_watch watch = {.share = on_share, .user = command};
+    enum bd_err err = bd_cli_conn_call(command->conn, &envelope, NULL, 0,
+                                       BOUNCED__ENVELOPE__BODY_RENDER_REPLY, &watch, answer, fault);
+    if (spp) free(frame.parameters);
     if (!err && !answer->envelope->render_reply->report)
         err = bd_fault_set(fault, BD_ERR_INTERNAL, "server", "an answer without a report");
     return err;
@@ -215,6 +196,8 @@ static enum bd_err read_file(struct command *command, int fd, size_t size, struc
 static enum bd_err resume(struct command *command, const Bounced__Report *plan,
                           struct bd_fault *fault)
 {
+    static const uint32_t everywhere[4] = {0};
+    const Bounced__FrameRequest *frame = command->options.frame;
     const char *path = command->options.output;
     if (command->options.force || access(path, F_OK)) return BD_ERR_OK;
     uint64_t size = 0;
@@ -223,8 +206,8 @@ static enum bd_err resume(struct command *command, const Bounced__Report *plan,
     enum bd_err err = read_file(command, fd, size, fault);
     close(fd);
     if (!err)
-        err = bd_cli_reference_report_match(plan, command->options.region, command->file, path,
-                                            fault);
+        err = bd_cli_reference_report_match(plan, frame->n_region ? frame->region : everywhere,
+                                            command->file, path, fault);
     command->written_spp = bd_cli_reference_file_spp(command->file);
     command->wrote_filtered = bd_cli_reference_file_filters(command->file);
     return err;
@@ -403,7 +386,10 @@ int bd_cmd_reference(const char *const *words, int count)
     struct bd_fault fault = {0};
     struct bd_cli_reference *options = &command.options;
     enum bd_err err = bd_cli_parse_reference(words, count, options, &fault);
-    if (!err && options->help) return bd_help_reference();
+    if (!err && options->help) {
+        bd_cli_frame_finish(&options->frame);
+        return bd_help_reference();
+    }
     if (!err) err = bd_cli_output_check(options->output, &fault);
     if (!err && options->report) err = bd_cli_output_check(options->report, &fault);
     if (!err) err = bd_cli_source_check(options->scene, options->environment, &fault);
@@ -415,6 +401,7 @@ int bd_cmd_reference(const char *const *words, int count)
     bd_cli_reference_file_destroy(&command.file);
     bd_cli_source_finish(&command.source);
     bd_cli_conn_close(&command.conn);
+    bd_cli_frame_finish(&options->frame);
     bool json = options->common.json && !command.has_spoken_json;
     return err ? bd_cmd_fail(err, &fault, json) : 0;
 }

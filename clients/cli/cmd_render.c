@@ -20,9 +20,10 @@
 // Better code of a software device would come too late.
 static bool renders_little(const struct bd_cli_render *options)
 {
-    const uint64_t asked = (uint64_t)options->width_px * options->height_px;
-    const uint64_t pixels = options->width_px ? asked : FEW_PIXELS;
-    return pixels * options->aa <= FEW_PIXELS && options->target_error == 0;
+    const Bounced__FrameRequest *frame = options->frame;
+    const uint64_t pixels =
+        frame->n_size == 2 ? (uint64_t)frame->size[0] * frame->size[1] : FEW_PIXELS;
+    return pixels * frame->aa <= FEW_PIXELS && !frame->has_target_error;
 }
 
 // The daemon first: a private one starts while the files are read here.
@@ -73,7 +74,7 @@ static enum bd_err write_results(const struct bd_cli_render *options,
     if (!options->common.quiet) bd_cli_report_print_flags(report, stderr);
     bool stdout_is_free = !options->common.json &&
                           !(options->output && options->output[0] == '-' && !options->output[1]);
-    if (stdout_is_free && (options->plan || !options->common.quiet))
+    if (stdout_is_free && (options->frame->plan_only || !options->common.quiet))
         bd_cli_report_print(report, stdout);
     return BD_ERR_OK;
 }
@@ -90,7 +91,7 @@ static int exit_code(const struct bd_cli_render *options, const Bounced__Report 
 {
     const char *stopped = report->stopped ? report->stopped : "";
     bool missed = strcmp(stopped, "floor") == 0 || strcmp(stopped, "deadline") == 0;
-    if (missed && options->target_error > 0)
+    if (missed && options->frame->has_target_error)
         bd_cli_print_line(stderr, "bounce: the target was not reached: %s", stopped);
     else if (missed)
         bd_cli_print_line(stderr, "bounce: not rendered as asked before the deadline");
@@ -127,7 +128,10 @@ int bd_cmd_render(const char *const *words, int count)
     struct bd_cli_render options;
     struct bd_fault fault = {0};
     enum bd_err err = bd_cli_parse_render(words, count, &options, &fault);
-    if (!err && options.help) return bd_help_render();
+    if (!err && options.help) {
+        bd_cli_frame_finish(&options.frame);
+        return bd_help_render();
+    }
     if (!err) err = check_outputs(&options, &fault);
     if (!err) err = bd_cli_source_check(options.scene, options.environment, &fault);
     struct bd_cli_conn *conn = NULL;
@@ -146,5 +150,6 @@ int bd_cmd_render(const char *const *words, int count)
     int code = err ? 0 : exit_code(&options, answer.envelope->render_reply->report);
     bd_cli_answer_finish(&answer);
     bd_cli_conn_close(&conn);
+    bd_cli_frame_finish(&options.frame);
     return err ? bd_cmd_fail(err, &fault, options.common.json) : code;
 }

@@ -177,7 +177,8 @@ int bd_cmd_replay(const char *const *words, int count)
     struct bd_cli_replay options;
     struct bd_fault fault = {0};
     enum bd_err err = bd_cli_parse_replay(words, count, &options, &fault);
+    if (!err && !options.help) err = replay(&options, &fault);
+    bd_cli_frame_finish(&options.frame.frame);
     if (!err && options.help) return bd_help_replay();
-    if (!err) err = replay(&options, &fault);
     return err ? bd_cmd_fail(err, &fault, options.frame.common.json) : 0;
 }

@@ -1,8 +1,10 @@
 #include "clients/cli/help.h"
 
 #include <stdio.h>
+#include <string.h>
 
 #include "base/flags.h"
+#include "clients/cli/options_common.h"
 #include "image/metric.h"
 
 #define COMMON_HELP                                                                                \
@@ -18,6 +20,61 @@
     "  --json               the answer, or the error, as JSON on standard output\n"                \
     "  -q, --quiet          no progress and no notes\n"                                            \
     "  -h, --help           this text\n"
+
+#define TEXT_COLUMN 23
+#define LINE_END    90
+
+// Words between that column and the end of a line, from `column` on.
+static void print_wrapped(const char *text, int *column)
+{
+    while (*text) {
+        const int length = (int)strcspn(text, " ");
+        if (*column + 1 + length > LINE_END) *column = printf("\n%*s", TEXT_COLUMN - 1, "") - 1;
+        *column += printf(" %.*s", length, text);
+        text += length + (text[length] == ' ');
+    }
+}
+
+// Words that the form says already are not said again.
+static bool says_takes(const struct bd_frame_option *option)
+{
+    if (option->words && !option->or_number) return !strchr(option->form, '|');
+    return option->least < option->most;
+}
+
+// "--name FORM", what it is, what it takes, and what holds without it.
+static void print_frame_option(const struct bd_frame_option *option)
+{
+    char name[80], takes[BD_FRAME_OPTION_TAKES_BYTES];
+    snprintf(name, sizeof name, "%s", option->name);
+    for (char *c = name; *c; c++) *c = *c == '_' ? '-' : *c;
+    int column =
+        printf("  --%s%s%s", name, option->form ? " " : "", option->form ? option->form : "");
+    if (column >= TEXT_COLUMN) column = printf("\n") - 1;
+    column += printf("%*s", TEXT_COLUMN - 1 - column, "");
+    if (option->alias) {
+        char also[80];
+        snprintf(also, sizeof also, "or --%s:", option->alias);
+        print_wrapped(also, &column);
+    }
+    print_wrapped(option->help, &column);
+    if (says_takes(option)) {
+        column += printf(":");
+        print_wrapped(bd_frame_option_takes(option, takes), &column);
+    }
+    if (option->standard) {
+        print_wrapped("(default", &column);
+        print_wrapped(option->standard, &column);
+        printf(")");
+    }
+    putchar('\n');
+}
+
+static void print_frame_options(bool (*has)(const struct bd_frame_option *option))
+{
+    for (uint32_t i = 0; i < bd_frame_option_count; i++)
+        if (has(&bd_frame_options[i])) print_frame_option(&bd_frame_options[i]);
+}
 
 int bd_help(void)
 {
@@ -50,53 +107,26 @@ int bd_help(void)
 
 int bd_help_render(void)
 {
-    fputs(
-        "usage: bounce render SCENE -o FILE [options]\n"
-        "\n"
-        "Renders one frame. SCENE is a .glb or .gltf file, or scene:ID for one that the daemon\n"
-        "holds. Where no daemon runs, a private one is started and ended. Without -o one of\n"
-        "--plan, --report and --json must say what is wanted instead of a picture.\n"
-        "\n"
-        "  -o, --output FILE    .png, .jpg (.jpeg) or .exr; - writes PNG to standard output\n"
-        "  --size WxH           pixels (default 512x512)\n"
-        "  --camera NAME|INDEX  of the scene (default: its first, or one that frames it)\n"
-        "  --technique NAME     auto (default): many_light, in steps until its own estimate of the error\n"
-        "                       of the picture is below 5 %; one that has the parameters of --set; or\n"
-        "                       `bounce techniques` lists them\n"
-        "  --set KEY=VALUE      a parameter of the technique; repeatable: vpls=256\n"
-        "  --aa N               sub-frames averaged, 1 to 64 (default 16 to PNG and JPEG, else 1)\n"
-        "  --layers LIST        beauty,direct,indirect,emission,albedo,normal,depth,noise,blur: an\n"
-        "                       .exr holds all of them, a .png or .jpg one\n"
-        "  --exposure X         auto (default) or stops: pixel = luminance * 2^stops\n"
-        "  --tonemap NAME       neutral (default), agx, linear\n"
-        "  --seed N             same seed, same bytes (default 0)\n"
-        "  --deadline-ms N      after this long what stands: the technique's cheapest settings (flag\n"
-        "                       deadline_rung), with --target-error the best so far; exit code 5\n"
-        "  --budget-ms N        the best settings that so many milliseconds of rendering are good for\n"
-        "                       (flag chosen_by_clock)\n"
-        "  --check N[:full|:model]\n"
-        "                       estimate the relative RMSE from N pixels that the reference traces,\n"
-        "                       16 to 65536: against the whole rendering equation (default) and the\n"
-        "                       technique's own model, which leaves out what no setting brings back\n"
-        "  --target-error PCT[:full|:model]\n"
-        "                       better and better parameters until the error is below PCT per cent,\n"
-        "                       from those of --set on; exit code 5 where it cannot be, and a line\n"
-        "                       with what reaches it\n"
-        "  --fail-on FLAG[,FLAG] exit code 5 where the frame has such a flag, as for blank_frame\n"
-        "                       anyway (none,FLAG: for these alone); repeatable\n"
-        "  --strict             exit code 5 for any flag\n"
-        "  --environment R,G,B|FILE\n"
-        "                       light from infinitely far away: cd/m^2, or an .exr or .hdr\n"
-        "  --region X,Y,W,H     technique reference: trace only these pixels\n"
-        "  --plan               print what would run and what is left out; render nothing\n"
-        "  --report FILE.json   write the frame's report\n"
-        "  --fresh none|camera|all\n"
-        "                       to time a frame: take nothing over from earlier ones of the "
-        "camera's\n"
-        "                       side, or nothing at all but the uploaded scene (default "
-        "none)\n" START_HELP COMMON_HELP END_HELP "\n"
-        "Flags of frames, whose names --fail-on takes:\n",
-        stdout);
+    fputs("usage: bounce render SCENE -o FILE [options]\n"
+          "\n"
+          "Renders one frame. SCENE is a .glb or .gltf file, or scene:ID for one that the daemon\n"
+          "holds. Where no daemon runs, a private one is started and ended. Without -o one of\n"
+          "--plan, --report and --json must say what is wanted instead of a picture.\n"
+          "\n"
+          "  -o, --output FILE    .png, .jpg (.jpeg) or .exr; - writes PNG to standard output\n",
+          stdout);
+    print_frame_options(bd_cli_of_render);
+    fputs("  --fail-on FLAG[,FLAG]\n"
+          "                       exit code 5 where the frame has such a flag, as for blank_frame\n"
+          "                       anyway (none,FLAG: for these alone), for a deadline and for a "
+          "target\n"
+          "                       that are missed; repeatable\n"
+          "  --strict             exit code 5 for any flag\n"
+          "  --environment R,G,B|FILE\n"
+          "                       light from infinitely far away: cd/m^2, or an .exr or .hdr\n"
+          "  --report FILE.json   write the frame's report\n" START_HELP COMMON_HELP END_HELP "\n"
+          "Flags of frames, whose names --fail-on takes:\n",
+          stdout);
     for (int f = 0; f < BD_FLAG_COUNT; f++)
         printf("  %-24s %s\n", bd_flag_name((enum bd_flag)f), bd_flag_what((enum bd_flag)f));
     return 0;
@@ -107,7 +137,8 @@ int bd_help_reference(void)
     fputs(
         "usage: bounce reference SCENE -o FILE.exr [options]\n"
         "\n"
-        "Path-traces the scene on the processor. The file holds the light in its parts, twice: two\n"
+        "Path-traces the scene on the processor. The file holds the light in its parts, twice: "
+        "two\n"
         "halves of the samples that share no random number; and the variances of the means. It is\n"
         "written every now and then; Ctrl-C keeps what there is, and the same command with the\n"
         "same or a larger --spp goes on from the file.\n"
@@ -117,10 +148,6 @@ int bd_help_reference(void)
         "                       --time-limit alone as many as fit)\n"
         "  --time-limit SECONDS stop tracing then, and keep what there is\n"
         "  --force              start anew, whatever FILE.exr is\n"
-        "  --size WxH           pixels (default 512x512)\n"
-        "  --camera NAME|INDEX  of the scene (default: its first, or one that frames it)\n"
-        "  --region X,Y,W,H     trace only these pixels; the rest is black, with alpha 0\n"
-        "  --seed N             same seed, same samples (default 0)\n"
         "  --bounces N|inf      of indirect light (default inf)\n"
         "  --indirect-visibility on|off    (default on)\n"
         "  --lights KINDS       punctual, emissive, environment, joined by +; all (default)\n"
@@ -130,13 +157,13 @@ int bd_help_reference(void)
         "                       halves and variances stay as they were traced\n"
         "  --clamp B            bound on cos cos / r^2 between surfaces, 1/m^2 (default inf)\n"
         "  --model-of TECHNIQUE presets bounces, visibility, lights, alpha and more to what that\n"
-        "                       technique's model says: its own limit\n"
-        "  --set KEY=VALUE      brdf=lambert, senders=lambert, transmission=off,\n"
-        "                       light_vertices=off; repeatable\n"
-        "  --environment R,G,B|FILE\n"
-        "                       light from infinitely far away: cd/m^2, or an .exr or .hdr\n"
-        "  --report FILE.json   write the report\n" START_HELP COMMON_HELP END_HELP,
+        "                       technique's model says: its own limit\n",
         stdout);
+    print_frame_options(bd_cli_of_reference);
+    fputs("  --environment R,G,B|FILE\n"
+          "                       light from infinitely far away: cd/m^2, or an .exr or .hdr\n"
+          "  --report FILE.json   write the report\n" START_HELP COMMON_HELP END_HELP,
+          stdout);
     return 0;
 }
 
@@ -245,11 +272,10 @@ int bd_help_replay(void)
           "  --frames DIR         one of each revision, DIR/SCENE-REVISION.png\n"
           "  --every N            of revisions that N divides, and of the last\n"
           "  --at REVISION        of this one instead; repeatable\n"
-          "  --format png|jpg|exr of --frames (default png)\n"
-          "  --size, --camera, --technique, --set, --aa, --layers, --exposure, --tonemap, --seed,\n"
-          "  --deadline-ms, --fresh, --region    as of bounce render\n" START_HELP COMMON_HELP
-              END_HELP,
+          "  --format png|jpg|exr of --frames (default png)\n",
           stdout);
+    print_frame_options(bd_cli_of_replay);
+    fputs(START_HELP COMMON_HELP END_HELP, stdout);
     return 0;
 }
 

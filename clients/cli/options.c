@@ -8,17 +8,8 @@
 #include "clients/cli/args.h"
 #include "clients/cli/options_common.h"
 
-#define CHECK_PIXELS_MIN 16u
-#define CHECK_PIXELS_MAX 65536u
-#define TARGET_ERROR_MIN 1e-6 // per cent
-#define TARGET_ERROR_MAX 1e4
-
 enum {
     OPT_OUTPUT = BD_CLI_OPT_OWN,
-    OPT_BUDGET,
-    OPT_CHECK,
-    OPT_TARGET_ERROR,
-    OPT_PLAN,
     OPT_REPORT,
     OPT_ENVIRONMENT,
     OPT_FAIL_ON,
@@ -29,12 +20,7 @@ static const struct bd_cli_option plain_table[] = {BD_CLI_COMMON_OPTIONS, {0}};
 
 static const struct bd_cli_option render_table[] = {
     BD_CLI_COMMON_OPTIONS,
-    BD_CLI_FRAME_OPTIONS,
     {"output", 'o', true, OPT_OUTPUT},
-    {"budget-ms", 0, true, OPT_BUDGET},
-    {"check", 0, true, OPT_CHECK},
-    {"target-error", 0, true, OPT_TARGET_ERROR},
-    {"plan", 0, false, OPT_PLAN},
     {"report", 0, true, OPT_REPORT},
     {"environment", 0, true, OPT_ENVIRONMENT},
     {"fail-on", 0, true, OPT_FAIL_ON},
@@ -83,49 +69,6 @@ enum bd_err bd_cli_check_common(const struct bd_cli_common *common, struct bd_fa
     return BD_ERR_OK;
 }
 
-// Cuts ":full" or ":model" off a figure; they say what both options measure against.
-static enum bd_err parse_against(const char *option, const char *text, char *figure,
-                                 size_t figure_size, struct bd_cli_render *out,
-                                 struct bd_fault *fault)
-{
-    const char *colon = strchr(text, ':');
-    size_t length = colon ? (size_t)(colon - text) : strlen(text);
-    if (length >= figure_size) length = figure_size - 1;
-    memcpy(figure, text, length);
-    figure[length] = 0;
-    if (!colon) return BD_ERR_OK;
-    const char *against = colon + 1;
-    if (strcmp(against, "model") != 0 && strcmp(against, "full") != 0)
-        return bd_fault_set(fault, BD_ERR_USAGE, option, "--%s %.40s: against is full or model",
-                            option, text);
-    if (out->against && strcmp(out->against, against) != 0)
-        return bd_fault_set(fault, BD_ERR_USAGE, option,
-                            "--check and --target-error measure against one thing, not against %s "
-                            "and %s",
-                            out->against, against);
-    out->against = against;
-    return BD_ERR_OK;
-}
-
-static enum bd_err parse_check(const char *text, struct bd_cli_render *out, struct bd_fault *fault)
-{
-    char figure[40];
-    enum bd_err err = parse_against("check", text, figure, sizeof figure, out, fault);
-    return err ? err
-               : bd_cli_parse_u32("check", figure, CHECK_PIXELS_MIN, CHECK_PIXELS_MAX, &out->check,
-                                  fault);
-}
-
-static enum bd_err parse_target_error(const char *text, struct bd_cli_render *out,
-                                      struct bd_fault *fault)
-{
-    char figure[40];
-    enum bd_err err = parse_against("target-error", text, figure, sizeof figure, out, fault);
-    return err ? err
-               : bd_cli_number("target-error", figure, TARGET_ERROR_MIN, TARGET_ERROR_MAX,
-                               &out->target_error, fault);
-}
-
 static enum bd_err unknown_flag(const char *text, uint32_t length, struct bd_fault *fault)
 {
     char known[900] = "";
@@ -161,15 +104,6 @@ static enum bd_err parse_render_option(int id, const char *value, struct bd_cli_
     case OPT_OUTPUT:
         out->output = value;
         return BD_ERR_OK;
-    case OPT_BUDGET:
-        return bd_cli_parse_u32("budget-ms", value, 1, UINT32_MAX, &out->budget_ms, fault);
-    case OPT_CHECK:
-        return parse_check(value, out, fault);
-    case OPT_TARGET_ERROR:
-        return parse_target_error(value, out, fault);
-    case OPT_PLAN:
-        out->plan = true;
-        return BD_ERR_OK;
     case OPT_REPORT:
         out->report = value;
         return BD_ERR_OK;
@@ -195,26 +129,30 @@ static enum bd_err check_render(struct bd_cli_render *out, struct bd_fault *faul
     if (!err) err = bd_cli_format_of(out->output, &out->format, fault);
     if (err) return err;
     bool to_stdout = out->output && strcmp(out->output, "-") == 0;
-    if (out->plan && out->output)
-        return usage(fault, "plan", "--plan renders nothing, so there is nothing to write to -o");
-    if (!out->output && !out->plan && !out->report && !out->common.json)
+    const bool plan = out->frame->plan_only;
+    if (plan && out->output)
+        return usage(fault, "plan_only",
+                     "--plan renders nothing, so there is nothing to write to -o");
+    if (!out->output && !plan && !out->report && !out->common.json)
         return usage(
             fault, "output",
             "nothing to do: name a picture (-o FILE), or ask for --plan, --report FILE.json "
             "or --json");
     if (to_stdout && out->common.json)
         return usage(fault, "json", "-o - and --json both want standard output");
-    return bd_cli_check_frame(out, fault);
+    return bd_cli_check_frame(out->format, out->frame, fault);
 }
 
 enum bd_err bd_cli_parse_render(const char *const *words, int count, struct bd_cli_render *out,
                                 struct bd_fault *fault)
 {
-    *out = (struct bd_cli_render){.fail_on = bd_flags_that_fail()};
+    *out = (struct bd_cli_render){.fail_on = bd_flags_that_fail(), .frame = bd_cli_frame_new()};
+    struct bd_cli_option table[BD_CLI_TABLE_MAX];
+    bd_cli_table_of(render_table, bd_cli_of_render, table);
     struct bd_cli_args args = {.words = words, .count = count};
     const char *value;
     int id;
-    while ((id = bd_cli_next(&args, render_table, &value, fault)) != BD_CLI_END) {
+    while ((id = bd_cli_next(&args, table, &value, fault)) != BD_CLI_END) {
         if (id == BD_CLI_ERROR) return BD_ERR_USAGE;
         if (id == BD_CLI_OPERAND) {
             if (out->scene)
@@ -225,7 +163,7 @@ enum bd_err bd_cli_parse_render(const char *const *words, int count, struct bd_c
         }
         if (bd_cli_parse_common(id, value, &out->common, &out->help)) continue;
         enum bd_err err = bd_cli_is_frame_option(id)
-                              ? bd_cli_parse_frame_option(id, value, out, fault)
+                              ? bd_cli_parse_frame_option(id, value, out->frame, fault)
                               : parse_render_option(id, value, out, fault);
         if (err) return err;
     }

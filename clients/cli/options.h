@@ -1,4 +1,5 @@
-// What was asked on the command line, decoded and range-checked. Strings are borrowed from argv.
+// What was asked on the command line, decoded and range-checked. Strings are borrowed from argv,
+// but for those of a frame.
 //
 // Names that the server knows better (techniques, cameras, layers, keys of --set) are passed on
 // unchecked: it refuses them with the list that holds for it. Thread: main.
@@ -10,10 +11,9 @@
 #include <stdint.h>
 
 #include "base/err.h"
+#include "protocol/bounced.pb-c.h"
 
-#define BD_CLI_SET_MAX   32
-#define BD_CLI_LAYER_MAX 16
-#define BD_CLI_AT_MAX    64
+#define BD_CLI_AT_MAX 64
 
 // Where to, and how to speak: every command has these.
 struct bd_cli_common {
@@ -34,22 +34,7 @@ struct bd_cli_render {
     const char *output; // path, "-" for standard output, NULL for none
     enum bd_cli_format format;
     const char *report; // path, NULL for none
-    bool plan;
-    uint32_t width_px, height_px;                                // 0 = the server's default
-    const char *camera, *technique, *exposure, *tonemap, *fresh; // NULL = the server's default
-    const char *sets[BD_CLI_SET_MAX];                            // "KEY=VALUE"
-    uint32_t set_count;
-    char layer_text[512]; // a copy of LIST, cut into `layers`
-    const char *layers[BD_CLI_LAYER_MAX];
-    uint32_t layer_count;
-    uint32_t aa;
-    uint64_t seed;
-    uint32_t deadline_ms;    // 0 = none
-    uint32_t check;          // pixels to trace, 0 = the server's choice
-    uint32_t budget_ms;      // of rendering; 0 = none
-    double target_error;     // per cent, 0 = none
-    const char *against;     // of both; NULL = the server's default
-    uint32_t region[4];      // x, y, width, height; width 0 = all
+    Bounced__FrameRequest *frame; // what it is to be; bd_cli_frame_finish frees it
     const char *environment; // "R,G,B" or an .exr or .hdr; NULL = none
     uint64_t fail_on;        // flags that make the exit code 5, bits of enum bd_flag
     bool strict;             // any flag does
@@ -59,19 +44,15 @@ struct bd_cli_render {
 struct bd_cli_reference {
     struct bd_cli_common common;
     const char *scene, *output, *report, *environment;
-    uint32_t width_px, height_px; // 0 = the server's default
-    const char *camera;
-    // Parameters of the technique, as --spp and its like name them; NULL = its default.
-    const char *bounces, *indirect_visibility, *lights, *filter, *alpha, *clamp, *model_of;
-    const char *sets[BD_CLI_SET_MAX]; // "KEY=VALUE"
-    uint32_t set_count;
+    Bounced__FrameRequest *frame; // without samples; bd_cli_frame_finish frees it
     uint32_t spp; // what the file is to have
     bool has_spp;
-    uint64_t seed;
-    uint32_t region[4];
     double time_limit_s; // 0 = none
     bool filter_noise, force, help;
 };
+
+// Takes NULL: options that were not read.
+void bd_cli_frame_finish(Bounced__FrameRequest **frame);
 
 // Decodes the words behind `bounce reference`.
 BD_MUST_CHECK

@@ -1,15 +1,11 @@
-// The options of a frame, which `bounce render` and `bounce replay` share.
+// The options of a frame, by their table (protocol/frame_options.h).
 
-#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <strings.h>
 
 #include "base/assert.h"
 #include "clients/cli/options_common.h"
-
-// The limits of the server are tighter; these are what the fields can say.
-#define SIDE_PX_MAX 32768u
-#define AA_MAX      64u
 
 const char *bd_cli_format_name(enum bd_cli_format format)
 {
@@ -27,134 +23,72 @@ const char *bd_cli_format_name(enum bd_cli_format format)
     return NULL;
 }
 
-enum bd_err bd_cli_parse_size(const char *text, uint32_t *width_px, uint32_t *height_px,
-                              struct bd_fault *fault)
+bool bd_cli_of_render(const struct bd_frame_option *option)
 {
-    unsigned width = 0, height = 0;
-    char rest = 0;
-    bool digits = strspn(text, "0123456789x") == strlen(text) && strlen(text) < 16;
-    if (!digits || sscanf(text, "%ux%u%c", &width, &height, &rest) != 2 || width < 1 ||
-        height < 1 || width > SIDE_PX_MAX || height > SIDE_PX_MAX)
-        return bd_fault_set(fault, BD_ERR_USAGE, "size",
-                            "--size %.40s: WxH in pixels, each from 1 to %u", text, SIDE_PX_MAX);
-    *width_px = width;
-    *height_px = height;
-    return BD_ERR_OK;
+    return strcmp(option->name, "encoding") != 0; // the output's name says it
 }
 
-enum bd_err bd_cli_parse_region(const char *text, uint32_t out[4], struct bd_fault *fault)
+bool bd_cli_of_replay(const struct bd_frame_option *option)
 {
-    char rest = 0;
-    bool digits = strspn(text, "0123456789,") == strlen(text) && strlen(text) < 28;
-    if (digits && sscanf(text, "%u,%u,%u,%u%c", &out[0], &out[1], &out[2], &out[3], &rest) == 4 &&
-        out[2] >= 1 && out[3] >= 1)
-        return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_USAGE, "region",
-                        "--region %.40s: X,Y,WIDTH,HEIGHT in pixels of the picture", text);
+    return bd_cli_of_render(option) && !option->of_one;
 }
 
-enum bd_err bd_cli_parse_set(const char *text, const char **sets, uint32_t *set_count,
-                             struct bd_fault *fault)
+bool bd_cli_of_reference(const struct bd_frame_option *option)
 {
-    const char *equals = strchr(text, '=');
-    if (!equals || equals == text)
-        return bd_fault_set(fault, BD_ERR_USAGE, "set", "--set %.60s: KEY=VALUE", text);
-    if (*set_count == BD_CLI_SET_MAX)
-        return bd_fault_set(fault, BD_ERR_USAGE, "set", "--set: at most %d times", BD_CLI_SET_MAX);
-    sets[(*set_count)++] = text;
-    return BD_ERR_OK;
+    static const char *const names[] = {"size", "camera", "pose", "region", "seed", "parameters"};
+    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++)
+        if (strcmp(option->name, names[i]) == 0) return true;
+    return false;
 }
 
-static enum bd_err parse_layers(const char *text, struct bd_cli_render *out, struct bd_fault *fault)
+void bd_cli_table_of(const struct bd_cli_option *own,
+                     bool (*has)(const struct bd_frame_option *option),
+                     struct bd_cli_option out[BD_CLI_TABLE_MAX])
 {
-    if (strlen(text) >= sizeof out->layer_text)
-        return bd_fault_set(fault, BD_ERR_USAGE, "layers", "--layers: at most %zu characters",
-                            sizeof out->layer_text - 1);
-    memcpy(out->layer_text, text, strlen(text) + 1);
-    out->layer_count = 0;
-    for (char *rest = out->layer_text; rest;) {
-        char *name = strsep(&rest, ",");
-        if (!*name || out->layer_count == BD_CLI_LAYER_MAX)
-            return bd_fault_set(fault, BD_ERR_USAGE, "layers",
-                                "--layers %.60s: 1 to %d names with commas between, such as "
-                                "beauty,direct,normal",
-                                text, BD_CLI_LAYER_MAX);
-        out->layers[out->layer_count++] = name;
+    uint32_t count = 0;
+    for (; own->name; own++) out[count++] = *own;
+    for (uint32_t i = 0; i < bd_frame_option_count; i++) {
+        const struct bd_frame_option *option = &bd_frame_options[i];
+        const bool has_value = !bd_frame_option_is_flag(option);
+        const int id = BD_CLI_OPT_FRAME + (int)i;
+        if (!has(option)) continue;
+        BD_ASSERT(count + 3 <= BD_CLI_TABLE_MAX);
+        out[count++] = (struct bd_cli_option){option->name, 0, has_value, id};
+        if (option->alias) out[count++] = (struct bd_cli_option){option->alias, 0, has_value, id};
     }
-    return BD_ERR_OK;
+    out[count] = (struct bd_cli_option){0};
 }
 
-static enum bd_err parse_exposure(const char *text, struct bd_cli_render *out,
-                                  struct bd_fault *fault)
+Bounced__FrameRequest *bd_cli_frame_new(void)
 {
-    double stops;
-    out->exposure = text;
-    if (strcmp(text, "auto") == 0) return BD_ERR_OK;
-    if (bd_cli_number("exposure", text, -100, 100, &stops, NULL) == BD_ERR_OK) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_USAGE, "exposure",
-                        "--exposure %.40s: auto, or stops from -100 to 100", text);
+    Bounced__FrameRequest *frame = malloc(sizeof *frame);
+    BD_ASSERT(frame);
+    bounced__frame_request__init(frame);
+    return frame;
 }
 
-static enum bd_err parse_tonemap(const char *text, struct bd_cli_render *out,
-                                 struct bd_fault *fault)
+void bd_cli_frame_finish(Bounced__FrameRequest **frame)
 {
-    out->tonemap = text;
-    if (strcmp(text, "neutral") == 0 || strcmp(text, "agx") == 0 || strcmp(text, "linear") == 0)
-        return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_USAGE, "tonemap", "--tonemap %.40s: neutral, agx or linear",
-                        text);
-}
-
-enum bd_err bd_cli_parse_u32(const char *option, const char *text, uint32_t least, uint32_t most,
-                             uint32_t *out, struct bd_fault *fault)
-{
-    uint64_t wide = 0;
-    enum bd_err err = bd_cli_uint(option, text, least, most, &wide, fault);
-    *out = (uint32_t)wide;
-    return err;
+    if (*frame) bounced__frame_request__free_unpacked(*frame, NULL);
+    *frame = NULL;
 }
 
 bool bd_cli_is_frame_option(int id)
 {
-    return id >= BD_CLI_OPT_SIZE && id < BD_CLI_OPT_OWN;
+    return id >= BD_CLI_OPT_FRAME;
 }
 
-enum bd_err bd_cli_parse_frame_option(int id, const char *value, struct bd_cli_render *out,
+enum bd_err bd_cli_parse_frame_option(int id, const char *value, Bounced__FrameRequest *frame,
                                       struct bd_fault *fault)
 {
-    switch (id) {
-    case BD_CLI_OPT_SIZE:
-        return bd_cli_parse_size(value, &out->width_px, &out->height_px, fault);
-    case BD_CLI_OPT_CAMERA:
-        out->camera = value;
-        return BD_ERR_OK;
-    case BD_CLI_OPT_TECHNIQUE:
-        out->technique = value;
-        return BD_ERR_OK;
-    case BD_CLI_OPT_SET:
-        return bd_cli_parse_set(value, out->sets, &out->set_count, fault);
-    case BD_CLI_OPT_AA:
-        return bd_cli_parse_u32("aa", value, 1, AA_MAX, &out->aa, fault);
-    case BD_CLI_OPT_LAYERS:
-        return parse_layers(value, out, fault);
-    case BD_CLI_OPT_EXPOSURE:
-        return parse_exposure(value, out, fault);
-    case BD_CLI_OPT_TONEMAP:
-        return parse_tonemap(value, out, fault);
-    case BD_CLI_OPT_SEED:
-        return bd_cli_uint("seed", value, 0, UINT64_MAX, &out->seed, fault);
-    case BD_CLI_OPT_DEADLINE:
-        return bd_cli_parse_u32("deadline-ms", value, 1, UINT32_MAX, &out->deadline_ms, fault);
-    case BD_CLI_OPT_FRESH:
-        out->fresh = value;
-        return BD_ERR_OK;
-    case BD_CLI_OPT_REGION:
-        return bd_cli_parse_region(value, out->region, fault);
-    default:
-        break;
-    }
-    BD_ASSERT(!"an option of the table that nobody decodes");
-    return BD_ERR_INTERNAL;
+    const struct bd_frame_option *option = &bd_frame_options[id - BD_CLI_OPT_FRAME];
+    return bd_frame_option_set(option, value ? value : "1", frame, fault);
+}
+
+enum bd_err bd_cli_set_frame_option(const char *name, const char *text,
+                                    Bounced__FrameRequest *frame, struct bd_fault *fault)
+{
+    return bd_frame_option_set(bd_frame_option_named(name, fault), text, frame, fault);
 }
 
 enum bd_err bd_cli_format_of(const char *path, enum bd_cli_format *out, struct bd_fault *fault)
@@ -179,15 +113,17 @@ enum bd_err bd_cli_format_of(const char *path, enum bd_cli_format *out, struct b
                         "-o %.200s: the name must end in .png, .jpg, .jpeg or .exr", path);
 }
 
-enum bd_err bd_cli_check_frame(struct bd_cli_render *out, struct bd_fault *fault)
+enum bd_err bd_cli_check_frame(enum bd_cli_format format, Bounced__FrameRequest *frame,
+                               struct bd_fault *fault)
 {
-    bool looked_at = out->format == BD_CLI_PNG || out->format == BD_CLI_JPEG;
-    if (out->layer_count > 1 && looked_at)
+    bool looked_at = format == BD_CLI_PNG || format == BD_CLI_JPEG;
+    if (frame->n_layers > 1 && looked_at)
         return bd_fault_set(fault, BD_ERR_USAGE, "layers",
                             "--layers: PNG and JPEG hold one layer; an .exr holds all");
     // Sub-frames are for pictures that are looked at; what is measured wants the bare pixel. The
     // reference samples a pixel by itself.
-    bool traced = out->technique && strcmp(out->technique, "reference") == 0;
-    if (!out->aa) out->aa = looked_at && !traced ? 16 : 1;
-    return BD_ERR_OK;
+    bool traced = frame->technique && strcmp(frame->technique, "reference") == 0;
+    if (!frame->has_aa) frame->aa = looked_at && !traced ? 16 : 1;
+    frame->has_aa = 1;
+    return bd_cli_set_frame_option("encoding", bd_cli_format_name(format), frame, fault);
 }

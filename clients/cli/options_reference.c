@@ -1,5 +1,6 @@
 // The command line of `bounce reference`.
 
+#include <stdio.h>
 #include <string.h>
 #include <strings.h>
 
@@ -14,18 +15,8 @@
 enum {
     OPT_OUTPUT = BD_CLI_OPT_OWN,
     OPT_SPP,
-    OPT_BOUNCES,
-    OPT_INDIRECT_VISIBILITY,
-    OPT_LIGHTS,
-    OPT_FILTER,
-    OPT_ALPHA,
-    OPT_CLAMP,
-    OPT_MODEL_OF,
-    OPT_SET,
-    OPT_SEED,
-    OPT_SIZE,
-    OPT_CAMERA,
-    OPT_REGION,
+    OPT_PARAMETER, // the first that is a parameter of the technique
+    OPT_PARAMETER_LAST = OPT_PARAMETER + 6,
     OPT_TIME_LIMIT,
     OPT_ENVIRONMENT,
     OPT_FILTER_NOISE,
@@ -33,22 +24,17 @@ enum {
     OPT_REPORT,
 };
 
-static const struct bd_cli_option table[] = {
+static const struct bd_cli_option own_table[] = {
     BD_CLI_COMMON_OPTIONS,
     {"output", 'o', true, OPT_OUTPUT},
     {"spp", 0, true, OPT_SPP},
-    {"bounces", 0, true, OPT_BOUNCES},
-    {"indirect-visibility", 0, true, OPT_INDIRECT_VISIBILITY},
-    {"lights", 0, true, OPT_LIGHTS},
-    {"filter", 0, true, OPT_FILTER},
-    {"alpha", 0, true, OPT_ALPHA},
-    {"clamp", 0, true, OPT_CLAMP},
-    {"model-of", 0, true, OPT_MODEL_OF},
-    {"set", 0, true, OPT_SET},
-    {"seed", 0, true, OPT_SEED},
-    {"size", 0, true, OPT_SIZE},
-    {"camera", 0, true, OPT_CAMERA},
-    {"region", 0, true, OPT_REGION},
+    {"bounces", 0, true, OPT_PARAMETER},
+    {"indirect_visibility", 0, true, OPT_PARAMETER + 1},
+    {"lights", 0, true, OPT_PARAMETER + 2},
+    {"filter", 0, true, OPT_PARAMETER + 3},
+    {"alpha", 0, true, OPT_PARAMETER + 4},
+    {"clamp", 0, true, OPT_PARAMETER + 5},
+    {"model_of", 0, true, OPT_PARAMETER_LAST},
     {"time-limit", 0, true, OPT_TIME_LIMIT},
     {"environment", 0, true, OPT_ENVIRONMENT},
     {"filter-noise", 0, false, OPT_FILTER_NOISE},
@@ -74,32 +60,29 @@ static enum bd_err parse_spp(const char *text, struct bd_cli_reference *out, str
     return err;
 }
 
-// What the command itself decides, sample by sample.
-static enum bd_err parse_set(const char *text, struct bd_cli_reference *out, struct bd_fault *fault)
+// --clamp 5 as --set clamp=5.
+static enum bd_err set_parameter(int id, const char *value, struct bd_cli_reference *out,
+                                 struct bd_fault *fault)
 {
-    const char *instead = bd_cli_reference_file_decides(text);
-    if (instead) return bd_fault_set(fault, BD_ERR_USAGE, "set", "--set %.60s: %s", text, instead);
-    return bd_cli_parse_set(text, out->sets, &out->set_count, fault);
+    const struct bd_cli_option *option = own_table;
+    char pair[256];
+    while (option->id != id) option++;
+    if ((size_t)snprintf(pair, sizeof pair, "%s=%s", option->name, value) >= sizeof pair)
+        return bd_fault_set(fault, BD_ERR_USAGE, option->name, "--%s %.60s: too long", option->name,
+                            value);
+    return bd_cli_set_frame_option("parameters", pair, out->frame, fault);
 }
 
 static enum bd_err parse_option(int id, const char *value, struct bd_cli_reference *out,
                                 struct bd_fault *fault)
 {
+    if (id >= OPT_PARAMETER && id <= OPT_PARAMETER_LAST)
+        return set_parameter(id, value, out, fault);
+    if (bd_cli_is_frame_option(id)) return bd_cli_parse_frame_option(id, value, out->frame, fault);
     switch (id) {
     case OPT_OUTPUT: out->output = value; return BD_ERR_OK;
-    case OPT_SPP: return parse_spp(value, out, fault);
-    case OPT_BOUNCES: out->bounces = value; return BD_ERR_OK;
-    case OPT_INDIRECT_VISIBILITY: out->indirect_visibility = value; return BD_ERR_OK;
-    case OPT_LIGHTS: out->lights = value; return BD_ERR_OK;
-    case OPT_FILTER: out->filter = value; return BD_ERR_OK;
-    case OPT_ALPHA: out->alpha = value; return BD_ERR_OK;
-    case OPT_CLAMP: out->clamp = value; return BD_ERR_OK;
-    case OPT_MODEL_OF: out->model_of = value; return BD_ERR_OK;
-    case OPT_SET: return parse_set(value, out, fault);
-    case OPT_SEED: return bd_cli_uint("seed", value, 0, UINT64_MAX, &out->seed, fault);
-    case OPT_SIZE: return bd_cli_parse_size(value, &out->width_px, &out->height_px, fault);
-    case OPT_CAMERA: out->camera = value; return BD_ERR_OK;
-    case OPT_REGION: return bd_cli_parse_region(value, out->region, fault);
+    case OPT_SPP:
+        return parse_spp(value, out, fault);
     case OPT_TIME_LIMIT:
         return bd_cli_number("time-limit", value, 0.001, TIME_LIMIT_MAX_S, &out->time_limit_s,
                              fault);
@@ -123,6 +106,12 @@ static enum bd_err check(struct bd_cli_reference *out, struct bd_fault *fault)
                             "-o %.200s: the name must end in .exr, which holds the halves and "
                             "variances; bounce render --technique reference makes pictures",
                             out->output);
+    for (size_t i = 0; i < out->frame->n_parameters; i++) { // what the command itself decides
+        const char *key = out->frame->parameters[i]->key;
+        const char *instead = bd_cli_reference_file_decides(key);
+        if (instead)
+            return bd_fault_set(fault, BD_ERR_USAGE, "parameters", "--set %.60s: %s", key, instead);
+    }
     // With a time limit alone: as many as fit.
     if (!out->has_spp) out->spp = out->time_limit_s > 0 ? SPP_MAX : SPP_STANDARD;
     return bd_cli_check_common(&out->common, fault);
@@ -131,7 +120,9 @@ static enum bd_err check(struct bd_cli_reference *out, struct bd_fault *fault)
 enum bd_err bd_cli_parse_reference(const char *const *words, int count,
                                    struct bd_cli_reference *out, struct bd_fault *fault)
 {
-    *out = (struct bd_cli_reference){0};
+    *out = (struct bd_cli_reference){.frame = bd_cli_frame_new()};
+    struct bd_cli_option table[BD_CLI_TABLE_MAX];
+    bd_cli_table_of(own_table, bd_cli_of_reference, table);
     struct bd_cli_args args = {.words = words, .count = count};
     const char *value;
     int id;

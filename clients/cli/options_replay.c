@@ -17,17 +17,11 @@ enum {
 };
 
 static const struct bd_cli_option replay_table[] = {
-    BD_CLI_COMMON_OPTIONS,
-    BD_CLI_FRAME_OPTIONS,
-    {"scene", 0, true, OPT_SCENE},
-    {"to", 0, true, OPT_TO},
-    {"check", 0, false, OPT_CHECK},
-    {"render", 0, true, OPT_RENDER},
-    {"frames", 0, true, OPT_FRAMES},
-    {"every", 0, true, OPT_EVERY},
-    {"at", 0, true, OPT_AT},
-    {"format", 0, true, OPT_FORMAT},
-    {0},
+    BD_CLI_COMMON_OPTIONS,           {"scene", 0, true, OPT_SCENE},
+    {"to", 0, true, OPT_TO},         {"check", 0, false, OPT_CHECK},
+    {"render", 0, true, OPT_RENDER}, {"frames", 0, true, OPT_FRAMES},
+    {"every", 0, true, OPT_EVERY},   {"at", 0, true, OPT_AT},
+    {"format", 0, true, OPT_FORMAT}, {0},
 };
 
 // What decides together, once all words are read.
@@ -120,18 +114,20 @@ static enum bd_err check(const struct words *words, struct bd_cli_replay *out,
                             words->frame_option);
     if (!out->every) out->every = 1;
     err = find_format(words, out, fault);
-    return err ? err : bd_cli_check_frame(&out->frame, fault);
+    return err ? err : bd_cli_check_frame(out->frame.format, out->frame.frame, fault);
 }
 
 enum bd_err bd_cli_parse_replay(const char *const *words, int count, struct bd_cli_replay *out,
                                 struct bd_fault *fault)
 {
-    *out = (struct bd_cli_replay){0};
+    *out = (struct bd_cli_replay){.frame.frame = bd_cli_frame_new()};
+    struct bd_cli_option table[BD_CLI_TABLE_MAX];
+    bd_cli_table_of(replay_table, bd_cli_of_replay, table);
     struct words seen = {0};
     struct bd_cli_args args = {.words = words, .count = count};
     const char *value;
     int id;
-    while ((id = bd_cli_next(&args, replay_table, &value, fault)) != BD_CLI_END) {
+    while ((id = bd_cli_next(&args, table, &value, fault)) != BD_CLI_END) {
         if (id == BD_CLI_ERROR) return BD_ERR_USAGE;
         if (id == BD_CLI_OPERAND && out->journal)
             return bd_fault_set(fault, BD_ERR_USAGE, "", "%.100s: one word too many", value);
@@ -142,7 +138,7 @@ enum bd_err bd_cli_parse_replay(const char *const *words, int count, struct bd_c
         if (bd_cli_parse_common(id, value, &out->frame.common, &out->help)) continue;
         bool is_frame = bd_cli_is_frame_option(id);
         if (is_frame) seen.frame_option = words[args.next - 1];
-        enum bd_err err = is_frame ? bd_cli_parse_frame_option(id, value, &out->frame, fault)
+        enum bd_err err = is_frame ? bd_cli_parse_frame_option(id, value, out->frame.frame, fault)
                                    : store(id, value, out, &seen, fault);
         if (err) return err;
     }

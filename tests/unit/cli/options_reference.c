@@ -31,31 +31,45 @@ static void every_option_arrives(void **state)
     assert_string_equal(o.scene, "a.glb");
     assert_string_equal(o.output, "x.exr");
     assert_int_equal(o.spp, 128);
-    assert_string_equal(o.bounces, "inf");
-    assert_string_equal(o.indirect_visibility, "off");
-    assert_string_equal(o.lights, "punctual+emissive");
-    assert_string_equal(o.filter, "box");
-    assert_string_equal(o.alpha, "mask");
-    assert_string_equal(o.clamp, "2.5");
-    assert_string_equal(o.model_of, "rsm");
-    assert_int_equal(o.set_count, 2);
-    assert_int_equal(o.seed, 7);
-    assert_true(o.width_px == 64 && o.height_px == 32);
-    assert_string_equal(o.camera, "Cam");
+    static const char *const parameters[][2] = {{"bounces", "inf"},
+                                                {"indirect_visibility", "off"},
+                                                {"lights", "punctual+emissive"},
+                                                {"filter", "box"},
+                                                {"alpha", "mask"},
+                                                {"clamp", "2.5"},
+                                                {"model_of", "rsm"},
+                                                {"brdf", "lambert"},
+                                                {"senders", "lambert"}};
+    const Bounced__FrameRequest *f = o.frame;
+    assert_int_equal(f->n_parameters, sizeof parameters / sizeof parameters[0]);
+    for (size_t i = 0; i < f->n_parameters; i++) {
+        assert_string_equal(f->parameters[i]->key, parameters[i][0]);
+        assert_string_equal(f->parameters[i]->value, parameters[i][1]);
+    }
+    assert_int_equal(f->seed, 7);
+    assert_true(f->n_size == 2 && f->size[0] == 64 && f->size[1] == 32);
+    assert_string_equal(f->camera, "Cam");
     const uint32_t region[4] = {1, 2, 30, 4};
-    assert_memory_equal(o.region, region, sizeof region);
+    assert_memory_equal(f->region, region, sizeof region);
     assert_true(o.time_limit_s == 2.5 && o.force && o.common.json);
     assert_string_equal(o.environment, "1,1,1");
     assert_string_equal(o.report, "r.json");
+    bd_cli_frame_finish(&o.frame);
+}
+
+static uint32_t spp_of(const char *const *words, int count)
+{
+    struct bd_cli_reference options = parsed(words, count);
+    bd_cli_frame_finish(&options.frame);
+    return options.spp;
 }
 
 static void samples_are_64_or_as_many_as_fit_a_time(void **state)
 {
     (void)state;
-    assert_int_equal(parsed(WORDS("a.glb", "-o", "x.exr")).spp, 64);
-    assert_int_equal(parsed(WORDS("a.glb", "-o", "x.exr", "--time-limit", "5")).spp, 1 << 24);
-    assert_int_equal(parsed(WORDS("a.glb", "-o", "x.exr", "--time-limit", "5", "--spp", "4")).spp,
-                     4);
+    assert_int_equal(spp_of(WORDS("a.glb", "-o", "x.exr")), 64);
+    assert_int_equal(spp_of(WORDS("a.glb", "-o", "x.exr", "--time-limit", "5")), 1 << 24);
+    assert_int_equal(spp_of(WORDS("a.glb", "-o", "x.exr", "--time-limit", "5", "--spp", "4")), 4);
 }
 
 static void refusals_name_the_option(void **state)
@@ -72,12 +86,11 @@ static void refusals_name_the_option(void **state)
         {{"a.glb", "-ox.exr", "--spp", "5"}, "spp"},
         {{"a.glb", "-ox.exr", "--spp", "0"}, "spp"},
         {{"a.glb", "-ox.exr", "--spp", "16777218"}, "spp"},
-        {{"a.glb", "-ox.exr", "--set", "spp=4"}, "set"},
-        {{"a.glb", "-ox.exr", "--set", "first_sample=4"}, "set"},
-        {{"a.glb", "-ox.exr", "--set", "noise_filter=on"}, "set"},
-        {{"a.glb", "-ox.exr", "--set", "brdf"}, "set"},
+        {{"a.glb", "-ox.exr", "--set", "spp=4"}, "parameters"},
+        {{"a.glb", "-ox.exr", "--set", "first_sample=4"}, "parameters"},
+        {{"a.glb", "-ox.exr", "--set", "noise_filter=on"}, "parameters"},
+        {{"a.glb", "-ox.exr", "--set", "brdf"}, "parameters"},
         {{"a.glb", "-ox.exr", "--region", "1,2,3"}, "region"},
-        {{"a.glb", "-ox.exr", "--region", "1,2,0,4"}, "region"},
         {{"a.glb", "-ox.exr", "--region", "1,2,3,4,5"}, "region"},
         {{"a.glb", "-ox.exr", "--region", "-1,2,3,4"}, "region"},
         {{"a.glb", "-ox.exr", "--time-limit", "0"}, "time-limit"},
@@ -93,6 +106,7 @@ static void refusals_name_the_option(void **state)
         while (count < 5 && cases[i].words[count]) count++;
         if (bd_cli_parse_reference(cases[i].words, count, &options, &fault) != BD_ERR_USAGE)
             fail_msg("case %zu was taken", i);
+        bd_cli_frame_finish(&options.frame);
         assert_string_equal(fault.field, cases[i].field);
     }
 }
@@ -105,7 +119,8 @@ static void a_reference_is_not_supersampled(void **state)
     assert_int_equal(bd_cli_parse_render(WORDS("a.glb", "-ox.png", "--technique", "reference"),
                                          &options, &fault),
                      BD_ERR_OK);
-    assert_int_equal(options.aa, 1);
+    assert_int_equal(options.frame->aa, 1);
+    bd_cli_frame_finish(&options.frame);
 }
 
 static void skies_are_three_numbers_or_a_map(void **state)
