@@ -1,7 +1,5 @@
 #include "protocol/frame_options.h"
 
-#include <ctype.h>
-#include <errno.h>
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
@@ -11,6 +9,7 @@
 #include "base/assert.h"
 #include "base/nearest.h"
 #include "image/tonemap.h"
+#include "protocol/field_text.h"
 #include "protocol/frame_words.h"
 
 // --- the table ----------------------------------------------------------------------------------
@@ -155,18 +154,6 @@ static const ProtobufCFieldDescriptor *field_of(const struct bd_frame_option *op
     return field;
 }
 
-// The field itself, and beside it whether it is set, or how many there are.
-static void *value_of(const Bounced__FrameRequest *request, const ProtobufCFieldDescriptor *field)
-{
-    return (char *)request + field->offset;
-}
-
-static void *presence_of(const Bounced__FrameRequest *request,
-                         const ProtobufCFieldDescriptor *field)
-{
-    return (char *)request + field->quantifier_offset;
-}
-
 static bool is_name(const char *name, const char *given)
 {
     for (; *name && (*given == *name || (*given == '-' && *name == '_')); name++) given++;
@@ -250,26 +237,6 @@ static enum bd_err refuse(const struct bd_frame_option *option, const char *give
 
 // --- from text ----------------------------------------------------------------------------------
 
-static bool read_whole(const char *text, uint64_t most, uint64_t *out)
-{
-    char *end;
-    if (!isdigit((unsigned char)*text)) return false; // a sign, a space
-    errno = 0;
-    *out = strtoull(text, &end, 10);
-    return !errno && !*end && *out <= most;
-}
-
-// `end`: what must stand behind it.
-static bool read_number(const char **text, char end, double *out)
-{
-    char *behind;
-    if (isspace((unsigned char)**text)) return false;
-    *out = strtod(*text, &behind);
-    if (behind == *text || *behind != end) return false;
-    *text = behind + (end != 0);
-    return true;
-}
-
 static void *copy_of(const void *from, size_t bytes)
 {
     void *to = malloc(bytes);
@@ -291,8 +258,8 @@ static char *text_of(const char *text, size_t length)
 static void append(Bounced__FrameRequest *request, const ProtobufCFieldDescriptor *field,
                    void *item)
 {
-    size_t *count = presence_of(request, field);
-    void ***list = value_of(request, field);
+    size_t *count = bd_field_presence(&request->base, field);
+    void ***list = bd_field_value(&request->base, field);
     void **grown = realloc(*list, (*count + 1) * sizeof *grown);
     BD_ASSERT(grown);
     grown[(*count)++] = item;
@@ -338,14 +305,14 @@ static bool set_row(const struct bd_frame_option *option, Bounced__FrameRequest 
         uint64_t wide;
         if (last != !*end) return false;
         *end = 0;
-        if (!read_whole(at, UINT32_MAX, &wide)) return false;
+        if (!bd_text_whole(at, UINT32_MAX, &wide)) return false;
         numbers[i] = (uint32_t)wide;
         at = end + 1;
     }
-    uint32_t **list = value_of(request, field);
+    uint32_t **list = bd_field_value(&request->base, field);
     free(*list);
     *list = copy_of(numbers, option->count * sizeof *numbers);
-    *(size_t *)presence_of(request, field) = option->count;
+    *(size_t *)bd_field_presence(&request->base, field) = option->count;
     return true;
 }
 
@@ -365,7 +332,7 @@ static bool set_pose(Bounced__FrameRequest *request, const char *text)
     for (const char *at = text; *at; at++) count += *at == ',';
     if (count != 6 && count != 7 && count != 9 && count != 10) return false;
     for (uint32_t i = 0; i < count; i++)
-        if (!read_number(&text, i + 1 < count ? ',' : 0, &numbers[i])) return false;
+        if (!bd_text_number(&text, i + 1 < count ? ',' : 0, &numbers[i])) return false;
     if (request->pose) bounced__camera_pose__free_unpacked(request->pose, NULL);
     Bounced__CameraPose *pose = request->pose = malloc(sizeof *pose);
     BD_ASSERT(pose);
@@ -378,38 +345,6 @@ static bool set_pose(Bounced__FrameRequest *request, const char *text)
     return true;
 }
 
-static bool set_one(Bounced__FrameRequest *request, const ProtobufCFieldDescriptor *field,
-                    const char *text)
-{
-    void *const at = value_of(request, field);
-    protobuf_c_boolean *has = presence_of(request, field);
-    uint64_t whole = 0;
-    switch (field->type) {
-    case PROTOBUF_C_TYPE_STRING:
-        free(*(char **)at);
-        *(char **)at = text_of(text, strlen(text));
-        return true;
-    case PROTOBUF_C_TYPE_BOOL:
-        *(protobuf_c_boolean *)at = *text == '1';
-        *has = strcmp(text, "0") == 0 || strcmp(text, "1") == 0;
-        return *has;
-    case PROTOBUF_C_TYPE_UINT32:
-        *has = read_whole(text, UINT32_MAX, &whole);
-        *(uint32_t *)at = (uint32_t)whole;
-        return *has;
-    case PROTOBUF_C_TYPE_UINT64:
-        *has = read_whole(text, UINT64_MAX, at);
-        return *has;
-    case PROTOBUF_C_TYPE_DOUBLE:
-        *has = read_number(&text, 0, at);
-        return *has;
-    default:
-        break;
-    }
-    BD_ASSERT(!"a type that no option has");
-    return false;
-}
-
 static bool set_text(const struct bd_frame_option *option, const char *text,
                      Bounced__FrameRequest *request)
 {
@@ -419,7 +354,7 @@ static bool set_text(const struct bd_frame_option *option, const char *text,
         return field->label == PROTOBUF_C_LABEL_REPEATED ? add_pair(request, field, text)
                                                          : set_pose(request, text);
     if (field->label == PROTOBUF_C_LABEL_REPEATED) return add_names(request, field, text);
-    return set_one(request, field, text);
+    return bd_field_set_text(&request->base, field, text);
 }
 
 // ":full" or ":model" is cut off into `against`: both figures are measured against one thing.
@@ -465,18 +400,18 @@ static bool is_word_or_number(const struct bd_frame_option *option, const char *
 {
     double number;
     if (!text || !option->words || bd_frame_option_word(option, text) >= 0) return true;
-    return option->or_number && read_number(&text, 0, &number) && is_within(option, number);
+    return option->or_number && bd_text_number(&text, 0, &number) && is_within(option, number);
 }
 
 // Of one that is not set, or that anything goes for.
 static bool is_allowed(const struct bd_frame_option *option, const Bounced__FrameRequest *request)
 {
     const ProtobufCFieldDescriptor *field = field_of(option);
-    const void *const at = value_of(request, field);
+    const void *const at = bd_field_value(&request->base, field);
     if (field->label == PROTOBUF_C_LABEL_REPEATED || field->type == PROTOBUF_C_TYPE_MESSAGE)
         return true;
     if (field->type == PROTOBUF_C_TYPE_STRING) return is_word_or_number(option, *(char *const *)at);
-    if (!*(const protobuf_c_boolean *)presence_of(request, field)) return true;
+    if (!*(const protobuf_c_boolean *)bd_field_presence(&request->base, field)) return true;
     if (field->type == PROTOBUF_C_TYPE_UINT32) return is_within(option, *(const uint32_t *)at);
     return field->type != PROTOBUF_C_TYPE_DOUBLE || is_within(option, *(const double *)at);
 }
@@ -485,8 +420,9 @@ bool bd_frame_option_is_set(const struct bd_frame_option *option,
                             const Bounced__FrameRequest *request)
 {
     const ProtobufCFieldDescriptor *field = field_of(option);
-    const void *const at = value_of(request, field);
-    if (field->label == PROTOBUF_C_LABEL_REPEATED) return *(const size_t *)presence_of(request, field);
+    const void *const at = bd_field_value(&request->base, field);
+    if (field->label == PROTOBUF_C_LABEL_REPEATED)
+        return *(const size_t *)bd_field_presence(&request->base, field);
     switch (field->type) {
     case PROTOBUF_C_TYPE_BOOL:
         return *(const protobuf_c_boolean *)at;
@@ -504,7 +440,7 @@ bool bd_frame_option_is_set(const struct bd_frame_option *option,
 static void write_value(const ProtobufCFieldDescriptor *field, const Bounced__FrameRequest *request,
                         char *out, size_t bytes)
 {
-    const void *const at = value_of(request, field);
+    const void *const at = bd_field_value(&request->base, field);
     if (field->type == PROTOBUF_C_TYPE_STRING)
         snprintf(out, bytes, "%s", *(char *const *)at);
     else if (field->type == PROTOBUF_C_TYPE_UINT32)
