@@ -239,8 +239,6 @@ static void options(struct bd_command *command)
     bd_command_end(command, &answer);
 }
 
-// --- start ----------------------------------------------------------------------------------
-
 static void render(struct bd_command *command)
 {
     const Bounced__Render *request = command->envelope->render;
@@ -264,90 +262,79 @@ static void render(struct bd_command *command)
     bd_command_render(command);
 }
 
-static void unknown(struct bd_command *command)
+// --- the table ------------------------------------------------------------------------------
+
+static void scene_add(struct bd_command *command)
 {
-    command->err = bd_fault_set(&command->fault, BD_ERR_UNSUPPORTED, "body",
-                                "this server knows no such request");
-    bd_command_end_fault(command);
+    bd_command_import(command, scene_add_then);
 }
 
-static void dispatch(struct bd_command *command)
+static void devices(struct bd_command *command)
 {
-    switch (command->envelope->body_case) {
-    case BOUNCED__ENVELOPE__BODY_BLOB_HAVE:
-        blob_have(command);
-        break;
-    case BOUNCED__ENVELOPE__BODY_SCENE_ADD:
-        bd_command_import(command, scene_add_then);
-        break;
-    case BOUNCED__ENVELOPE__BODY_SCENE_LIST:
-        bd_command_scene_list(command);
-        break;
-    case BOUNCED__ENVELOPE__BODY_SCENE_GET:
-        bd_command_scene_get(command);
-        break;
-    case BOUNCED__ENVELOPE__BODY_SCENE_REMOVE:
-        bd_command_scene_remove(command);
-        break;
-    case BOUNCED__ENVELOPE__BODY_RENDER:
-        render(command);
-        break;
-    case BOUNCED__ENVELOPE__BODY_DEVICES:
-        bd_command_pool(command, devices_on_pool, devices_back);
-        break;
-    case BOUNCED__ENVELOPE__BODY_STATS:
-        stats(command);
-        break;
-    case BOUNCED__ENVELOPE__BODY_TECHNIQUES:
-        techniques(command);
-        break;
-    case BOUNCED__ENVELOPE__BODY_OPTIONS:
-        options(command);
-        break;
-    case BOUNCED__ENVELOPE__BODY_EDIT_BATCH:
-    case BOUNCED__ENVELOPE__BODY_EDIT_UNDO:
-    case BOUNCED__ENVELOPE__BODY_EDIT_REVERT:
-    case BOUNCED__ENVELOPE__BODY_EDIT_COMMIT:
-    case BOUNCED__ENVELOPE__BODY_REVISION_NAME:
-        bd_command_edit(command);
-        break;
-    case BOUNCED__ENVELOPE__BODY_SCENE_REPLAY:
-        bd_command_replay(command);
-        break;
-    case BOUNCED__ENVELOPE__BODY_SCENE_LOG:
-        bd_command_scene_log(command);
-        break;
-    case BOUNCED__ENVELOPE__BODY_SCENE_EXPORT:
-        bd_command_export(command);
-        break;
-    case BOUNCED__ENVELOPE__BODY_HELLO:
-    case BOUNCED__ENVELOPE__BODY_BLOB_PUT:
-    case BOUNCED__ENVELOPE__BODY_CANCEL:
-    case BOUNCED__ENVELOPE__BODY_ERROR:
-    case BOUNCED__ENVELOPE__BODY_HELLO_REPLY:
-    case BOUNCED__ENVELOPE__BODY_BLOB_REPLY:
-    case BOUNCED__ENVELOPE__BODY_SCENE:
-    case BOUNCED__ENVELOPE__BODY_SCENE_LIST_REPLY:
-    case BOUNCED__ENVELOPE__BODY_DONE:
-    case BOUNCED__ENVELOPE__BODY_RENDER_REPLY:
-    case BOUNCED__ENVELOPE__BODY_DEVICES_REPLY:
-    case BOUNCED__ENVELOPE__BODY_STATS_REPLY:
-    case BOUNCED__ENVELOPE__BODY_TECHNIQUES_REPLY:
-    case BOUNCED__ENVELOPE__BODY_OPTIONS_REPLY:
-    case BOUNCED__ENVELOPE__BODY_PROGRESS:
-    case BOUNCED__ENVELOPE__BODY__NOT_SET:
-    default:
-        unknown(command);
-        break;
-    }
+    bd_command_pool(command, devices_on_pool, devices_back);
 }
+
+#define BODY(name) .body = BOUNCED__ENVELOPE__BODY_##name
+#define OF_SCENE   .scene = "scene"
+
+static const struct bd_command_row rows[] = {
+    {BODY(BLOB_HAVE), .start = blob_have},
+    {BODY(SCENE_ADD), .role = BD_ROLE_EDIT, .is_job = true, .http = "POST /v1/scenes",
+     .start = scene_add},
+    {BODY(SCENE_LIST), .http = "GET /v1/scenes", .start = bd_command_scene_list},
+    {BODY(SCENE_GET), .scene = "id", .http = "GET /v1/scenes/ID", .start = bd_command_scene_get},
+    {BODY(SCENE_REMOVE), .scene = "id", .role = BD_ROLE_EDIT, .http = "DELETE /v1/scenes/ID",
+     .start = bd_command_scene_remove},
+    {BODY(SCENE_LOG), OF_SCENE, .http = "GET /v1/scenes/ID/log", .start = bd_command_scene_log},
+    {BODY(SCENE_EXPORT), OF_SCENE, .is_job = true, .http = "GET /v1/scenes/ID/export",
+     .start = bd_command_export},
+    {BODY(EDIT_BATCH), OF_SCENE, .role = BD_ROLE_EDIT, .has_payload = true,
+     .http = "POST /v1/scenes/ID/edits", .start = bd_command_edit},
+    {BODY(EDIT_UNDO), OF_SCENE, .role = BD_ROLE_EDIT, .http = "POST /v1/scenes/ID/undo",
+     .start = bd_command_edit},
+    {BODY(EDIT_REVERT), OF_SCENE, .role = BD_ROLE_EDIT, .http = "POST /v1/scenes/ID/revert",
+     .start = bd_command_edit},
+    {BODY(EDIT_COMMIT), OF_SCENE, .role = BD_ROLE_EDIT, .http = "POST /v1/scenes/ID/commit",
+     .start = bd_command_edit},
+    {BODY(REVISION_NAME), OF_SCENE, .role = BD_ROLE_EDIT, .http = "POST /v1/scenes/ID/names",
+     .start = bd_command_edit},
+    // A past that did not happen here.
+    {BODY(SCENE_REPLAY), OF_SCENE, .role = BD_ROLE_ADMIN, .has_payload = true,
+     .start = bd_command_replay},
+    {BODY(RENDER), OF_SCENE, .is_job = true, .start = render},
+    {BODY(DEVICES), .http = "GET /v1/devices", .start = devices},
+    {BODY(STATS), .role = BD_ROLE_ADMIN, .http = "GET /v1/stats", .start = stats},
+    {BODY(TECHNIQUES), .http = "GET /v1/techniques", .start = techniques},
+    {BODY(OPTIONS), .http = "GET /v1/options", .start = options},
+};
+#define ROW_COUNT (sizeof rows / sizeof rows[0])
+
+const struct bd_command_row *bd_command_row_at(uint32_t number)
+{
+    return number < ROW_COUNT ? &rows[number] : NULL;
+}
+
+const struct bd_command_row *bd_command_row_of(Bounced__Envelope__BodyCase body)
+{
+    for (size_t i = 0; i < ROW_COUNT; i++)
+        if (rows[i].body == body) return &rows[i];
+    return NULL;
+}
+
+const ProtobufCMessageDescriptor *bd_command_message(const struct bd_command_row *row)
+{
+    const ProtobufCFieldDescriptor *field = protobuf_c_message_descriptor_get_field(
+        &bounced__envelope__descriptor, (unsigned)row->body);
+    BD_ASSERT(field);
+    return field->descriptor;
+}
+
+// --- start ----------------------------------------------------------------------------------
 
 // Other requests' payloads mean nothing.
 static enum bd_err keep_payload(struct bd_command *command, const struct bd_command_start *start)
 {
-    if (start->envelope->body_case != BOUNCED__ENVELOPE__BODY_EDIT_BATCH &&
-        start->envelope->body_case != BOUNCED__ENVELOPE__BODY_SCENE_REPLAY)
-        return BD_ERR_OK;
+    if (!command->row->has_payload) return BD_ERR_OK;
     enum bd_err err = bd_client_begin_edit(start->net->clients, command->client,
                                            start->payload_bytes, &command->fault);
     if (err) return err;
@@ -364,8 +351,11 @@ static enum bd_err admit(struct bd_command *command, const struct bd_command_sta
     enum bd_err err = BD_ERR_OK;
     if (net->draining)
         err = bd_fault_set(&command->fault, BD_ERR_BUSY, "", "the server is shutting down");
+    if (!err && !command->row)
+        err = bd_fault_set(&command->fault, BD_ERR_UNSUPPORTED, "body",
+                           "this server knows no such request");
     if (!err) err = bd_command_check_rights(command, &command->fault);
-    if (!err && bd_command_is_job(command->envelope)) {
+    if (!err && bd_command_is_job(command)) {
         err = bd_client_begin_job(net->clients, command->client, &command->fault);
         command->counts_as_job = !err;
     }
@@ -402,6 +392,7 @@ struct bd_command *bd_command_start(const struct bd_command_start *start)
                                    .client = start->client,
                                    .grant = start->grant,
                                    .envelope = start->envelope,
+                                   .row = bd_command_row_of(start->envelope->body_case),
                                    .events = &watched,
                                    .user = &watch,
                                    .may_remember = start->may_remember,
@@ -417,7 +408,7 @@ struct bd_command *bd_command_start(const struct bd_command_start *start)
     if (command->err)
         bd_command_end_fault(command);
     else
-        dispatch(command);
+        command->row->start(command);
     if (watch.ended) return NULL;
     command->events = start->events;
     command->user = start->user;

@@ -23,6 +23,24 @@
 struct bd_command;
 struct bd_net;
 
+// What a request is: rights, routes of HTTP and dispatch go by its row.
+struct bd_command_row {
+    Bounced__Envelope__BodyCase body;
+    const char *scene; // the message's field that names a scene; NULL: it has none
+    enum bd_role role; // that it takes; looking is for everybody
+    bool is_job;       // of jobs_per_client and max_jobs
+    bool has_payload;  // others' mean nothing
+    const char *http;  // "METHOD path", ID in it for the scene; NULL: ways of its own, or none
+    void (*start)(struct bd_command *command);
+};
+
+// NULL: the body is no command.
+const struct bd_command_row *bd_command_row_of(Bounced__Envelope__BodyCase body);
+// By its number; NULL after the last.
+const struct bd_command_row *bd_command_row_at(uint32_t number);
+// The message of a row's request.
+const ProtobufCMessageDescriptor *bd_command_message(const struct bd_command_row *row);
+
 struct bd_command_events {
     // Once, last. What is in `answer` belongs to the callee. May come before bd_command_start
     // returns.

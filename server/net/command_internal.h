@@ -20,6 +20,7 @@ struct bd_command {
     struct bd_client *client;
     const struct bd_grant *grant;
     Bounced__Envelope *envelope;
+    const struct bd_command_row *row; // NULL: the envelope holds no command
     struct bd_command_body body;
     const struct bd_command_events *events;
     void *user;

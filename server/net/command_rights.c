@@ -4,59 +4,30 @@
 #include <string.h>
 
 #include "net/edit_decode.h"
+#include "protocol/field_text.h"
 
-// The role that a request takes; looking is for everybody.
-static enum bd_role role_for(const Bounced__Envelope *envelope)
+// All members of the oneof are messages and lie in one place.
+static const ProtobufCMessage *message_of(const struct bd_command *command)
 {
-    switch ((int)envelope->body_case) {
-    case BOUNCED__ENVELOPE__BODY_SCENE_ADD:
-    case BOUNCED__ENVELOPE__BODY_SCENE_REMOVE:
-    case BOUNCED__ENVELOPE__BODY_EDIT_BATCH:
-    case BOUNCED__ENVELOPE__BODY_EDIT_UNDO:
-    case BOUNCED__ENVELOPE__BODY_EDIT_REVERT:
-    case BOUNCED__ENVELOPE__BODY_EDIT_COMMIT:
-    case BOUNCED__ENVELOPE__BODY_REVISION_NAME:
-        return BD_ROLE_EDIT;
-    case BOUNCED__ENVELOPE__BODY_RENDER:
-        // A file of one's own is a scene for as long as it is looked at.
-        return envelope->render->scene ? BD_ROLE_READ : BD_ROLE_EDIT;
-    case BOUNCED__ENVELOPE__BODY_STATS:
-    case BOUNCED__ENVELOPE__BODY_SCENE_REPLAY: // a past that did not happen here
-        return BD_ROLE_ADMIN;
-    default:
-        return BD_ROLE_READ;
-    }
+    return &command->envelope->error->base;
 }
 
 // NULL: the request names none.
-static const char *scene_of(const Bounced__Envelope *envelope)
+static const char *scene_of(const struct bd_command *command)
 {
-    switch ((int)envelope->body_case) {
-    case BOUNCED__ENVELOPE__BODY_SCENE_GET:
-        return envelope->scene_get->id;
-    case BOUNCED__ENVELOPE__BODY_SCENE_REMOVE:
-        return envelope->scene_remove->id;
-    case BOUNCED__ENVELOPE__BODY_RENDER:
-        return envelope->render->scene;
-    case BOUNCED__ENVELOPE__BODY_EDIT_BATCH:
-        return envelope->edit_batch->scene;
-    case BOUNCED__ENVELOPE__BODY_EDIT_UNDO:
-        return envelope->edit_undo->scene;
-    case BOUNCED__ENVELOPE__BODY_EDIT_REVERT:
-        return envelope->edit_revert->scene;
-    case BOUNCED__ENVELOPE__BODY_EDIT_COMMIT:
-        return envelope->edit_commit->scene;
-    case BOUNCED__ENVELOPE__BODY_REVISION_NAME:
-        return envelope->revision_name->scene;
-    case BOUNCED__ENVELOPE__BODY_SCENE_LOG:
-        return envelope->scene_log->scene;
-    case BOUNCED__ENVELOPE__BODY_SCENE_EXPORT:
-        return envelope->scene_export->scene;
-    case BOUNCED__ENVELOPE__BODY_SCENE_REPLAY:
-        return envelope->scene_replay->scene;
-    default:
-        return NULL;
-    }
+    if (!command->row->scene) return NULL;
+    const ProtobufCMessage *message = message_of(command);
+    const ProtobufCFieldDescriptor *field =
+        protobuf_c_message_descriptor_get_field_by_name(message->descriptor, command->row->scene);
+    return *(char *const *)bd_field_value(message, field);
+}
+
+// A file of one's own to be rendered is a scene for as long as it is looked at.
+static enum bd_role role_for(const struct bd_command *command)
+{
+    const bool brings_scene =
+        command->row->body == BOUNCED__ENVELOPE__BODY_RENDER && !scene_of(command);
+    return brings_scene ? BD_ROLE_EDIT : command->row->role;
 }
 
 static enum bd_err check_scene(const struct bd_command *command, const char *id,
@@ -92,24 +63,22 @@ static enum bd_err check_name(const struct bd_command *command, const char *name
         most);
 }
 
-bool bd_command_is_job(const Bounced__Envelope *envelope)
+bool bd_command_is_job(const struct bd_command *command)
 {
-    if (envelope->body_case == BOUNCED__ENVELOPE__BODY_EDIT_BATCH)
-        return bd_edit_batch_weight(envelope->edit_batch) == BD_EDIT_FILES;
-    return envelope->body_case == BOUNCED__ENVELOPE__BODY_SCENE_ADD ||
-           envelope->body_case == BOUNCED__ENVELOPE__BODY_SCENE_EXPORT ||
-           envelope->body_case == BOUNCED__ENVELOPE__BODY_RENDER;
+    if (command->row->body == BOUNCED__ENVELOPE__BODY_EDIT_BATCH)
+        return bd_edit_batch_weight(command->envelope->edit_batch) == BD_EDIT_FILES;
+    return command->row->is_job;
 }
 
 enum bd_err bd_command_check_rights(const struct bd_command *command, struct bd_fault *fault)
 {
-    const char *scene = scene_of(command->envelope);
-    enum bd_err err = bd_grant_check_role(command->grant, role_for(command->envelope), fault);
+    const char *scene = scene_of(command);
+    enum bd_err err = bd_grant_check_role(command->grant, role_for(command), fault);
     if (!err && scene) err = check_scene(command, scene, fault);
     // What would not fit is refused before its files are looked at.
-    if (!err && command->envelope->body_case == BOUNCED__ENVELOPE__BODY_SCENE_ADD)
+    if (!err && command->row->body == BOUNCED__ENVELOPE__BODY_SCENE_ADD)
         err = check_name(command, command->envelope->scene_add->name, fault);
-    if (!err && bd_command_is_job(command->envelope)) err = check_jobs(command, fault);
+    if (!err && bd_command_is_job(command)) err = check_jobs(command, fault);
     return err;
 }
 

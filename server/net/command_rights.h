@@ -15,7 +15,7 @@ BD_MUST_CHECK
 enum bd_err bd_command_check_rights(const struct bd_command *command, struct bd_fault *fault);
 
 // Whether it is of those that count against jobs_per_client and max_jobs.
-bool bd_command_is_job(const Bounced__Envelope *envelope);
+bool bd_command_is_job(const struct bd_command *command);
 
 // Before a scene is added: the name has to begin as the token's scenes do, and its quotas to hold
 // it.

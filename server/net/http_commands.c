@@ -1,39 +1,106 @@
-#include "net/http_edits.h"
+#include "net/http_commands.h"
 
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/assert.h"
+#include "protocol/field_text.h"
 #include "protocol/json.h"
 #include "protocol/wire.h"
 
-static const struct {
-    const char *word;
-    Bounced__Envelope__BodyCase body;
-    const ProtobufCMessageDescriptor *descriptor;
-} edits[BD_HTTP_EDIT_COUNT] = {
-    {"edits", BOUNCED__ENVELOPE__BODY_EDIT_BATCH, &bounced__edit_batch__descriptor},
-    {"undo", BOUNCED__ENVELOPE__BODY_EDIT_UNDO, &bounced__edit_undo__descriptor},
-    {"revert", BOUNCED__ENVELOPE__BODY_EDIT_REVERT, &bounced__edit_revert__descriptor},
-    {"commit", BOUNCED__ENVELOPE__BODY_EDIT_COMMIT, &bounced__edit_commit__descriptor},
-    {"names", BOUNCED__ENVELOPE__BODY_REVISION_NAME, &bounced__revision_name__descriptor},
-    {"log", BOUNCED__ENVELOPE__BODY_SCENE_LOG, &bounced__scene_log__descriptor},
-    {"export", BOUNCED__ENVELOPE__BODY_SCENE_EXPORT, &bounced__scene_export__descriptor},
-};
+// --- paths ----------------------------------------------------------------------------------
 
-enum bd_http_edit bd_http_edit_find(const char *word)
+static const char *path_of(const struct bd_command_row *row)
 {
-    int edit = 0;
-    while (edit < BD_HTTP_EDIT_COUNT && strcmp(edits[edit].word, word) != 0) edit++;
-    return (enum bd_http_edit)edit;
+    return strchr(row->http, ' ') + 1;
 }
 
-bool bd_http_edit_is_get(enum bd_http_edit edit)
+// "ID" stands for what is up to the next slash.
+static bool matches(const char *pattern, const char *path, char *id, size_t id_bytes)
 {
-    return edit == BD_HTTP_EDIT_LOG || edit == BD_HTTP_EDIT_EXPORT;
+    while (*pattern) {
+        if (strncmp(pattern, "ID", 2) != 0) {
+            if (*pattern++ != *path++) return false;
+            continue;
+        }
+        const size_t length = strcspn(path, "/");
+        if (length == 0 || length >= id_bytes) return false;
+        memcpy(id, path, length);
+        id[length] = 0;
+        path += length;
+        pattern += 2;
+    }
+    return !*path;
 }
 
-// --- operations by name ---------------------------------------------------------------------
+const struct bd_command_row *bd_http_command_find(const char *path, char *id, size_t id_bytes)
+{
+    const struct bd_command_row *row;
+    for (uint32_t i = 0; (row = bd_command_row_at(i)); i++)
+        if (row->http && matches(path_of(row), path, id, id_bytes)) return row;
+    return NULL;
+}
+
+static bool is_by(const struct bd_command_row *row, enum bd_http_method method)
+{
+    static const char *const words[] = {
+        [BD_HTTP_GET] = "GET ", [BD_HTTP_HEAD] = "HEAD ",     [BD_HTTP_POST] = "POST ",
+        [BD_HTTP_PUT] = "PUT ", [BD_HTTP_DELETE] = "DELETE ",
+    };
+    return strncmp(row->http, words[method], strlen(words[method])) == 0;
+}
+
+const struct bd_command_row *bd_http_command_by(const struct bd_command_row *first,
+                                                enum bd_http_method method)
+{
+    const struct bd_command_row *row;
+    for (uint32_t i = 0; (row = bd_command_row_at(i)); i++)
+        if (row->http && strcmp(path_of(row), path_of(first)) == 0 && is_by(row, method))
+            return row;
+    return NULL;
+}
+
+// --- queries --------------------------------------------------------------------------------
+
+static ProtobufCMessage *new_message(const ProtobufCMessageDescriptor *descriptor)
+{
+    ProtobufCMessage *message = malloc(descriptor->sizeof_message);
+    BD_ASSERT(message);
+    protobuf_c_message_init(descriptor, message);
+    return message;
+}
+
+// A field by its name, but for the scene, which the path says.
+static bool take_pair(const struct bd_command_row *row, ProtobufCMessage *message, const char *name,
+                      char *value)
+{
+    const ProtobufCFieldDescriptor *field =
+        protobuf_c_message_descriptor_get_field_by_name(message->descriptor, name);
+    if (!field || !value || (row->scene && strcmp(name, row->scene) == 0)) return false;
+    return bd_http_query_decode(value) && bd_field_set_text(message, field, value);
+}
+
+static enum bd_err read_query(const char *query, const struct bd_command_row *row,
+                              ProtobufCMessage **out, struct bd_fault *fault)
+{
+    char *copy = bd_answer_text(query), *rest = NULL;
+    enum bd_err err = BD_ERR_OK;
+    *out = new_message(bd_command_message(row));
+    for (char *pair = strtok_r(copy, "&", &rest); pair && !err; pair = strtok_r(NULL, "&", &rest)) {
+        char *value = strchr(pair, '=');
+        if (value) *value++ = 0;
+        if (!take_pair(row, *out, pair, value))
+            err = bd_fault_set(fault, BD_ERR_USAGE, pair,
+                               "\"%.40s\" is no option of this request, or its value makes no "
+                               "sense",
+                               pair);
+    }
+    free(copy);
+    if (err) protobuf_c_message_free_unpacked(*out, NULL);
+    return err;
+}
+
+// --- bodies ---------------------------------------------------------------------------------
 
 static enum bd_err check_op(size_t index, const json_t *op, struct bd_fault *fault)
 {
@@ -53,150 +120,59 @@ static enum bd_err check_ops(const json_t *json, struct bd_fault *fault)
     return err;
 }
 
-// --- bodies ---------------------------------------------------------------------------------
-
-static enum bd_err read_json(const struct bd_http *http, enum bd_http_edit edit,
+static enum bd_err read_json(const struct bd_http *http, const struct bd_command_row *row,
                              ProtobufCMessage **out, struct bd_fault *fault)
 {
     json_error_t error;
-    const char *body = http->body_bytes ? (const char *)http->body : "{}";
-    const size_t size = http->body_bytes ? http->body_bytes : 2;
-    json_t *json = json_loadb(body, size, JSON_REJECT_DUPLICATES, &error);
+    // Where the path says what it is about, there may be nothing more to say.
+    const bool is_empty = http->body_bytes == 0 && row->scene;
+    json_t *json = json_loadb(is_empty ? "{}" : (const char *)http->body,
+                              is_empty ? 2 : http->body_bytes, JSON_REJECT_DUPLICATES, &error);
     if (!json)
         return bd_fault_set(fault, BD_ERR_BAD_INPUT, "body", "line %d of the body: %s", error.line,
                             error.text);
-    enum bd_err err = edit == BD_HTTP_EDIT_EDITS ? check_ops(json, fault) : BD_ERR_OK;
-    if (!err) err = bd_json_to_message(json, edits[edit].descriptor, out, fault);
+    const bool has_ops = row->body == BOUNCED__ENVELOPE__BODY_EDIT_BATCH;
+    enum bd_err err = has_ops ? check_ops(json, fault) : BD_ERR_OK;
+    if (!err) err = bd_json_to_message(json, bd_command_message(row), out, fault);
     json_decref(json);
     return err;
 }
 
-static enum bd_err read_protobuf(const struct bd_http *http, enum bd_http_edit edit,
+static enum bd_err read_protobuf(const struct bd_http *http, const struct bd_command_row *row,
                                  ProtobufCMessage **out, struct bd_fault *fault)
 {
     struct bd_wire_alloc alloc;
     bd_wire_alloc_init(&alloc, bd_wire_budget(http->body_bytes));
-    *out = protobuf_c_message_unpack(edits[edit].descriptor, &alloc.allocator, http->body_bytes,
+    *out = protobuf_c_message_unpack(bd_command_message(row), &alloc.allocator, http->body_bytes,
                                      http->body);
     if (*out) return BD_ERR_OK;
     return bd_fault_set(fault, BD_ERR_BAD_INPUT, "body", "the body is no %s",
-                        edits[edit].descriptor->short_name);
+                        bd_command_message(row)->short_name);
 }
 
 // The scene is the path's, whatever the body says.
-static void set_scene(ProtobufCMessage *message, const char *id)
+static void set_scene(ProtobufCMessage *message, const char *name, const char *id)
 {
     const ProtobufCFieldDescriptor *field =
-        protobuf_c_message_descriptor_get_field_by_name(message->descriptor, "scene");
-    char **scene = (char **)((uint8_t *)message + field->offset);
-    free(*scene);
-    *scene = bd_answer_text(id);
+        protobuf_c_message_descriptor_get_field_by_name(message->descriptor, name);
+    const bool is_set = bd_field_set_text(message, field, id);
+    BD_ASSERT(is_set);
 }
 
-// --- queries --------------------------------------------------------------------------------
-
-// Calls `take` for each pair of the query; the first that it does not take is refused by name.
-static enum bd_err read_pairs(const char *query, bool (*take)(void *user, char *key, char *value),
-                              void *user, struct bd_fault *fault)
+enum bd_err bd_http_command_read(const struct bd_http *http, const struct bd_command_row *row,
+                                 struct bd_answer *out, struct bd_fault *fault)
 {
-    char *copy = bd_answer_text(query), *rest = NULL;
-    enum bd_err err = BD_ERR_OK;
-    for (char *pair = strtok_r(copy, "&", &rest); pair && !err; pair = strtok_r(NULL, "&", &rest)) {
-        char *value = strchr(pair, '=');
-        if (value) *value++ = 0;
-        if (!value || !take(user, pair, value))
-            err = bd_fault_set(fault, BD_ERR_USAGE, pair,
-                               "\"%.40s\" is no option of this request, or its value makes no "
-                               "sense",
-                               pair);
-    }
-    free(copy);
-    return err;
-}
-
-static bool take_log_pair(void *user, char *key, char *value)
-{
-    Bounced__SceneLog *log = user;
-    uint64_t number;
-    if (!bd_http_query_number(value, UINT64_MAX, &number)) return false;
-    if (strcmp(key, "after") == 0) {
-        BD_SET(log, after, number);
-        return true;
-    }
-    if (strcmp(key, "limit") != 0 || number > UINT32_MAX) return false;
-    BD_SET(log, limit, (uint32_t)number);
-    return true;
-}
-
-static enum bd_err read_log(const struct bd_http *http, ProtobufCMessage **out,
-                            struct bd_fault *fault)
-{
-    Bounced__SceneLog *log = malloc(sizeof *log);
-    BD_ASSERT(log);
-    bounced__scene_log__init(log);
-    *out = &log->base;
-    enum bd_err err = read_pairs(http->target.query, take_log_pair, log, fault);
-    if (err) protobuf_c_message_free_unpacked(*out, NULL);
-    return err;
-}
-
-static bool take_export_pair(void *user, char *key, char *value)
-{
-    Bounced__SceneExport *request = user;
-    uint64_t number;
-    if (strcmp(key, "name") == 0 && !request->name) {
-        if (!bd_http_query_decode(value)) return false;
-        request->name = bd_answer_text(value);
-        return true;
-    }
-    if (strcmp(key, "revision") != 0 || !bd_http_query_number(value, UINT64_MAX, &number))
-        return false;
-    BD_SET(request, revision, number);
-    return true;
-}
-
-static enum bd_err read_export(const struct bd_http *http, ProtobufCMessage **out,
-                               struct bd_fault *fault)
-{
-    Bounced__SceneExport *request = malloc(sizeof *request);
-    BD_ASSERT(request);
-    bounced__scene_export__init(request);
-    *out = &request->base;
-    enum bd_err err = read_pairs(http->target.query, take_export_pair, request, fault);
-    if (err) protobuf_c_message_free_unpacked(*out, NULL);
-    return err;
-}
-
-static bool take_scene_pair(void *user, char *key, char *value)
-{
-    if (strcmp(key, "objects") != 0 || value[0] == 0 || value[1] != 0) return false;
-    *(bool *)user = value[0] == '1';
-    return value[0] == '0' || value[0] == '1';
-}
-
-enum bd_err bd_http_scene_query(const char *query, bool *objects, struct bd_fault *fault)
-{
-    *objects = false;
-    return read_pairs(query, take_scene_pair, objects, fault);
-}
-
-enum bd_err bd_http_edit_read(const struct bd_http *http, struct bd_answer *out,
-                              struct bd_fault *fault)
-{
-    const enum bd_http_edit edit = http->target.edit;
     const char *type = http->head.values[BD_HTTP_CONTENT_TYPE];
     ProtobufCMessage *message = NULL;
     enum bd_err err;
-    if (edit == BD_HTTP_EDIT_LOG)
-        err = read_log(http, &message, fault);
-    else if (edit == BD_HTTP_EDIT_EXPORT)
-        err = read_export(http, &message, fault);
+    if (http->method != BD_HTTP_POST)
+        err = read_query(http->target.query, row, &message, fault);
     else if (bd_http_media_is(type, "application/json"))
-        err = read_json(http, edit, &message, fault);
+        err = read_json(http, row, &message, fault);
     else
-        err = read_protobuf(http, edit, &message, fault);
+        err = read_protobuf(http, row, &message, fault);
     if (err) return err;
-    set_scene(message, http->target.id);
-    *out = bd_answer_of(edits[edit].body, message);
+    if (row->scene) set_scene(message, row->scene, http->target.id);
+    *out = bd_answer_of(row->body, message);
     return BD_ERR_OK;
 }

@@ -1,6 +1,5 @@
 // The query of a frame: NAME=VALUE pairs into the schema's Render.
 
-#include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -35,15 +34,6 @@ bool bd_http_query_decode(char *text)
     }
     *out = 0;
     return true;
-}
-
-bool bd_http_query_number(const char *text, uint64_t most, uint64_t *out)
-{
-    char *end;
-    if (*text < '0' || *text > '9') return false;
-    errno = 0;
-    *out = strtoull(text, &end, 10);
-    return !errno && *end == 0 && *out <= most;
 }
 
 static void replace_text(char **field, const char *value)

@@ -4,7 +4,7 @@
 #include <stdlib.h>
 
 #include "base/assert.h"
-#include "net/http_edits.h"
+#include "net/http_commands.h"
 #include "net/http_internal.h"
 #include "net/http_stream.h"
 #include "net/multipart.h"
@@ -39,81 +39,23 @@ static void start(struct bd_http *http, struct bd_answer request, struct bd_comm
     if (command) http->command = command;
 }
 
-static void start_empty(struct bd_http *http, Bounced__Envelope__BodyCase body_case,
-                        const ProtobufCMessageDescriptor *descriptor)
-{
-    ProtobufCMessage *message = malloc(descriptor->sizeof_message);
-    BD_ASSERT(message);
-    protobuf_c_message_init(descriptor, message);
-    start(http, bd_answer_of(body_case, message), NULL);
-}
-
 static void send_refusal(struct bd_http *http, const struct bd_fault *fault)
 {
     struct bd_http_refusal refusal = {.fault = *fault};
     bd_http_send_fault(http, &refusal);
 }
 
-static enum bd_err read_scene_add(struct bd_http *http, Bounced__SceneAdd **out,
-                                  struct bd_fault *fault)
+static void start_by_row(struct bd_http *http)
 {
-    const ProtobufCMessageDescriptor *descriptor = &bounced__scene_add__descriptor;
-    const char *type = http->head.values[BD_HTTP_CONTENT_TYPE];
-    if (bd_http_media_is(type, "application/json"))
-        return bd_json_text_to_message((const char *)http->body, http->body_bytes, descriptor,
-                                       (ProtobufCMessage **)out, fault);
-    struct bd_wire_alloc alloc;
-    bd_wire_alloc_init(&alloc, bd_wire_budget(http->body_bytes));
-    *out = bounced__scene_add__unpack(&alloc.allocator, http->body_bytes, http->body);
-    if (*out) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_BAD_INPUT, "body", "the body is no SceneAdd");
-}
-
-static void add_scene(struct bd_http *http)
-{
-    Bounced__SceneAdd *add;
-    struct bd_fault fault;
-    if (read_scene_add(http, &add, &fault)) {
-        send_refusal(http, &fault);
-        return;
-    }
-    http->is_scene_add = true;
-    start(http, bd_answer_of(BOUNCED__ENVELOPE__BODY_SCENE_ADD, add), NULL);
-}
-
-static void start_edit(struct bd_http *http)
-{
+    const struct bd_command_row *row = bd_http_command_by(http->target.command, http->method);
     struct bd_answer request;
     struct bd_fault fault;
-    if (bd_http_edit_read(http, &request, &fault))
+    BD_ASSERT(row); // or refused with its head
+    http->is_scene_add = row->body == BOUNCED__ENVELOPE__BODY_SCENE_ADD;
+    if (bd_http_command_read(http, row, &request, &fault))
         send_refusal(http, &fault);
     else
         start(http, request, NULL);
-}
-
-static void get_scene(struct bd_http *http)
-{
-    bool objects;
-    struct bd_fault fault;
-    if (bd_http_scene_query(http->target.query, &objects, &fault)) {
-        send_refusal(http, &fault);
-        return;
-    }
-    Bounced__SceneGet *get = malloc(sizeof *get);
-    BD_ASSERT(get);
-    bounced__scene_get__init(get);
-    get->id = bd_answer_text(http->target.id);
-    if (objects) BD_SET(get, objects, 1);
-    start(http, bd_answer_of(BOUNCED__ENVELOPE__BODY_SCENE_GET, get), NULL);
-}
-
-static void remove_scene(struct bd_http *http)
-{
-    Bounced__SceneRemove *remove = malloc(sizeof *remove);
-    BD_ASSERT(remove);
-    bounced__scene_remove__init(remove);
-    remove->id = bd_answer_text(http->target.id);
-    start(http, bd_answer_of(BOUNCED__ENVELOPE__BODY_SCENE_REMOVE, remove), NULL);
 }
 
 // NULL, and the request is answered, if the query makes no sense.
@@ -215,38 +157,14 @@ void bd_http_run(struct bd_http *http)
         else
             end_spool(http);
         break;
-    case BD_HTTP_ROUTE_SCENES:
-        if (http->method == BD_HTTP_POST)
-            add_scene(http);
-        else
-            start_empty(http, BOUNCED__ENVELOPE__BODY_SCENE_LIST, &bounced__scene_list__descriptor);
-        break;
-    case BD_HTTP_ROUTE_SCENE:
-        if (http->method == BD_HTTP_DELETE)
-            remove_scene(http);
-        else
-            get_scene(http);
-        break;
-    case BD_HTTP_ROUTE_EDIT:
-        start_edit(http);
+    case BD_HTTP_ROUTE_COMMAND:
+        start_by_row(http);
         break;
     case BD_HTTP_ROUTE_FRAME:
         render_scene(http);
         break;
     case BD_HTTP_ROUTE_RENDER:
         end_spool(http);
-        break;
-    case BD_HTTP_ROUTE_DEVICES:
-        start_empty(http, BOUNCED__ENVELOPE__BODY_DEVICES, &bounced__devices__descriptor);
-        break;
-    case BD_HTTP_ROUTE_STATS:
-        start_empty(http, BOUNCED__ENVELOPE__BODY_STATS, &bounced__stats__descriptor);
-        break;
-    case BD_HTTP_ROUTE_TECHNIQUES:
-        start_empty(http, BOUNCED__ENVELOPE__BODY_TECHNIQUES, &bounced__techniques__descriptor);
-        break;
-    case BD_HTTP_ROUTE_OPTIONS:
-        start_empty(http, BOUNCED__ENVELOPE__BODY_OPTIONS, &bounced__options__descriptor);
         break;
     case BD_HTTP_ROUTE_SESSION:
         if (http->method == BD_HTTP_POST)

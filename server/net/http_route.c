@@ -3,7 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "net/http_edits.h"
+#include "net/http_commands.h"
 #include "net/viewer.h"
 
 // Copies what is before `stop` and moves behind it. False if it does not fit or is empty.
@@ -27,14 +27,10 @@ static bool take(const char **at, const char *text)
 
 static enum bd_http_route find_under_scenes(const char *at, struct bd_http_target *out)
 {
-    if (*at == 0) return BD_HTTP_ROUTE_SCENES;
     if (!take(&at, "/") || !take_segment(&at, "/", out->id, sizeof out->id))
         return BD_HTTP_ROUTE_NONE;
-    if (*at == 0) return BD_HTTP_ROUTE_SCENE;
     if (strcmp(at, "/stream.mjpeg") == 0) return BD_HTTP_ROUTE_MJPEG;
     if (strcmp(at, "/events") == 0) return BD_HTTP_ROUTE_EVENTS;
-    out->edit = bd_http_edit_find(at + 1);
-    if (*at == '/' && out->edit != BD_HTTP_EDIT_COUNT) return BD_HTTP_ROUTE_EDIT;
     if (!take(&at, "/frame.") || !take_segment(&at, "", out->extension, sizeof out->extension))
         return BD_HTTP_ROUTE_NONE;
     static const char *const extensions[] = {"png", "jpg", "jpeg", "exr", "json"};
@@ -51,13 +47,13 @@ static enum bd_http_route find_path(const char *path, struct bd_http_target *out
     } fixed[] = {
         {"/healthz", BD_HTTP_ROUTE_HEALTH},     {"/readyz", BD_HTTP_ROUTE_READY},
         {"/metrics", BD_HTTP_ROUTE_METRICS},    {"/v1/render", BD_HTTP_ROUTE_RENDER},
-        {"/v1/devices", BD_HTTP_ROUTE_DEVICES}, {"/v1/stats", BD_HTTP_ROUTE_STATS},
         {"/v1/session", BD_HTTP_ROUTE_SESSION}, {"/v1/socket", BD_HTTP_ROUTE_SOCKET},
-        {"/v1/events", BD_HTTP_ROUTE_EVENTS},   {"/v1/techniques", BD_HTTP_ROUTE_TECHNIQUES},
-        {"/v1/options", BD_HTTP_ROUTE_OPTIONS},
+        {"/v1/events", BD_HTTP_ROUTE_EVENTS},
     };
     for (size_t i = 0; i < sizeof fixed / sizeof fixed[0]; i++)
         if (strcmp(path, fixed[i].path) == 0) return fixed[i].route;
+    out->command = bd_http_command_find(path, out->id, sizeof out->id);
+    if (out->command) return BD_HTTP_ROUTE_COMMAND;
     out->file = bd_viewer_find(path);
     if (out->file) return BD_HTTP_ROUTE_VIEWER;
     if (take(&path, "/v1/blobs/sha256:"))
@@ -79,20 +75,24 @@ void bd_http_route_find(const char *url, struct bd_http_target *out)
     out->route = find_path(path, out);
 }
 
+static unsigned methods_of_command(const struct bd_command_row *first)
+{
+    unsigned methods = 0;
+    for (int method = BD_HTTP_GET; method <= BD_HTTP_DELETE; method++)
+        if (bd_http_command_by(first, (enum bd_http_method)method)) methods |= 1u << method;
+    return methods;
+}
+
 static unsigned methods_of(const struct bd_http_target *target)
 {
     switch (target->route) {
-    case BD_HTTP_ROUTE_EDIT:
-        return 1u << (bd_http_edit_is_get(target->edit) ? BD_HTTP_GET : BD_HTTP_POST);
+    case BD_HTTP_ROUTE_COMMAND:
+        return methods_of_command(target->command);
     case BD_HTTP_ROUTE_NONE:
         return 0;
     case BD_HTTP_ROUTE_HEALTH:
     case BD_HTTP_ROUTE_READY:
     case BD_HTTP_ROUTE_METRICS:
-    case BD_HTTP_ROUTE_DEVICES:
-    case BD_HTTP_ROUTE_STATS:
-    case BD_HTTP_ROUTE_TECHNIQUES:
-    case BD_HTTP_ROUTE_OPTIONS:
     case BD_HTTP_ROUTE_FRAME:
     case BD_HTTP_ROUTE_SOCKET:
     case BD_HTTP_ROUTE_MJPEG:
@@ -104,10 +104,6 @@ static unsigned methods_of(const struct bd_http_target *target)
         return 1u << BD_HTTP_GET | 1u << BD_HTTP_HEAD;
     case BD_HTTP_ROUTE_BLOB:
         return 1u << BD_HTTP_HEAD | 1u << BD_HTTP_PUT;
-    case BD_HTTP_ROUTE_SCENES:
-        return 1u << BD_HTTP_GET | 1u << BD_HTTP_POST;
-    case BD_HTTP_ROUTE_SCENE:
-        return 1u << BD_HTTP_GET | 1u << BD_HTTP_DELETE;
     case BD_HTTP_ROUTE_RENDER:
         return 1u << BD_HTTP_POST;
     }
@@ -123,8 +119,7 @@ static bool takes_query(const struct bd_http_target *target, int method)
     case BD_HTTP_ROUTE_MJPEG:
     case BD_HTTP_ROUTE_VIEWER:
         return true;
-    case BD_HTTP_ROUTE_EDIT:
-    case BD_HTTP_ROUTE_SCENE:
+    case BD_HTTP_ROUTE_COMMAND:
         return method == BD_HTTP_GET;
     default:
         return false;

@@ -18,15 +18,9 @@ enum bd_http_route {
     BD_HTTP_ROUTE_READY,
     BD_HTTP_ROUTE_METRICS,
     BD_HTTP_ROUTE_BLOB,
-    BD_HTTP_ROUTE_SCENES,
-    BD_HTTP_ROUTE_SCENE,
+    BD_HTTP_ROUTE_COMMAND, // by its row
     BD_HTTP_ROUTE_FRAME,
-    BD_HTTP_ROUTE_EDIT, // of its state or history
     BD_HTTP_ROUTE_RENDER,
-    BD_HTTP_ROUTE_DEVICES,
-    BD_HTTP_ROUTE_STATS,
-    BD_HTTP_ROUTE_TECHNIQUES,
-    BD_HTTP_ROUTE_OPTIONS,
     BD_HTTP_ROUTE_SESSION,
     BD_HTTP_ROUTE_SOCKET,
     BD_HTTP_ROUTE_MJPEG,
@@ -36,13 +30,14 @@ enum bd_http_route {
 
 enum bd_http_method { BD_HTTP_GET, BD_HTTP_HEAD, BD_HTTP_POST, BD_HTTP_PUT, BD_HTTP_DELETE };
 
+struct bd_command_row;
 struct bd_viewer_file;
 
 struct bd_http_target {
     enum bd_http_route route;
     char id[72];                       // of a scene, or a blob's hexadecimal name
     char extension[8];                 // of a frame
-    int edit;                          // enum bd_http_edit
+    const struct bd_command_row *command; // the first with that path
     const struct bd_viewer_file *file; // of the viewer
     const char *query;                 // in the url, behind '?'; "" if there is none
 };
@@ -60,9 +55,6 @@ enum bd_err bd_http_route_check(const struct bd_http_target *target, int method,
 // which a string would end early.
 BD_MUST_CHECK
 bool bd_http_query_decode(char *text);
-
-// A whole number, of digits alone, from 0 to `most`. False: it is none.
-bool bd_http_query_number(const char *text, uint64_t most, uint64_t *out);
 
 // The query of a frame or a one-shot render into a new message without a scene, to be freed by
 // free_unpacked with NULL. `extension` "" : from `encoding=`. Unknown names and bad numbers are

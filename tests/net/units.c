@@ -9,6 +9,7 @@
 #include "net/auth.h"
 #include "net/client.h"
 #include "net/frame_options.h"
+#include "net/http_commands.h"
 #include "net/http_guard.h"
 #include "net/http_route.h"
 #include "net/multipart.h"
@@ -109,6 +110,53 @@ static void routes(void **state)
     for (size_t i = 0; i < sizeof nothing / sizeof nothing[0]; i++) {
         bd_http_route_find(nothing[i], &target);
         assert_int_equal(target.route, BD_HTTP_ROUTE_NONE);
+    }
+}
+
+// What a connection does itself (net/session.h): no commands.
+static bool is_of_connections(const char *name)
+{
+    static const char *const names[] = {"hello",     "blob_put",    "cancel",     "scene_watch",
+                                        "view_open", "view_update", "view_close", "view_credit"};
+    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++)
+        if (strcmp(names[i], name) == 0) return true;
+    return false;
+}
+
+// Answers and events have numbers from 40 on.
+static void every_request_of_the_schema_has_a_row(void **state)
+{
+    (void)state;
+    const ProtobufCMessageDescriptor *envelope = &bounced__envelope__descriptor;
+    for (unsigned i = 0; i < envelope->n_fields; i++) {
+        const ProtobufCFieldDescriptor *field = &envelope->fields[i];
+        if (field->type != PROTOBUF_C_TYPE_MESSAGE || field->id >= BOUNCED__ENVELOPE__BODY_ERROR)
+            continue;
+        const bool has_row = bd_command_row_of((Bounced__Envelope__BodyCase)field->id) != NULL;
+        if (has_row == is_of_connections(field->name)) fail_msg("%s", field->name);
+    }
+}
+
+static void rows_lead_to_themselves(void **state)
+{
+    (void)state;
+    const struct bd_command_row *row;
+    for (uint32_t i = 0; (row = bd_command_row_at(i)); i++) {
+        const ProtobufCMessageDescriptor *message = bd_command_message(row);
+        assert_ptr_equal(bd_command_row_of(row->body), row);
+        assert_true(!row->scene ||
+                    protobuf_c_message_descriptor_get_field_by_name(message, row->scene));
+        if (!row->http) continue;
+        struct bd_http_target target;
+        const char *path = strchr(row->http, ' ') + 1;
+        assert_int_equal(strstr(path, "/ID") != NULL, row->scene != NULL);
+        bd_http_route_find(path, &target);
+        assert_int_equal(target.route, BD_HTTP_ROUTE_COMMAND);
+        if (row->scene) assert_string_equal(target.id, "ID");
+        int found = 0;
+        for (int method = BD_HTTP_GET; method <= BD_HTTP_DELETE; method++)
+            found += bd_http_command_by(target.command, (enum bd_http_method)method) == row;
+        assert_int_equal(found, 1);
     }
 }
 
@@ -237,6 +285,8 @@ int main(void)
         cmocka_unit_test(bucket_holds_twice_the_rate),
         cmocka_unit_test(media_types_are_whole_words),
         cmocka_unit_test(routes),
+        cmocka_unit_test(every_request_of_the_schema_has_a_row),
+        cmocka_unit_test(rows_lead_to_themselves),
         cmocka_unit_test(queries),
         cmocka_unit_test(environments_in_queries),
         cmocka_unit_test(boundaries),
