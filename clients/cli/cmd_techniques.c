@@ -42,7 +42,8 @@ static void print_parameter(const Bounced__Parameter *parameter)
     for (size_t i = 0; i < parameter->n_choices; i++)
         bd_cli_print(stdout, "%s%s", i ? "|" : "", parameter->choices[i]);
     if (!parameter->n_choices) printf("%.9g to %.9g", parameter->minimum, parameter->maximum);
-    bd_cli_print_line(stdout, ", default %s", or_empty(parameter->standard));
+    bd_cli_print_line(stdout, ", default %s: %s", or_empty(parameter->standard),
+                      or_empty(parameter->what));
 }
 
 static void print_technique(const Bounced__Technique *technique)

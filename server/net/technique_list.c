@@ -52,6 +52,7 @@ static Bounced__Parameter *parameter_message(const struct bd_technique *techniqu
     Bounced__Parameter *out = zeroed(1, sizeof *out);
     bounced__parameter__init(out);
     out->key = bd_answer_text(info.key);
+    out->what = bd_answer_text(info.what);
     out->standard = bd_answer_text(info.standard);
     out->choices = zeroed(info.choice_count, sizeof *out->choices);
     for (uint32_t i = 0; i < info.choice_count; i++)

@@ -30,137 +30,153 @@ struct param_row {
     double minimum, maximum;
     double standard;
     const char *choices[4];
+    const char *what; // in a few words, for who chooses
 };
 
-#define UNLIMITED "inf"
-#define OFF_ON                                                                                     \
-    {                                                                                              \
-        "off", "on"                                                                                \
-    }
+#define UNLIMITED    "inf"
 #define NO_TECHNIQUE "none"
 #define ALL_LIGHTS   7
 #define SPP_MAX      (1u << 24)
 // One dispatch tests a list: 65,535 groups of BD_SUBSPLAT_GROUP blocks.
 #define SUBSPLATS_MAX (65535u * 64)
 
-#define FIELD(name) offsetof(struct bd_params, name)
+// A row by its type: the parameter, its key and its field of struct bd_params; range and standard
+// of a number, standard and words of a choice; what it does.
+#define ROW(param, name, kind, field, ...)                                                         \
+    [BD_PARAM_##param] = {                                                                         \
+        .key = name, .type = kind, .offset = offsetof(struct bd_params, field), __VA_ARGS__}
+#define NUMBER(param, name, kind, field, least, most, usual, tells)                                \
+    ROW(param, name, kind, field, .minimum = least, .maximum = most, .standard = usual,            \
+        .what = tells)
+#define COUNT(param, name, ...) NUMBER(param, name, PARAM_COUNT, __VA_ARGS__)
+#define EVEN(param, name, ...)  NUMBER(param, name, PARAM_EVEN, __VA_ARGS__)
+#define REAL(param, name, ...)  NUMBER(param, name, PARAM_REAL, __VA_ARGS__)
+#define CHOICE(param, name, field, usual, tells, ...)                                              \
+    ROW(param, name, PARAM_CHOICE, field, .standard = usual, .what = tells,                        \
+        .choices = {__VA_ARGS__})
+#define LIGHTS(param, name, field, usual, tells, ...)                                              \
+    ROW(param, name, PARAM_LIGHTS, field, .standard = usual, .what = tells,                        \
+        .choices = {__VA_ARGS__})
+#define TECHNIQUE(param, name, field, tells) ROW(param, name, PARAM_TECHNIQUE, field, .what = tells)
+#define OFF_ON                               "off", "on"
 
 static const struct param_row table[BD_PARAM_COUNT] = {
-    [BD_PARAM_BRDF] = {"brdf", PARAM_CHOICE, FIELD(lambert), 0, 0, 0, {"full", "lambert"}},
-    [BD_PARAM_SHADOW_SIZE] = {"shadow_size", PARAM_COUNT, FIELD(shadow_size), 16, 8192, 1024, {0}},
-    [BD_PARAM_VPLS] = {"vpls", PARAM_COUNT, FIELD(vpls), 1, 1u << 24, 1024, {0}},
-    [BD_PARAM_VPL_BUDGET] = {"vpl_budget", PARAM_COUNT, FIELD(vpl_budget), 0, 1u << 24, 0, {0}},
-    [BD_PARAM_RSM_SIZE] = {"rsm_size", PARAM_COUNT, FIELD(rsm_size), 8, 4096, 256, {0}},
-    [BD_PARAM_VPL_KERNEL] =
-        {"vpl_kernel", PARAM_CHOICE, FIELD(vpl_kernel), 0, 0, 0, {"patch", "disk", "point"}},
-    [BD_PARAM_NEAR_FIELD] = {"near_field", PARAM_REAL, FIELD(near_field), 0, 1000, 5, {0}},
-    [BD_PARAM_PAPER_MODE] = {"paper_mode", PARAM_COUNT, FIELD(paper_mode), 0, 1, 0, {0}},
-    [BD_PARAM_SPLAT_SHARE] = {"splat_share", PARAM_REAL, FIELD(splat_share), 1e-6, 1, 0.05, {0}},
-    [BD_PARAM_DEPTH_TEST] = {"depth_test",
-                             PARAM_CHOICE,
-                             FIELD(depth_test),
-                             0,
-                             0,
-                             0,
-                             {"minmax", "derivative", "off", "step"}},
-    [BD_PARAM_DEPTH_THRESHOLD] =
-        {"depth_threshold", PARAM_REAL, FIELD(depth_threshold), 0, 1e6, 0.05, {0}},
-    [BD_PARAM_NORMAL_TEST] =
-        {"normal_test", PARAM_CHOICE, FIELD(normal_test), 0, 0, 0, {"minmax", "chord", "off"}},
-    [BD_PARAM_NORMAL_THRESHOLD] =
-        {"normal_threshold", PARAM_REAL, FIELD(normal_threshold), 0, 2, 0.25, {0}},
-    [BD_PARAM_NEIGHBOURHOOD] = {"neighbourhood",
-                                PARAM_CHOICE,
-                                FIELD(neighbourhood),
-                                0,
-                                0,
-                                0,
-                                {"plain", "diagonal", "adjacent"}},
-    [BD_PARAM_COARSEST] = {"coarsest", PARAM_COUNT, FIELD(coarsest), 1, 16384, 64, {0}},
-    [BD_PARAM_FINEST] =
-        {"finest", PARAM_CHOICE, FIELD(finest_level), 0, 0, 0, {"1", "2", "4", "8"}},
-    [BD_PARAM_LIGHT_THRESHOLD] =
-        {"light_threshold", PARAM_REAL, FIELD(light_threshold), 0, 1e6, INFINITY, {0}},
-    [BD_PARAM_SURFACE_DETAIL] = {"surface_detail",
-                                 PARAM_CHOICE,
-                                 FIELD(surface_detail),
-                                 0,
-                                 0,
-                                 1,
-                                 {"off", "direction", "paper"}},
-    [BD_PARAM_VISIT] = {"visit", PARAM_CHOICE, FIELD(visit), 0, 0, 0, {"list", "mask"}},
-    [BD_PARAM_SUB_FRAMES] =
-        {"sub_frames", PARAM_CHOICE, FIELD(sub_frames), 0, 0, 0, {"shared", "own"}},
-    [BD_PARAM_RADIANCE_TEST] =
-        {"radiance_test", PARAM_CHOICE, FIELD(radiance_test), 0, 0, 0, {"relative", "absolute"}},
-    [BD_PARAM_RADIANCE_THRESHOLD] =
-        {"radiance_threshold", PARAM_REAL, FIELD(radiance_threshold), 0, 1e12, 0.25, {0}},
-    [BD_PARAM_MATERIAL_THRESHOLD] =
-        {"material_threshold", PARAM_REAL, FIELD(material_threshold), 0, 1, 0.1, {0}},
-    [BD_PARAM_SUBSPLAT_LIMIT] =
-        {"subsplat_limit", PARAM_COUNT, FIELD(subsplat_limit), 64, SUBSPLATS_MAX, 1u << 18, {0}},
-    [BD_PARAM_CLUSTER_LEVELS] =
-        {"cluster_levels", PARAM_COUNT, FIELD(cluster_levels), 0, 12, 3, {0}},
-    [BD_PARAM_CLUSTER_DEPTH_THRESHOLD] =
-        {"cluster_depth_threshold", PARAM_REAL, FIELD(cluster_depth_threshold), 0, 1e6, 0.3, {0}},
-    [BD_PARAM_CLUSTER_NORMAL_THRESHOLD] =
-        {"cluster_normal_threshold", PARAM_REAL, FIELD(cluster_normal_threshold), 0, 2, 0.3, {0}},
-    [BD_PARAM_TREE_CUT] =
-        {"tree_cut", PARAM_CHOICE, FIELD(tree_cut), 0, 0, 0, {"lightcuts", "bound", "level"}},
-    [BD_PARAM_TAU] = {"tau", PARAM_REAL, FIELD(tau), 0, 1, 0.03, {0}},
-    [BD_PARAM_TREE_ROOTS] = {"tree_roots", PARAM_COUNT, FIELD(tree_roots), 1, 1u << 24, 256, {0}},
-    [BD_PARAM_MODEL_OF] = {"model_of", PARAM_TECHNIQUE, FIELD(model_of), 0, 0, 0, {0}},
-    [BD_PARAM_SPP] = {"spp", PARAM_EVEN, FIELD(spp), 2, SPP_MAX, 64, {0}},
-    [BD_PARAM_FIRST_SAMPLE] = {"first_sample", PARAM_EVEN, FIELD(first_sample), 0, SPP_MAX, 0, {0}},
-    [BD_PARAM_BOUNCES] = {"bounces", PARAM_COUNT, FIELD(bounces), 0, 64, INFINITY, {0}},
-    [BD_PARAM_INDIRECT_VISIBILITY] = {"indirect_visibility",
-                                      PARAM_CHOICE,
-                                      FIELD(indirect_visibility),
-                                      0,
-                                      0,
-                                      1,
-                                      {"none", "rays"}},
-    [BD_PARAM_RAYS] = {"rays", PARAM_COUNT, FIELD(rays), 1, 1u << 24, 16, {0}},
-    [BD_PARAM_LIGHTS] = {"lights",
-                         PARAM_LIGHTS,
-                         FIELD(lights),
-                         0,
-                         0,
-                         ALL_LIGHTS,
-                         {"punctual", "emissive", "environment", "all"}},
-    [BD_PARAM_FILTER] = {"filter", PARAM_CHOICE, FIELD(filter), 0, 0, 0, {"point", "box"}},
-    [BD_PARAM_ALPHA] =
-        {"alpha", PARAM_CHOICE, FIELD(alpha_coverage), 0, 0, 1, {"mask", "coverage"}},
-    [BD_PARAM_CLAMP] = {"clamp", PARAM_REAL, FIELD(clamp_per_m2), 0, 1e12, INFINITY, {0}},
-    [BD_PARAM_SENDERS] =
-        {"senders", PARAM_CHOICE, FIELD(senders_lambert), 0, 0, 0, {"full", "lambert"}},
-    [BD_PARAM_TRANSMISSION] = {"transmission", PARAM_CHOICE, FIELD(transmission), 0, 0, 1, OFF_ON},
-    [BD_PARAM_LIGHT_VERTICES] = {"light_vertices", PARAM_CHOICE, FIELD(light_vertices), 0, 0, 1,
-                                 OFF_ON},
-    [BD_PARAM_NOISE_FILTER] = {"noise_filter", PARAM_CHOICE, FIELD(noise_filter), 0, 0, 1, OFF_ON},
-    [BD_PARAM_LIGHT_RAYS] =
-        {"light_rays", PARAM_EVEN, FIELD(light_rays), 0, BD_LIGHT_RAYS_MAX, 16, {0}},
-    [BD_PARAM_LAMPS] = {"lamps", PARAM_CHOICE, FIELD(lamps), 0, 0, 0, {"auto", "maps", "rays"}},
-    [BD_PARAM_INDIRECT_LIGHTS] = {"indirect_lights",
-                                  PARAM_LIGHTS,
-                                  FIELD(indirect_lights),
-                                  0,
-                                  0,
-                                  ALL_LIGHTS,
-                                  {"punctual", "emissive", "environment", "all"}},
-    [BD_PARAM_INDIRECT_BOUNCES] =
-        {"indirect_bounces", PARAM_COUNT, FIELD(indirect_bounces), 1, 64, 1, {0}},
-    [BD_PARAM_EXECUTOR] =
-        {"executor", PARAM_CHOICE, FIELD(executor), 0, 0, 0, {"auto", "device", "native"}},
-    [BD_PARAM_DRAWING] =
-        {"drawing", PARAM_CHOICE, FIELD(drawing), 0, 0, 0, {"auto", "raster", "rays"}},
-    [BD_PARAM_WALK_VPLS] =
-        {"walk_vpls", PARAM_COUNT, FIELD(walk_vpls), 64, BD_LIGHT_PATHS_MAX, 2048, {0}},
-    [BD_PARAM_CACHE_CELLS] =
-        {"cache_cells", PARAM_COUNT, FIELD(cache_cells), 64, 1u << 20, 2048, {0}},
-    [BD_PARAM_FAR_RAYS] = {"far_rays", PARAM_EVEN, FIELD(far_rays), 2, BD_FAR_RAYS_MAX, 4, {0}},
-    [BD_PARAM_LIGHT_BLOCKS] =
-        {"light_blocks", PARAM_CHOICE, FIELD(light_blocks), 0, 0, 0, {"auto", "1", "2", "4"}},
+    CHOICE(BRDF, "brdf", lambert, 0, "lambert: without specular lobe and metals", "full",
+           "lambert"),
+    COUNT(SHADOW_SIZE, "shadow_size", shadow_size, 16, 8192, 1024,
+          "texels along a side of a shadow map, of a cube's face"),
+    COUNT(VPLS, "vpls", vpls, 1, 1u << 24, 1024, "virtual lights of each light source, or of all"),
+    COUNT(
+        VPL_BUDGET, "vpl_budget", vpl_budget, 0, 1u << 24, 0,
+        "virtual lights of all sources, beyond which they are shared by flux; 0: four times vpls"),
+    COUNT(RSM_SIZE, "rsm_size", rsm_size, 8, 4096, 256,
+          "texels along a side of a light's map, of a cube's face"),
+    CHOICE(VPL_KERNEL, "vpl_kernel", vpl_kernel, 0,
+           "what a virtual light is: the patch that it stands for, a disk, or a point", "patch",
+           "disk", "point"),
+    REAL(NEAR_FIELD, "near_field", near_field, 0, 1000, 5,
+         "radii of a patch below which its light is integrated exactly"),
+    COUNT(PAPER_MODE, "paper_mode", paper_mode, 0, 1, 0,
+          "1: the paper's printed formulas and defaults"),
+    REAL(SPLAT_SHARE, "splat_share", splat_share, 1e-6, 1, 0.05,
+         "fragments of all splats, as a part of pixels times virtual lights"),
+    CHOICE(DEPTH_TEST, "depth_test", depth_test, 0,
+           "what tells that a block of pixels spans a step in depth", "minmax", "derivative", "off",
+           "step"),
+    REAL(DEPTH_THRESHOLD, "depth_threshold", depth_threshold, 0, 1e6, 0.05,
+         "above which it is split"),
+    CHOICE(NORMAL_TEST, "normal_test", normal_test, 0,
+           "what tells that a block spans surfaces that face apart", "minmax", "chord", "off"),
+    REAL(NORMAL_THRESHOLD, "normal_threshold", normal_threshold, 0, 2, 0.25,
+         "above which it is split"),
+    CHOICE(NEIGHBOURHOOD, "neighbourhood", neighbourhood, 0,
+           "which blocks around are looked at, too", "plain", "diagonal", "adjacent"),
+    COUNT(COARSEST, "coarsest", coarsest, 1, 16384, 64,
+          "blocks along the longer side of the coarsest level, at most"),
+    CHOICE(FINEST, "finest", finest_level, 0,
+           "pixels along a side of blocks that are not split any more", "1", "2", "4", "8"),
+    REAL(LIGHT_THRESHOLD, "light_threshold", light_threshold, 0, 1e6, INFINITY,
+         "spread of light over a block, as a part of it, above which it "
+         "is split (surface_detail=direction)"),
+    CHOICE(SURFACE_DETAIL, "surface_detail", surface_detail, 1,
+           "how normal maps show where light is interpolated", "off", "direction", "paper"),
+    CHOICE(VISIT, "visit", visit, 0,
+           "how blocks are found: by lists, or by a mask over the picture", "list", "mask"),
+    CHOICE(SUB_FRAMES, "sub_frames", sub_frames, 0,
+           "whether each of an antialiased picture's sub-frames gathers its own light", "shared",
+           "own"),
+    CHOICE(RADIANCE_TEST, "radiance_test", radiance_test, 0,
+           "whether radiance_threshold is a part of the radiance, or in cd/m^2", "relative",
+           "absolute"),
+    REAL(RADIANCE_THRESHOLD, "radiance_threshold", radiance_threshold, 0, 1e12, 0.25,
+         "of what a glossy receiver sees of a virtual light, above which its block is split"),
+    REAL(MATERIAL_THRESHOLD, "material_threshold", material_threshold, 0, 1, 0.1,
+         "of roughness and the like over a block, above which it is split"),
+    COUNT(SUBSPLAT_LIMIT, "subsplat_limit", subsplat_limit, 64, SUBSPLATS_MAX, 1u << 18,
+          "blocks of one list, at most"),
+    COUNT(CLUSTER_LEVELS, "cluster_levels", cluster_levels, 0, 12, 3,
+          "how often a block of a light's map may be split in four"),
+    REAL(CLUSTER_DEPTH_THRESHOLD, "cluster_depth_threshold", cluster_depth_threshold, 0, 1e6, 0.3,
+         "step in depth in a light's map above which a block is split"),
+    REAL(CLUSTER_NORMAL_THRESHOLD, "cluster_normal_threshold", cluster_normal_threshold, 0, 2, 0.3,
+         "turn of the normal in a light's map above which a block is split"),
+    CHOICE(TREE_CUT, "tree_cut", tree_cut, 0,
+           "by what a node of the tree of lights stands for its leaves", "lightcuts", "bound",
+           "level"),
+    REAL(TAU, "tau", tau, 0, 1, 0.03, "how far off such a node may be, as tree_cut measures it"),
+    COUNT(TREE_ROOTS, "tree_roots", tree_roots, 1, 1u << 24, 256, "roots of each light's tree"),
+    TECHNIQUE(MODEL_OF, "model_of", model_of,
+              "a technique whose model of light is traced: presets bounces, "
+              "indirect_visibility, lights, senders, transmission and alpha"),
+    EVEN(SPP, "spp", spp, 2, SPP_MAX, 64, "samples a pixel, both halves together; even"),
+    EVEN(FIRST_SAMPLE, "first_sample", first_sample, 0, SPP_MAX, 0,
+         "of those, the index of the first; even"),
+    COUNT(BOUNCES, "bounces", bounces, 0, 64, INFINITY, "of indirect light"),
+    CHOICE(INDIRECT_VISIBILITY, "indirect_visibility", indirect_visibility, 1,
+           "what hides indirect light", "none", "rays"),
+    COUNT(RAYS, "rays", rays, 1, 1u << 24, 16, "virtual lights that a receiver asks a ray for"),
+    LIGHTS(LIGHTS, "lights", lights, ALL_LIGHTS, "kinds of light, joined by +", "punctual",
+           "emissive", "environment", "all"),
+    CHOICE(FILTER, "filter", filter, 0, "through the pixel's centre, or over the pixel", "point",
+           "box"),
+    CHOICE(ALPHA, "alpha", alpha_coverage, 1,
+           "what blends: opaque from half on, or hiding by its part", "mask", "coverage"),
+    REAL(CLAMP, "clamp", clamp_per_m2, 0, 1e12, INFINITY,
+         "bound on cos cos / r^2 between surfaces, 1/m^2"),
+    CHOICE(SENDERS, "senders", senders_lambert, 0,
+           "what surfaces send on: all of their BRDF, or their base colour", "full", "lambert"),
+    CHOICE(TRANSMISSION, "transmission", transmission, 1,
+           "whether light goes through what transmits it", OFF_ON),
+    CHOICE(LIGHT_VERTICES, "light_vertices", light_vertices, 1,
+           "whether paths from lights are joined to those from the eye", OFF_ON),
+    CHOICE(NOISE_FILTER, "noise_filter", noise_filter, 1, "smooth light as far as its noise goes",
+           OFF_ON),
+    EVEN(LIGHT_RAYS, "light_rays", light_rays, 0, BD_LIGHT_RAYS_MAX, 16,
+         "of a pixel to emissive surfaces and the sky, even; 0: those light nothing"),
+    CHOICE(LAMPS, "lamps", lamps, 0,
+           "what hides direct light of punctual lights; auto: rays where they are many", "auto",
+           "maps", "rays"),
+    LIGHTS(INDIRECT_LIGHTS, "indirect_lights", indirect_lights, ALL_LIGHTS,
+           "kinds of light that surfaces send on, joined by +", "punctual", "emissive",
+           "environment", "all"),
+    COUNT(INDIRECT_BOUNCES, "indirect_bounces", indirect_bounces, 1, 64, 1,
+          "how often surfaces send light on, at most"),
+    CHOICE(EXECUTOR, "executor", executor, 0,
+           "who does the arithmetic; auto: the processor on a software device", "auto", "device",
+           "native"),
+    CHOICE(DRAWING, "drawing", drawing, 0,
+           "how what cameras and lights see is found; auto: rays on a software "
+           "device where they cost less",
+           "auto", "raster", "rays"),
+    COUNT(WALK_VPLS, "walk_vpls", walk_vpls, 64, BD_LIGHT_PATHS_MAX, 2048,
+          "virtual lights of further reflections"),
+    COUNT(CACHE_CELLS, "cache_cells", cache_cells, 64, 1u << 20, 2048,
+          "cells of the cache in which rays end, at most"),
+    EVEN(FAR_RAYS, "far_rays", far_rays, 2, BD_FAR_RAYS_MAX, 4,
+         "rays of a pixel that end in the cache, even"),
+    CHOICE(LIGHT_BLOCKS, "light_blocks", light_blocks, 0,
+           "pixels along a side of blocks that gather light as one; auto by size and rays", "auto",
+           "1", "2", "4"),
 };
 
 // Other words for choices. They are read, and never written.
@@ -469,6 +485,7 @@ void bd_param_describe(const struct bd_technique *technique, enum bd_param param
     struct bd_params defaults;
     set_defaults(technique, false, &defaults);
     *out = (struct bd_param_info){.key = row->key,
+                                  .what = row->what,
                                   .minimum = row->minimum,
                                   .maximum = row->maximum,
                                   .whole = row->type == PARAM_COUNT || row->type == PARAM_EVEN,

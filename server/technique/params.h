@@ -172,7 +172,7 @@ struct bd_params {
 
 // What clients are told about a parameter.
 struct bd_param_info {
-    const char *key;
+    const char *key, *what;     // static
     double minimum, maximum;    // of a number
     bool whole;                 // a number without a fraction
     const char *const *choices; // of a word; static

@@ -65,6 +65,7 @@ def test_techniques(shared):
     assert rsm["model"]["indirect_lights"] == rsm["model"]["lights"] and rsm["tolerance_indirect"] > 0
     assert rsm["is_reference"] is False and rsm["hazard_codes"] == ""
     size = next(p for p in rsm["parameters"] if p["key"] == "rsm_size")
+    assert all(p["what"] for t in reply["techniques"] for p in t["parameters"]) and size.pop("what")
     assert size == {"key": "rsm_size", "minimum": 8, "maximum": 4096, "standard": "256",
                     "choices": [], "whole": True}
     status, headers, binary = shared.request("GET", "/v1/techniques",
