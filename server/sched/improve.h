@@ -24,6 +24,9 @@ uint32_t bd_improve_rungs_for_estimate(double own_estimate);
 // the best that by its passes (frame/cost.h) fits; two at most of a frame that the memo had.
 uint32_t bd_improve_rungs_for_ms(const struct bd_frame_request *request,
                                  const struct bd_report *report, double frame_ms, double left_ms);
+// How long such a frame may take before it is given up for the one that stands: what is left of the
+// budget, and half of the whole again.
+double bd_improve_patience_ms(double budget_ms, double spent_ms);
 
 // Changes the request to what is rendered first: with a budget its ladder's cheapest rung; of
 // `auto` one sub-frame, by which it is judged and from which the others go on.

@@ -334,6 +334,9 @@ static void a_budget_is_not_overdrawn(void **state)
     assert_int_equal(bd_improve_rungs_for_ms(&request, &report, 100, 6000), 6);
     assert_int_equal(bd_improve_rungs_for_ms(&request, &report, 100, 1e6), 7);
     assert_int_equal(bd_improve_rungs_for_ms(&request, &report, 0, 850), 0);
+    // One that fitted when it was begun ends, unless it takes far longer.
+    assert_true(bd_improve_patience_ms(1000, 100) == 1400);
+    assert_true(bd_improve_patience_ms(1000, 1600) == 0);
     // Beyond eight rays a large picture has no blocks of four pixels any more: four times as much.
     report.width_px = 1024;
     report.height_px = 768;
