@@ -18,7 +18,7 @@ import sys
 import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-SCENE = ROOT / "tests/scenes/cornell.glb"
+SCENE = "cornell.glb"
 SLOTS = 1 << 16
 LIGHT = {"ops": [{"set_light": {"light": 0, "intensity": 7}}]}
 
@@ -28,7 +28,7 @@ def build(folder):
         flags = "-finstrument-functions -g"
         subprocess.run(["meson", "setup", str(folder), str(ROOT), "-Dbuildtype=plain", f"-Dc_args={flags} -O1", f"-Dcpp_args=-O1 -g"],
                        check=True, stdout=subprocess.DEVNULL)
-    subprocess.run(["ninja", "-C", str(folder), "server/bounced"], check=True, stdout=subprocess.DEVNULL)
+    subprocess.run(["ninja", "-C", str(folder), "server/bounced", "clients/python/bounced_pb2.py"], check=True, stdout=subprocess.DEVNULL)
     recorder = folder / "entered.so"
     subprocess.run(["cc", "-O1", "-shared", "-fPIC", "-o", str(recorder), str(ROOT / "tests/house/entered.c")], check=True)
     return folder / "server/bounced", recorder
@@ -78,7 +78,7 @@ def summary(found):
 
 
 def figures(daemon, recording, program):
-    scene = daemon.add_scene(SCENE.read_bytes())
+    scene = daemon.add_scene(SCENE)
     base = base_of(daemon.process.pid, program)
 
     def picture(seed):
