@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 #include "base/assert.h"
 #include "base/nearest.h"
@@ -184,7 +185,7 @@ bool bd_frame_option_is_flag(const struct bd_frame_option *option)
 int bd_frame_option_word(const struct bd_frame_option *option, const char *text)
 {
     for (int i = 0; option->words && option->words[i]; i++)
-        if (strcmp(option->words[i], text) == 0) return i;
+        if (strcasecmp(option->words[i], text) == 0) return i;
     return -1;
 }
 

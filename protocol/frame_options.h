@@ -50,7 +50,7 @@ bool bd_frame_option_is_set(const struct bd_frame_option *option,
 BD_MUST_CHECK
 enum bd_err bd_frame_options_check(const Bounced__FrameRequest *request, struct bd_fault *fault);
 
-// The number of a row's word; -1: it is none of them.
+// The number of a row's word, in whatever case; -1: it is none of them.
 int bd_frame_option_word(const struct bd_frame_option *option, const char *text);
 
 // What an option takes: "a whole number from 1 to 64", "neutral, agx or linear". Returns `out`.

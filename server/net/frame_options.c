@@ -93,7 +93,8 @@ static void read_check(const Bounced__FrameRequest *request, struct bd_frame_req
 static void read_exposure(const char *text, struct bd_encode_request *encode)
 {
     if (!text) return;
-    encode->exposure_auto = strcmp(text, "auto") == 0;
+    const struct bd_frame_option *exposure = bd_frame_option_named("exposure", NULL);
+    encode->exposure_auto = bd_frame_option_word(exposure, text) >= 0;
     if (!encode->exposure_auto) encode->exposure_stops = strtof(text, NULL);
 }
 

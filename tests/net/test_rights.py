@@ -87,7 +87,7 @@ def test_a_reader_looks_and_changes_nothing(ask):
     scene, reader = added(ask, "s"), ask(READ)
     for path in ["", "?objects=1", "/log", "/export", "/frame.png?size=16x16"]:
         assert reader.request("GET", scene + path)[0] == 200, path
-    for path in ["/v1/scenes", "/v1/devices", "/v1/techniques"]:
+    for path in ["/v1/scenes", "/v1/devices", "/v1/techniques", "/v1/options"]:
         assert reader.request("GET", path)[0] == 200, path
     assert reader.request("HEAD", "/v1/blobs/" + blob_name(SCENE_BYTES))[0] == 200
     before = reader.json("GET", scene)[1]
