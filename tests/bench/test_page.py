@@ -255,6 +255,17 @@ def test_the_page_parses_and_fetches_nothing():
     assert "full &lt;reference&gt;" in text and "n=0: &lt;too few&gt;" in text
 
 
+def test_small_errors_have_their_digits_on_the_axis():
+    pyplot = plots.load()
+    figure, axes = pyplot.subplots()
+    axes.set_yscale("log")
+    axes.set_ylim(1e-5, 1e-3)
+    plots.logarithmic(axes.yaxis, (1, 5))
+    plots.percents(axes.yaxis)
+    said = re.findall(r">([\d.]+ %)<", plots.svg(pyplot, figure, "salt", "errors"))
+    assert "0.005 %" in said and len(said) == len(set(said)) > 2
+
+
 def test_the_overview_is_a_picture_of_every_scene(tmp_path):
     made = result()
     made["scenes"] += [{**made["scenes"][0], "name": name} for name in ("hall", "empty")]

@@ -61,7 +61,7 @@ def svg(pyplot, figure, salt, label):
     used = set(re.findall(r'(?:="#|url\(#)([^")]+)', text))
     text = re.sub(r' id="([^"]+)"', lambda m: m[0] if m[1] in used else "", text)
     text = re.sub(r'( id="|="#|url\(#)', rf"\g<1>{salt}-", text)
-    text = re.sub(r"(\d\.\d\d)\d+", r"\1", text)  # a hundredth of a point is as good
+    text = re.sub(r"(\d\.\d\d)\d+(?=[^<>]*>)", r"\1", text)  # in tags: a hundredth of a point is as good
     text = re.sub(r"\s*\n\s*", " ", text)
     text = re.sub(r"font: ([\d.]+)px [^;\"]*", r"font-size: \1px", text)
     return text.replace("<svg ", f'<svg role="img" aria-label="{label}" ', 1)
