@@ -1,10 +1,14 @@
 #include "clients/cli/args.h"
+#include "base/nearest.h"
 
 #include <ctype.h>
 #include <errno.h>
 #include <inttypes.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+#include "base/nearest.h"
 
 static int take_value(struct bd_cli_args *args, const struct bd_cli_option *option,
                       const char *attached, const char **value, struct bd_fault *fault)
@@ -35,11 +39,17 @@ static int next_long(struct bd_cli_args *args, const struct bd_cli_option *table
                      const char **value, struct bd_fault *fault)
 {
     size_t length = strcspn(word, "=");
+    char name[64], hint[BD_NEAREST_HINT_BYTES];
+    struct bd_nearest nearest;
+    snprintf(name, sizeof name, "%.*s", (int)length, word);
+    bd_nearest_begin(&nearest, name);
     for (; table->name; table++) {
-        if (!is_name(table->name, word, length)) continue;
-        return take_value(args, table, word[length] ? word + length + 1 : NULL, value, fault);
+        if (is_name(table->name, word, length))
+            return take_value(args, table, word[length] ? word + length + 1 : NULL, value, fault);
+        bd_nearest_consider(&nearest, table->name);
     }
-    bd_fault_set(fault, BD_ERR_USAGE, word, "no option --%.*s", (int)length, word);
+    bd_fault_set(fault, BD_ERR_USAGE, name, "no option --%s%s", name,
+                 bd_nearest_hint(&nearest, hint));
     return BD_CLI_ERROR;
 }
 

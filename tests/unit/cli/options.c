@@ -178,7 +178,8 @@ static void combinations_that_make_no_sense(void **state)
                    "hold one layer");
     assert_refused(WORDS("a.glb", "-o", "x.png", "--server", "unix:/x", "--device", "egl:0"),
                    "device", "--server");
-    assert_refused(WORDS("a.glb", "-o", "x.png", "--sise", "1x1"), "sise", "no option --sise");
+    assert_refused(WORDS("a.glb", "-o", "x.png", "--sise", "1x1"), "sise",
+                   "no option --sise; did you mean \"size\"?");
     assert_refused(WORDS("a.glb", "-o", "x.png", "-z"), "z", "no option -z");
     assert_refused(WORDS("a.glb", "-o"), "output", "needs a value");
     assert_refused(WORDS("a.glb", "--plan=yes"), "plan", "takes no value");
