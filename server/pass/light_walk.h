@@ -3,9 +3,10 @@
 //
 // Photons of equal flux start at points, as many from each as it sends on, and go as a diffuse
 // surface sends light out; those nearest to where one arrives take what it brings
-// (lights/point_tree.h) and send their part of that on in the next round. Each round's photons are
-// chosen anew, in even steps through the flux of all points: as many as the flux that is left
-// (Russian roulette, stratified). Lamps' own light is brought to the points in the same way.
+// (lights/point_tree.h) and send their part of that on in the next round: in each round as many as
+// the flux that is left. A point sends as many as it expects, the part of one by its own lot
+// (Russian roulette), in its own directions, so that it sends alike whatever happens elsewhere.
+// Lamps' own light is brought to the points in the same way.
 //
 // Where none of those sees where it came from, the surface is so small that no point stands for it:
 // the place itself becomes a point. Flux is conserved to rounding but for what leaves the scene and

@@ -10,8 +10,9 @@ static bd_dvec3 widened(const float p[3])
     return (bd_dvec3){p[0], p[1], p[2]};
 }
 
-// Points keep off edges by more than a ray starts off its triangle, so that one on the edge between
-// floor and wall is before the wall, and rays from there meet it.
+// Points keep that far off edges, of about a scene's size, so that one on the edge between floor and
+// wall is before the wall, and rays from there meet it: more than 32 bits can tell apart, and in
+// corners of 60 degrees and more enough for what rays start off a fat triangle.
 #define OFF_EDGE 0x1p-20
 
 // Of the barycentric that is 1 in the corner opposite to an edge.
