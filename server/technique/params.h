@@ -31,77 +31,70 @@ BD_MUST_CHECK
 enum bd_err bd_param_list_add(struct bd_param_list *list, const char *key_equals_value,
                               struct bd_fault *fault);
 
+// What each does, its range and its words: its row in params.c. Here what clients are not told.
 enum bd_param {
-    BD_PARAM_BRDF,        // full | lambert: without specular lobe and metals
-    BD_PARAM_SHADOW_SIZE, // texels of one face's side
-    BD_PARAM_VPLS,        // light samples per light source: k^2, or 6 k^2 over six faces
-    BD_PARAM_VPL_BUDGET,  // of all lights: beyond it they are split by flux; 0 = four times `vpls`,
-                          // not counting what clusters are split into
-    BD_PARAM_RSM_SIZE,    // texels of one face's side
-    BD_PARAM_VPL_KERNEL,  // patch | disk | point (pass/vpl_grid.h)
-    BD_PARAM_NEAR_FIELD,  // radii (or half lengths) of a VPL's patch below which `patch` is exact
-    BD_PARAM_PAPER_MODE,  // 1: the papers' printed formulas, and blocks unless others are given
-    BD_PARAM_SPLAT_SHARE, // fragments of all splats, as a part of pixels x VPLs
-    // Where one evaluation stands for a block of pixels (pass/discontinuity.h).
-    BD_PARAM_DEPTH_TEST,       // minmax | derivative | off | step
-    BD_PARAM_DEPTH_THRESHOLD,  // or inf, the same as off
-    BD_PARAM_NORMAL_TEST,      // minmax | chord | off
-    BD_PARAM_NORMAL_THRESHOLD, // or inf, the same as off
-    BD_PARAM_NEIGHBOURHOOD,    // plain | diagonal | adjacent
-    BD_PARAM_COARSEST,         // blocks along the longer side of the coarsest level, at most
-    BD_PARAM_FINEST,           // pixels along a side of the blocks that are not split, 1, 2, 4 or 8
-    BD_PARAM_LIGHT_THRESHOLD,  // spread of light over a block, as a part of it, above which it is
-                               // split (with surface_detail=direction), or inf
-    BD_PARAM_SURFACE_DETAIL,   // off | direction | paper (pass/upsample.h)
-    BD_PARAM_VISIT,            // list | mask (pass/gather_fragments.h)
-    BD_PARAM_SUB_FRAMES,       // shared | own: light of an antialiased frame's sub-frames
+    BD_PARAM_BRDF,
+    BD_PARAM_SHADOW_SIZE,
+    BD_PARAM_VPLS,       // of a lamp's map k^2, or 6 k^2 over six faces
+    BD_PARAM_VPL_BUDGET, // not counting what clusters are split into
+    BD_PARAM_RSM_SIZE,
+    BD_PARAM_VPL_KERNEL, // pass/vpl_grid.h
+    BD_PARAM_NEAR_FIELD, // of a patch that is longer than wide, half lengths
+    BD_PARAM_PAPER_MODE, // and blocks unless others are given
+    BD_PARAM_SPLAT_SHARE,
+    // Where one evaluation stands for a block of pixels (pass/discontinuity.h). Thresholds of inf
+    // are the same as off.
+    BD_PARAM_DEPTH_TEST,
+    BD_PARAM_DEPTH_THRESHOLD,
+    BD_PARAM_NORMAL_TEST,
+    BD_PARAM_NORMAL_THRESHOLD,
+    BD_PARAM_NEIGHBOURHOOD,
+    BD_PARAM_COARSEST,
+    BD_PARAM_FINEST,
+    BD_PARAM_LIGHT_THRESHOLD,
+    BD_PARAM_SURFACE_DETAIL, // pass/upsample.h
+    BD_PARAM_VISIT,          // pass/gather_fragments.h
+    BD_PARAM_SUB_FRAMES,
     // Of glossy receivers: how far blocks are split for each VPL (pass/subsplats.h,
     // pass/glossy_blocks.h).
-    BD_PARAM_RADIANCE_TEST,      // relative | absolute
-    BD_PARAM_RADIANCE_THRESHOLD, // a part of the radiance, or cd/m^2
+    BD_PARAM_RADIANCE_TEST,
+    BD_PARAM_RADIANCE_THRESHOLD,
     BD_PARAM_MATERIAL_THRESHOLD, // or inf
-    BD_PARAM_SUBSPLAT_LIMIT,     // blocks of one list
+    BD_PARAM_SUBSPLAT_LIMIT,
     // Of a light's map: how far blocks of it are split.
-    BD_PARAM_CLUSTER_LEVELS,           // how often a block may be split in four
-    BD_PARAM_CLUSTER_DEPTH_THRESHOLD,  // as DEPTH_THRESHOLD, of the light's view
-    BD_PARAM_CLUSTER_NORMAL_THRESHOLD, // as NORMAL_THRESHOLD
-    BD_PARAM_TREE_CUT,                 // lightcuts | bound | level (pass/gather_tree.h)
-    BD_PARAM_TAU,        // how far off a node may be that stands for its leaves, by TREE_CUT
-    BD_PARAM_TREE_ROOTS, // of each light's tree, spread over the faces as VPLS
+    BD_PARAM_CLUSTER_LEVELS,
+    BD_PARAM_CLUSTER_DEPTH_THRESHOLD,
+    BD_PARAM_CLUSTER_NORMAL_THRESHOLD,
+    BD_PARAM_TREE_CUT, // pass/gather_tree.h
+    BD_PARAM_TAU,
+    BD_PARAM_TREE_ROOTS, // spread over the faces as VPLS
     // Of the reference: which part of the rendering equation (reference/reference.h), how often.
-    BD_PARAM_MODEL_OF,            // a technique: presets bounces, indirect_visibility, lights,
-                                  // senders, transmission and alpha to what its model says; what is
-                                  // given beside it holds
-    BD_PARAM_SPP,                 // samples a pixel, both halves together: even
-    BD_PARAM_FIRST_SAMPLE,        // of those, the index of the first: even
-    BD_PARAM_BOUNCES,             // of indirect light, or inf
-    BD_PARAM_INDIRECT_VISIBILITY, // none | rays: what hides indirect light; of the reference, whose
-                                  // paths are rays, none leaves it out. `off` and `on` say the same
-    BD_PARAM_RAYS,                // VPLs of all that a receiver asks a ray for, or all of them
-    BD_PARAM_LIGHTS,              // punctual, emissive, environment, joined by +; or all
-    BD_PARAM_FILTER,              // point | box
-    BD_PARAM_ALPHA,               // mask | coverage
-    BD_PARAM_CLAMP,               // bound on cos cos / r^2 between surfaces, 1/m^2, or inf
-    BD_PARAM_SENDERS,             // full | lambert
-    BD_PARAM_TRANSMISSION,        // on | off
-    BD_PARAM_LIGHT_VERTICES,      // on | off
-    BD_PARAM_NOISE_FILTER,        // off | on (image/light_filter.h)
-    BD_PARAM_LIGHT_RAYS,          // of a pixel to emissive surfaces and the sky, even; 0: those
-                                  // light nothing
-    BD_PARAM_LAMPS,               // auto | maps | rays: what hides direct light of punctual lights;
-                                  // auto is rays where they are many (frame/plan.h)
-    BD_PARAM_INDIRECT_LIGHTS,     // as LIGHTS: those whose light is sent on by surfaces
-    BD_PARAM_INDIRECT_BOUNCES,    // how often light is sent on by surfaces, at most
-    BD_PARAM_EXECUTOR,            // auto | device | native: who does arithmetic; auto is native on
-                                  // a software device alone
-    BD_PARAM_DRAWING,             // auto | raster | rays: how what cameras and lights see is found;
-                                  // auto is rays on a software device, where the frame has them
-                                  // anyway and triangles outnumber the samples of a map or picture
-    BD_PARAM_WALK_VPLS,           // that light what a final gather's rays meet, beside VPLS
-    BD_PARAM_CACHE_CELLS,         // of places that they meet, at most
-    BD_PARAM_FAR_RAYS,            // of a pixel, even
-    BD_PARAM_LIGHT_BLOCKS,        // auto | 1 | 2 | 4: pixels along a side of blocks whose light is
-                                  // gathered as one; auto by counts (frame/plan.h)
+    BD_PARAM_MODEL_OF, // what is given beside it holds
+    BD_PARAM_SPP,
+    BD_PARAM_FIRST_SAMPLE,
+    BD_PARAM_BOUNCES,             // or inf
+    BD_PARAM_INDIRECT_VISIBILITY, // of the reference, whose paths are rays, none leaves it out.
+                                  // `off` and `on` say the same
+    BD_PARAM_RAYS, // or as many as there are
+    BD_PARAM_LIGHTS,
+    BD_PARAM_FILTER,
+    BD_PARAM_ALPHA,
+    BD_PARAM_CLAMP, // or inf
+    BD_PARAM_SENDERS,
+    BD_PARAM_TRANSMISSION,
+    BD_PARAM_LIGHT_VERTICES,
+    BD_PARAM_NOISE_FILTER, // image/light_filter.h
+    BD_PARAM_LIGHT_RAYS,
+    BD_PARAM_LAMPS, // auto: frame/plan.h
+    BD_PARAM_INDIRECT_LIGHTS,
+    BD_PARAM_INDIRECT_BOUNCES,
+    BD_PARAM_EXECUTOR,
+    BD_PARAM_DRAWING, // auto: rays where the frame has them anyway and triangles outnumber the
+                      // samples of a map or picture
+    BD_PARAM_WALK_VPLS,
+    BD_PARAM_CACHE_CELLS,
+    BD_PARAM_FAR_RAYS,
+    BD_PARAM_LIGHT_BLOCKS, // auto: frame/plan.h
     BD_PARAM_COUNT,
 };
 
