@@ -7,15 +7,6 @@
 #include "scene/delta_parts.h"
 #include "scene/derive.h"
 
-static const char *const kind_names[BD_OBJECT_KIND_COUNT] = {
-    "picture", "texture", "material", "light", "camera", "mesh", "node", "environment",
-};
-
-const char *bd_object_kind_name(enum bd_object_kind kind)
-{
-    return kind_names[kind];
-}
-
 bool bd_change_is_removal(const struct bd_change *change)
 {
     switch (change->kind) {

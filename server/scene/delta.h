@@ -19,20 +19,8 @@
 #include "base/err.h"
 #include "scene/content.h"
 #include "scene/flat.h"
+#include "scene/object_fields.h"
 #include "scene/scene.h"
-
-// Smaller ones first, as in the flat form.
-enum bd_object_kind {
-    BD_OBJECT_PICTURE,
-    BD_OBJECT_TEXTURE,
-    BD_OBJECT_MATERIAL,
-    BD_OBJECT_LIGHT,
-    BD_OBJECT_CAMERA,
-    BD_OBJECT_MESH,
-    BD_OBJECT_NODE,
-    BD_OBJECT_ENVIRONMENT, // one, of id 0; never removed, at most dark
-    BD_OBJECT_KIND_COUNT
-};
 
 // Ids are below it: what a hostile delta can make a scene's arrays grow to.
 #define BD_OBJECT_ID_END (1 << 22)
@@ -62,8 +50,6 @@ struct bd_delta {
 void bd_delta_finish(struct bd_delta *delta);
 
 bool bd_change_is_removal(const struct bd_change *change);
-// "node", "material"; never NULL.
-const char *bd_object_kind_name(enum bd_object_kind kind);
 // The kind's own count among them; NULL of the environment, which has no slots.
 uint32_t *bd_slots_of(struct bd_scene_counts *counts, enum bd_object_kind kind);
 

@@ -57,6 +57,7 @@ struct bd_texture_ref {
     // KHR_texture_transform as a 2x3 affine matrix, row-major: u' = m[0] u + m[1] v + m[2].
     float uv_transform[6];
 };
+extern const struct bd_texture_ref bd_texture_ref_none; // the first set, as it is
 
 struct bd_material {
     char name[64];
