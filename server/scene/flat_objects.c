@@ -1,28 +1,16 @@
+// Small objects in the flat form: a name, whether it is removed, and the fields of its rows.
+
 #include <float.h>
 #include <math.h>
 
+#include "scene/delta.h"
 #include "scene/flat_io.h"
+#include "scene/object_fields.h"
 
 // The smallest forms of these are named where they are counted (flat.c).
 
-void bd_flat_node(struct bd_flat_io *io, struct bd_node *node, const struct bd_scene_counts *counts)
-{
-    bd_flat_text(io, node->name, sizeof node->name);
-    bd_flat_bool(io, &node->is_removed);
-    bd_flat_index(io, &node->parent, counts->nodes);
-    bd_flat_index(io, &node->mesh, counts->meshes);
-    bd_flat_index(io, &node->camera, counts->cameras);
-    bd_flat_index(io, &node->light, counts->lights);
-    for (int i = 0; i < 16; i++) {
-        bd_flat_bytes(io, &node->parent_from_node.m[i], sizeof(double));
-        if (!isfinite(node->parent_from_node.m[i])) bd_flat_fail(io);
-    }
-    bd_flat_bool(io, &node->is_hidden);
-    bd_flat_bool(io, &node->mesh_is_world_space);
-}
-
-static void visit_texture_ref(struct bd_flat_io *io, struct bd_texture_ref *ref,
-                              const struct bd_scene_counts *counts)
+static void visit_map(struct bd_flat_io *io, struct bd_texture_ref *ref,
+                      const struct bd_scene_counts *counts)
 {
     bd_flat_index(io, &ref->texture, counts->textures);
     bd_flat_u32(io, &ref->uv_set);
@@ -30,30 +18,76 @@ static void visit_texture_ref(struct bd_flat_io *io, struct bd_texture_ref *ref,
     bd_flat_f32s(io, ref->uv_transform, 6, -FLT_MAX, FLT_MAX);
 }
 
+static uint32_t count_words(const char *const *words)
+{
+    uint32_t count = 0;
+    while (words[count]) count++;
+    return count;
+}
+
+static void visit_numbers(struct bd_flat_io *io, const struct bd_object_field *row, float *at)
+{
+    float least, most;
+    bd_field_stored_range(row, &least, &most);
+    bd_flat_f32s(io, at, (int)row->count, least, most);
+}
+
+// Names stand apart, before what tells whether the object is there.
+static void visit_row(struct bd_flat_io *io, const struct bd_object_field *row, void *at,
+                      const struct bd_scene_counts *counts)
+{
+    switch (row->type) {
+    case BD_FIELD_SWITCH:
+        bd_flat_bool(io, at);
+        break;
+    case BD_FIELD_NUMBERS:
+        visit_numbers(io, row, at);
+        break;
+    case BD_FIELD_WORD:
+        bd_flat_enum(io, at, count_words(row->words));
+        break;
+    case BD_FIELD_OBJECT:
+        bd_flat_index(io, at, *bd_slots_of((struct bd_scene_counts *)counts, row->refers_to));
+        break;
+    case BD_FIELD_MAP:
+        visit_map(io, at, counts);
+        break;
+    case BD_FIELD_NAME:
+    case BD_FIELD_HEAVY:
+        break;
+    }
+}
+
+// Rows of the types from `first` to `last`, in the order of the table.
+static void visit_rows(struct bd_flat_io *io, enum bd_object_kind kind, void *object,
+                       enum bd_field_type first, enum bd_field_type last,
+                       const struct bd_scene_counts *counts)
+{
+    const struct bd_object_field_list list = bd_object_fields(kind);
+    for (uint32_t i = 0; i < list.count; i++)
+        if (list.rows[i].type >= first && list.rows[i].type <= last)
+            visit_row(io, &list.rows[i], bd_field_of(&list.rows[i], object), counts);
+}
+
+void bd_flat_node(struct bd_flat_io *io, struct bd_node *node, const struct bd_scene_counts *counts)
+{
+    bd_flat_text(io, node->name, sizeof node->name);
+    bd_flat_bool(io, &node->is_removed);
+    visit_rows(io, BD_OBJECT_NODE, node, BD_FIELD_OBJECT, BD_FIELD_OBJECT, counts);
+    for (int i = 0; i < 16; i++) {
+        bd_flat_bytes(io, &node->parent_from_node.m[i], sizeof(double));
+        if (!isfinite(node->parent_from_node.m[i])) bd_flat_fail(io);
+    }
+    visit_rows(io, BD_OBJECT_NODE, node, BD_FIELD_SWITCH, BD_FIELD_SWITCH, counts);
+    bd_flat_bool(io, &node->mesh_is_world_space);
+}
+
 void bd_flat_material(struct bd_flat_io *io, struct bd_material *material,
                       const struct bd_scene_counts *counts)
 {
     bd_flat_text(io, material->name, sizeof material->name);
     bd_flat_bool(io, &material->is_removed);
-    bd_flat_f32s(io, material->base_color, 4, 0, 1);
-    bd_flat_f32(io, &material->metallic, 0, 1);
-    bd_flat_f32(io, &material->roughness, 0, 1);
-    bd_flat_f32s(io, material->emissive, 3, 0, FLT_MAX);
-    bd_flat_f32(io, &material->normal_scale, -FLT_MAX, FLT_MAX);
-    bd_flat_f32(io, &material->ior, 0, FLT_MAX);
-    bd_flat_f32(io, &material->transmission, 0, 1);
-    bd_flat_f32(io, &material->thickness_m, 0, FLT_MAX);
-    bd_flat_f32(io, &material->attenuation_distance_m, 0, INFINITY);
-    bd_flat_f32s(io, material->attenuation_color, 3, 0, 1);
-    bd_flat_enum(io, &material->alpha_mode, BD_ALPHA_BLEND + 1);
-    bd_flat_f32(io, &material->alpha_cutoff, 0, FLT_MAX);
-    bd_flat_bool(io, &material->double_sided);
-    bd_flat_bool(io, &material->unlit);
-    visit_texture_ref(io, &material->base_color_map, counts);
-    visit_texture_ref(io, &material->metallic_roughness_map, counts);
-    visit_texture_ref(io, &material->normal_map, counts);
-    visit_texture_ref(io, &material->emissive_map, counts);
-    visit_texture_ref(io, &material->transmission_map, counts);
+    visit_rows(io, BD_OBJECT_MATERIAL, material, BD_FIELD_SWITCH, BD_FIELD_MAP, counts);
 }
 
 void bd_flat_texture(struct bd_flat_io *io, struct bd_texture *texture,
@@ -61,32 +95,20 @@ void bd_flat_texture(struct bd_flat_io *io, struct bd_texture *texture,
 {
     bd_flat_bool(io, &texture->is_removed);
     bd_flat_index(io, &texture->picture, counts->pictures);
-    bd_flat_enum(io, &texture->wrap_s, BD_WRAP_MIRROR + 1);
-    bd_flat_enum(io, &texture->wrap_t, BD_WRAP_MIRROR + 1);
-    bd_flat_bool(io, &texture->nearest);
+    visit_rows(io, BD_OBJECT_TEXTURE, texture, BD_FIELD_SWITCH, BD_FIELD_MAP, counts);
 }
 
 void bd_flat_light(struct bd_flat_io *io, struct bd_light *light)
 {
-    const float half_pi = 1.57079637f;
     bd_flat_text(io, light->name, sizeof light->name);
     bd_flat_bool(io, &light->is_removed);
-    bd_flat_enum(io, &light->kind, BD_LIGHT_SPOT + 1);
-    bd_flat_f32s(io, light->color, 3, 0, FLT_MAX);
-    bd_flat_f32(io, &light->intensity, 0, FLT_MAX);
-    bd_flat_f32(io, &light->range_m, 0, INFINITY);
-    bd_flat_f32(io, &light->cone_outer, 0, half_pi);
-    bd_flat_f32(io, &light->cone_inner, 0, light->cone_outer);
+    visit_rows(io, BD_OBJECT_LIGHT, light, BD_FIELD_SWITCH, BD_FIELD_WORD, NULL);
+    if (light->cone_inner > light->cone_outer) bd_flat_fail(io);
 }
 
 void bd_flat_camera(struct bd_flat_io *io, struct bd_camera *camera)
 {
     bd_flat_text(io, camera->name, sizeof camera->name);
     bd_flat_bool(io, &camera->is_removed);
-    bd_flat_bool(io, &camera->orthographic);
-    bd_flat_f32(io, &camera->yfov, 0, 3.14159f);
-    bd_flat_f32(io, &camera->xmag, 0, FLT_MAX);
-    bd_flat_f32(io, &camera->ymag, 0, FLT_MAX);
-    bd_flat_f32(io, &camera->near_m, 0, FLT_MAX);
-    bd_flat_f32(io, &camera->far_m, 0, INFINITY);
+    visit_rows(io, BD_OBJECT_CAMERA, camera, BD_FIELD_SWITCH, BD_FIELD_NUMBERS, NULL);
 }
