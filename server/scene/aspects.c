@@ -2,11 +2,11 @@
 // what an edit named. A lamp's node that moves leaves the transforms alone, a material that nothing
 // shows changes nothing.
 
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "scene/derive.h"
+#include "scene/object_fields.h"
 
 static bool same_streams(const struct bd_mesh *a, const struct bd_mesh *b)
 {
@@ -37,44 +37,6 @@ static bool same_map(const struct bd_scene *a, const struct bd_scene *b,
 
 // --- materials ------------------------------------------------------------------------------
 
-// Of what a material shows, each number and map, and in which of its groups. Alpha has a rule.
-#define FIELD(name) offsetof(struct bd_material, name), sizeof((struct bd_material *)0)->name
-static const struct {
-    size_t offset, size_bytes;
-    uint32_t aspects;
-} numbers[] = {
-    {offsetof(struct bd_material, base_color), 3 * sizeof(float), BD_ASPECT_BIT(COLOUR)},
-    {FIELD(metallic), BD_ASPECT_BIT(METALNESS)},
-    {FIELD(roughness), BD_ASPECT_BIT(ROUGHNESS)},
-    {FIELD(ior), BD_ASPECT_BIT(ROUGHNESS) | BD_ASPECT_BIT(MEDIUM)},
-    {FIELD(emissive), BD_ASPECT_BIT(EMISSION)},
-    {FIELD(normal_scale), BD_ASPECT_BIT(NORMALS)},
-    {FIELD(double_sided), BD_ASPECT_BIT(SIDES)},
-    {FIELD(unlit), BD_ASPECT_BIT(SIDES) | BD_ASPECT_BIT(EMISSION)},
-    {FIELD(transmission), BD_ASPECT_BIT(MEDIUM)},
-    {FIELD(thickness_m), BD_ASPECT_BIT(MEDIUM)},
-    {FIELD(attenuation_distance_m), BD_ASPECT_BIT(MEDIUM)},
-    {FIELD(attenuation_color), BD_ASPECT_BIT(MEDIUM)},
-};
-#undef FIELD
-
-static const struct {
-    size_t offset;
-    uint32_t aspects;
-} maps[] = {
-    {offsetof(struct bd_material, base_color_map), BD_ASPECT_BIT(COLOUR)},
-    {offsetof(struct bd_material, metallic_roughness_map),
-     BD_ASPECT_BIT(METALNESS) | BD_ASPECT_BIT(ROUGHNESS)},
-    {offsetof(struct bd_material, normal_map), BD_ASPECT_BIT(NORMALS)},
-    {offsetof(struct bd_material, emissive_map), BD_ASPECT_BIT(EMISSION)},
-    {offsetof(struct bd_material, transmission_map), BD_ASPECT_BIT(MEDIUM)},
-};
-
-static const void *at(const struct bd_material *material, size_t offset)
-{
-    return (const char *)material + offset;
-}
-
 static bool same_alpha(const struct bd_scene *a, const struct bd_scene *b,
                        const struct bd_material *left, const struct bd_material *right)
 {
@@ -85,18 +47,26 @@ static bool same_alpha(const struct bd_scene *a, const struct bd_scene *b,
             same_map(a, b, &left->base_color_map, &right->base_color_map));
 }
 
+// The last of four numbers is alpha, which has the rule above.
+static bool same_field(const struct bd_scene *a, const struct bd_scene *b,
+                       const struct bd_object_field *row, const struct bd_material *left,
+                       const struct bd_material *right)
+{
+    const void *of_left = bd_field_of(row, left), *of_right = bd_field_of(row, right);
+    if (row->type == BD_FIELD_MAP) return same_map(a, b, of_left, of_right);
+    const size_t bytes = row->count == 4 ? 3 * sizeof(float) : bd_field_bytes(row);
+    return memcmp(of_left, of_right, bytes) == 0;
+}
+
 static uint32_t material_changes(const struct bd_scene *a, const struct bd_scene *b, int32_t of_a,
                                  int32_t of_b)
 {
     const struct bd_material *left = &a->materials[of_a], *right = &b->materials[of_b];
     uint32_t changes = same_alpha(a, b, left, right) ? 0 : BD_ASPECT_BIT(ALPHA);
-    for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++)
-        if (memcmp(at(left, numbers[i].offset), at(right, numbers[i].offset),
-                   numbers[i].size_bytes) != 0)
-            changes |= numbers[i].aspects;
-    for (size_t i = 0; i < sizeof maps / sizeof *maps; i++)
-        if (!same_map(a, b, at(left, maps[i].offset), at(right, maps[i].offset)))
-            changes |= maps[i].aspects;
+    const struct bd_object_field_list list = bd_object_fields(BD_OBJECT_MATERIAL);
+    for (uint32_t i = 0; i < list.count; i++)
+        if (list.rows[i].aspects && !same_field(a, b, &list.rows[i], left, right))
+            changes |= list.rows[i].aspects;
     return changes;
 }
 
@@ -163,11 +133,17 @@ static bool same_placement(const struct bd_placement *a, const struct bd_placeme
     return memcmp(left, right, sizeof left) == 0;
 }
 
-static bool same_light(const struct bd_light *a, const struct bd_light *b)
+// In all that has an aspect: a name has none.
+static bool same_shown(enum bd_object_kind kind, const void *a, const void *b)
 {
-    return a->kind == b->kind && memcmp(a->color, b->color, sizeof a->color) == 0 &&
-           a->intensity == b->intensity && a->range_m == b->range_m &&
-           a->cone_inner == b->cone_inner && a->cone_outer == b->cone_outer;
+    const struct bd_object_field_list list = bd_object_fields(kind);
+    for (uint32_t i = 0; i < list.count; i++) {
+        const struct bd_object_field *row = &list.rows[i];
+        if (row->aspects &&
+            memcmp(bd_field_of(row, a), bd_field_of(row, b), bd_field_bytes(row)) != 0)
+            return false;
+    }
+    return true;
 }
 
 static bool same_lights(const struct bd_scene *a, const struct bd_scene *b)
@@ -176,16 +152,10 @@ static bool same_lights(const struct bd_scene *a, const struct bd_scene *b)
     for (uint32_t i = 0; i < a->placed_light_count; i++) {
         const struct bd_placement *left = &a->placed_lights[i], *right = &b->placed_lights[i];
         if (!same_placement(left, right) ||
-            !same_light(&a->lights[left->object], &b->lights[right->object]))
+            !same_shown(BD_OBJECT_LIGHT, &a->lights[left->object], &b->lights[right->object]))
             return false;
     }
     return true;
-}
-
-static bool same_camera(const struct bd_camera *a, const struct bd_camera *b)
-{
-    return a->orthographic == b->orthographic && a->yfov == b->yfov && a->xmag == b->xmag &&
-           a->ymag == b->ymag && a->near_m == b->near_m && a->far_m == b->far_m;
 }
 
 static bool same_cameras(const struct bd_scene *a, const struct bd_scene *b)
@@ -194,7 +164,7 @@ static bool same_cameras(const struct bd_scene *a, const struct bd_scene *b)
     for (uint32_t i = 0; i < a->placed_camera_count; i++) {
         const struct bd_placement *left = &a->placed_cameras[i], *right = &b->placed_cameras[i];
         if (!same_placement(left, right) ||
-            !same_camera(&a->cameras[left->object], &b->cameras[right->object]))
+            !same_shown(BD_OBJECT_CAMERA, &a->cameras[left->object], &b->cameras[right->object]))
             return false;
     }
     return true;
