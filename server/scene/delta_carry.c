@@ -11,78 +11,52 @@
 
 // Where a property lies in a change. What means nothing without its neighbour is one property.
 struct property {
-    enum bd_object_kind kind;
     const char *name;
     size_t offset, size;
 };
 
-#define SIZE_OF(path) sizeof(((struct bd_change *)0)->path)
-#define P(KIND, name, path)                                                                        \
-    {                                                                                              \
-        BD_OBJECT_##KIND, name, offsetof(struct bd_change, path), SIZE_OF(path)                    \
-    }
+#define IN(path) offsetof(struct bd_change, path), sizeof(((struct bd_change *)0)->path)
 
-static const struct property properties[] = {
-    P(TEXTURE, "picture", texture.picture),
-    P(TEXTURE, "wrap_s", texture.wrap_s),
-    P(TEXTURE, "wrap_t", texture.wrap_t),
-    P(TEXTURE, "nearest", texture.nearest),
-
-    P(MATERIAL, "name", material.name),
-    P(MATERIAL, "base_color", material.base_color),
-    P(MATERIAL, "metallic", material.metallic),
-    P(MATERIAL, "roughness", material.roughness),
-    P(MATERIAL, "emissive", material.emissive),
-    P(MATERIAL, "normal_scale", material.normal_scale),
-    P(MATERIAL, "ior", material.ior),
-    P(MATERIAL, "transmission", material.transmission),
-    P(MATERIAL, "thickness", material.thickness_m),
-    P(MATERIAL, "attenuation_distance", material.attenuation_distance_m),
-    P(MATERIAL, "attenuation_color", material.attenuation_color),
-    P(MATERIAL, "alpha_mode", material.alpha_mode),
-    P(MATERIAL, "alpha_cutoff", material.alpha_cutoff),
-    P(MATERIAL, "double_sided", material.double_sided),
-    P(MATERIAL, "unlit", material.unlit),
-    P(MATERIAL, "base_color_texture", material.base_color_map),
-    P(MATERIAL, "metallic_roughness_texture", material.metallic_roughness_map),
-    P(MATERIAL, "normal_texture", material.normal_map),
-    P(MATERIAL, "emissive_texture", material.emissive_map),
-    P(MATERIAL, "transmission_texture", material.transmission_map),
-
-    P(LIGHT, "name", light.name),
-    P(LIGHT, "kind", light.kind),
-    P(LIGHT, "color", light.color),
-    P(LIGHT, "intensity", light.intensity),
-    P(LIGHT, "range", light.range_m),
+// What is no row of its object's fields.
+static const struct {
+    enum bd_object_kind kind;
+    struct property property;
+} others[] = {
+    {BD_OBJECT_TEXTURE, {"picture", IN(texture.picture)}},
+    {BD_OBJECT_NODE, {"mesh", IN(node.mesh_is_world_space)}},
+    {BD_OBJECT_NODE, {"transform", IN(node.parent_from_node)}},
     // The inner angle is never above the outer one.
-    {BD_OBJECT_LIGHT, "cone", offsetof(struct bd_change, light.cone_inner), 2 * sizeof(float)},
-
-    P(CAMERA, "name", camera.name),
-    P(CAMERA, "orthographic", camera.orthographic),
-    P(CAMERA, "yfov", camera.yfov),
-    P(CAMERA, "xmag", camera.xmag),
-    P(CAMERA, "ymag", camera.ymag),
-    P(CAMERA, "near", camera.near_m),
-    P(CAMERA, "far", camera.far_m),
-
-    P(NODE, "name", node.name),
-    P(NODE, "parent", node.parent),
-    P(NODE, "mesh", node.mesh),
-    P(NODE, "mesh", node.mesh_is_world_space),
-    P(NODE, "camera", node.camera),
-    P(NODE, "light", node.light),
-    P(NODE, "shown", node.is_hidden),
-    P(NODE, "transform", node.parent_from_node),
-
-    P(ENVIRONMENT, "radiance", environment.radiance),
-    P(ENVIRONMENT, "rotation", environment.rotation),
+    {BD_OBJECT_LIGHT, {"cone", offsetof(struct bd_change, light.cone_inner), 2 * sizeof(float)}},
 };
+#undef IN
 
 _Static_assert(offsetof(struct bd_light, cone_outer) ==
                    offsetof(struct bd_light, cone_inner) + sizeof(float),
                "a cone is one property");
 
-#define PROPERTY_COUNT (sizeof properties / sizeof properties[0])
+static bool is_its_own(const struct bd_object_field *row)
+{
+    return row->type != BD_FIELD_HEAVY && strncmp(row->name, "cone_", 5) != 0;
+}
+
+// The property behind `*at` among those of a kind, and moves on. False: there are no more.
+static bool next_property(enum bd_object_kind kind, uint32_t *at, struct property *out)
+{
+    const size_t object = offsetof(struct bd_change, material); // that of each kind
+    const struct bd_object_field_list list = bd_object_fields(kind);
+    for (; *at < list.count + sizeof others / sizeof *others; ++*at) {
+        if (*at >= list.count && others[*at - list.count].kind == kind) {
+            *out = others[(*at)++ - list.count].property;
+            return true;
+        }
+        if (*at < list.count && is_its_own(&list.rows[*at])) {
+            const struct bd_object_field *row = &list.rows[(*at)++];
+            *out = (struct property){row->name, object + row->offset, bd_field_bytes(row)};
+            return true;
+        }
+    }
+    return false;
+}
 
 static const void *value_of(const struct bd_change *change, const struct property *property)
 {
@@ -156,12 +130,12 @@ static void clash(struct bd_clash *clash, const struct bd_change *change, const 
 static void carry_properties(struct bd_change *onto, const struct bd_change *before,
                              const struct bd_change *after, struct bd_clash *found)
 {
-    for (size_t i = 0; i < PROPERTY_COUNT; i++) {
-        const struct property *property = &properties[i];
-        if (property->kind != onto->kind || is_same(property, before, after)) continue;
-        if (!is_same(property, onto, before) && !is_same(property, onto, after))
-            clash(found, onto, property->name);
-        set(property, onto, after);
+    struct property property;
+    for (uint32_t at = 0; next_property(onto->kind, &at, &property);) {
+        if (is_same(&property, before, after)) continue;
+        if (!is_same(&property, onto, before) && !is_same(&property, onto, after))
+            clash(found, onto, property.name);
+        set(&property, onto, after);
     }
     if (onto->kind != BD_OBJECT_ENVIRONMENT || is_same_map(before, after)) return;
     if (!is_same_map(onto, before) && !is_same_map(onto, after)) clash(found, onto, "map");
@@ -219,10 +193,9 @@ bool bd_delta_touches(const struct bd_delta *before, const struct bd_delta *afte
         return true;
     if (clash_of->kind == BD_OBJECT_ENVIRONMENT && strcmp(clash_of->property, "map") == 0)
         return !is_same_map(from, to);
-    for (size_t i = 0; i < PROPERTY_COUNT; i++)
-        if (properties[i].kind == clash_of->kind &&
-            strcmp(properties[i].name, clash_of->property) == 0 &&
-            !is_same(&properties[i], from, to))
+    struct property property;
+    for (uint32_t at = 0; next_property(clash_of->kind, &at, &property);)
+        if (strcmp(property.name, clash_of->property) == 0 && !is_same(&property, from, to))
             return true;
     return false;
 }
