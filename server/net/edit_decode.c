@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/assert.h"
+#include "net/object_message.h"
 #include "protocol/wire.h"
 
 // Where a fault lies, for all that one operation holds.
@@ -22,36 +23,6 @@ static void refuse(struct decoding *at, const char *field, const char *format, c
     at->err = bd_fault_set(at->fault, BD_ERR_USAGE, path, format, word);
 }
 
-// --- fields ---------------------------------------------------------------------------------
-
-static uint32_t take_text(const char *from, const char **to, uint32_t bit)
-{
-    if (!from) return 0;
-    *to = from;
-    return bit;
-}
-
-static uint32_t take_number(protobuf_c_boolean has, double from, double *to, uint32_t bit)
-{
-    if (!has) return 0;
-    *to = from;
-    return bit;
-}
-
-static uint32_t take_bool(protobuf_c_boolean has, protobuf_c_boolean from, bool *to, uint32_t bit)
-{
-    if (!has) return 0;
-    *to = from;
-    return bit;
-}
-
-static uint32_t take_id(protobuf_c_boolean has, int32_t from, int32_t *to, uint32_t bit)
-{
-    if (!has) return 0;
-    *to = from;
-    return bit;
-}
-
 // A list of exactly `count` numbers, or none.
 static uint32_t take_list(struct decoding *at, const char *field, size_t size, const double *from,
                           size_t count, double *to, uint32_t bit)
@@ -65,20 +36,6 @@ static uint32_t take_list(struct decoding *at, const char *field, size_t size, c
     }
     memcpy(to, from, count * sizeof *to);
     return bit;
-}
-
-// One of `words`, up to a NULL.
-static uint32_t take_word(struct decoding *at, const char *field, const char *from,
-                          const char *const *words, const char *choices, int *to, uint32_t bit)
-{
-    if (!from) return 0;
-    for (int i = 0; words[i]; i++) {
-        if (strcmp(from, words[i]) != 0) continue;
-        *to = i;
-        return bit;
-    }
-    refuse(at, field, "is one of %s", choices);
-    return 0;
 }
 
 static int32_t object_of(struct decoding *at, bool is_set, protobuf_c_boolean has, int32_t id)
@@ -102,23 +59,6 @@ static void decode_transform(struct decoding *at, const Bounced__TransformEdit *
         take_list(at, "matrix", in->n_matrix, in->matrix, 16, out->matrix, BD_GIVEN_MATRIX);
 }
 
-static void decode_node(struct decoding *at, const Bounced__NodeEdit *in, bool is_set,
-                        struct bd_edit_op *op)
-{
-    struct bd_node_edit *out = &op->node;
-    op->id = object_of(at, is_set, in->has_node, in->node);
-    out->given = take_text(in->name, &out->name, BD_GIVEN_NODE_NAME) |
-                 take_id(in->has_parent, in->parent, &out->parent, BD_GIVEN_NODE_PARENT) |
-                 take_id(in->has_mesh, in->mesh, &out->mesh, BD_GIVEN_NODE_MESH) |
-                 take_id(in->has_camera, in->camera, &out->camera, BD_GIVEN_NODE_CAMERA) |
-                 take_id(in->has_light, in->light, &out->light, BD_GIVEN_NODE_LIGHT) |
-                 take_bool(in->has_shown, in->shown, &out->shown, BD_GIVEN_NODE_SHOWN);
-    if (!in->transform) return;
-    if (in->transform->has_node) refuse(at, "transform.node", "%s", "stays unset here");
-    decode_transform(at, in->transform, &out->transform);
-    out->given |= BD_GIVEN_NODE_TRANSFORM;
-}
-
 static void decode_set_transform(struct decoding *at, const Bounced__TransformEdit *in,
                                  struct bd_edit_op *op)
 {
@@ -126,108 +66,30 @@ static void decode_set_transform(struct decoding *at, const Bounced__TransformEd
     decode_transform(at, in, &op->transform);
 }
 
-static void decode_maps(const Bounced__MaterialEdit *in, struct bd_material_edit *out)
+static void decode_object(struct decoding *at, enum bd_object_kind kind, const ProtobufCMessage *in,
+                          bool is_set, struct bd_edit_op *op)
 {
-    const struct {
-        protobuf_c_boolean has;
-        int32_t texture;
-    } maps[BD_MAP_COUNT] = {
-        [BD_MAP_BASE_COLOR] = {in->has_base_color_texture, in->base_color_texture},
-        [BD_MAP_METALLIC_ROUGHNESS] = {in->has_metallic_roughness_texture,
-                                       in->metallic_roughness_texture},
-        [BD_MAP_NORMAL] = {in->has_normal_texture, in->normal_texture},
-        [BD_MAP_EMISSIVE] = {in->has_emissive_texture, in->emissive_texture},
-        [BD_MAP_TRANSMISSION] = {in->has_transmission_texture, in->transmission_texture},
-    };
-    for (int map = 0; map < BD_MAP_COUNT; map++)
-        out->given |= take_id(maps[map].has, maps[map].texture, &out->textures[map],
-                              (uint32_t)BD_GIVEN_MAP << map);
+    int32_t id;
+    const bool has_id = bd_object_message_id(kind, in, &id);
+    op->id = object_of(at, is_set, has_id, id);
+    bd_object_message_read(kind, in, op);
 }
 
-static void decode_material(struct decoding *at, const Bounced__MaterialEdit *in, bool is_set,
-                            struct bd_edit_op *op)
+static void decode_node(struct decoding *at, const Bounced__NodeEdit *in, bool is_set,
+                        struct bd_edit_op *op)
 {
-    static const char *const modes[] = {"opaque", "mask", "blend", NULL};
-    struct bd_material_edit *out = &op->material;
-    int mode = 0;
-    op->id = object_of(at, is_set, in->has_material, in->material);
-    out->given =
-        take_text(in->name, &out->name, BD_GIVEN_MATERIAL_NAME) |
-        take_list(at, "base_color", in->n_base_color, in->base_color, 4, out->base_color,
-                  BD_GIVEN_BASE_COLOR) |
-        take_number(in->has_metallic, in->metallic, &out->metallic, BD_GIVEN_METALLIC) |
-        take_number(in->has_roughness, in->roughness, &out->roughness, BD_GIVEN_ROUGHNESS) |
-        take_list(at, "emissive", in->n_emissive, in->emissive, 3, out->emissive,
-                  BD_GIVEN_EMISSIVE) |
-        take_number(in->has_normal_scale, in->normal_scale, &out->normal_scale,
-                    BD_GIVEN_NORMAL_SCALE) |
-        take_number(in->has_ior, in->ior, &out->ior, BD_GIVEN_IOR) |
-        take_number(in->has_transmission, in->transmission, &out->transmission,
-                    BD_GIVEN_TRANSMISSION) |
-        take_number(in->has_thickness, in->thickness, &out->thickness, BD_GIVEN_THICKNESS) |
-        take_number(in->has_attenuation_distance, in->attenuation_distance,
-                    &out->attenuation_distance, BD_GIVEN_ATTENUATION_DISTANCE) |
-        take_list(at, "attenuation_color", in->n_attenuation_color, in->attenuation_color, 3,
-                  out->attenuation_color, BD_GIVEN_ATTENUATION_COLOR) |
-        take_word(at, "alpha_mode", in->alpha_mode, modes, "opaque, mask, blend", &mode,
-                  BD_GIVEN_ALPHA_MODE) |
-        take_number(in->has_alpha_cutoff, in->alpha_cutoff, &out->alpha_cutoff,
-                    BD_GIVEN_ALPHA_CUTOFF) |
-        take_bool(in->has_double_sided, in->double_sided, &out->double_sided,
-                  BD_GIVEN_DOUBLE_SIDED) |
-        take_bool(in->has_unlit, in->unlit, &out->unlit, BD_GIVEN_UNLIT);
-    out->alpha_mode = (enum bd_alpha_mode)mode;
-    decode_maps(in, out);
+    decode_object(at, BD_OBJECT_NODE, &in->base, is_set, op);
+    op->transform.is_given = in->transform;
+    if (!in->transform) return;
+    if (in->transform->has_node) refuse(at, "transform.node", "%s", "stays unset here");
+    decode_transform(at, in->transform, &op->transform);
 }
 
 static void decode_texture(struct decoding *at, const Bounced__TextureEdit *in, bool is_set,
                            struct bd_edit_op *op)
 {
-    static const char *const wraps[] = {"repeat", "clamp", "mirror", NULL};
-    static const char choices[] = "repeat, clamp, mirror";
-    struct bd_texture_edit *out = &op->texture;
-    int wrap_s = 0, wrap_t = 0;
-    op->id = object_of(at, is_set, in->has_texture, in->texture);
+    decode_object(at, BD_OBJECT_TEXTURE, &in->base, is_set, op);
     if (!is_set && !in->blob) refuse(at, "blob", "%s", "a texture needs a picture");
-    out->given = take_word(at, "wrap_s", in->wrap_s, wraps, choices, &wrap_s, BD_GIVEN_WRAP_S) |
-                 take_word(at, "wrap_t", in->wrap_t, wraps, choices, &wrap_t, BD_GIVEN_WRAP_T) |
-                 take_bool(in->has_nearest, in->nearest, &out->nearest, BD_GIVEN_NEAREST);
-    out->wrap_s = (enum bd_wrap)wrap_s;
-    out->wrap_t = (enum bd_wrap)wrap_t;
-}
-
-static void decode_light(struct decoding *at, const Bounced__LightEdit *in, bool is_set,
-                         struct bd_edit_op *op)
-{
-    static const char *const kinds[] = {"directional", "point", "spot", NULL};
-    struct bd_light_edit *out = &op->light;
-    int kind = 0;
-    op->id = object_of(at, is_set, in->has_light, in->light);
-    out->given =
-        take_text(in->name, &out->name, BD_GIVEN_LIGHT_NAME) |
-        take_word(at, "kind", in->kind, kinds, "directional, point, spot", &kind,
-                  BD_GIVEN_LIGHT_KIND) |
-        take_list(at, "color", in->n_color, in->color, 3, out->color, BD_GIVEN_COLOR) |
-        take_number(in->has_intensity, in->intensity, &out->intensity, BD_GIVEN_INTENSITY) |
-        take_number(in->has_range, in->range, &out->range, BD_GIVEN_RANGE) |
-        take_number(in->has_cone_inner, in->cone_inner, &out->cone_inner, BD_GIVEN_CONE_INNER) |
-        take_number(in->has_cone_outer, in->cone_outer, &out->cone_outer, BD_GIVEN_CONE_OUTER);
-    out->kind = (enum bd_light_kind)kind;
-}
-
-static void decode_camera(struct decoding *at, const Bounced__CameraEdit *in, bool is_set,
-                          struct bd_edit_op *op)
-{
-    struct bd_camera_edit *out = &op->camera;
-    op->id = object_of(at, is_set, in->has_camera, in->camera);
-    out->given = take_text(in->name, &out->name, BD_GIVEN_CAMERA_NAME) |
-                 take_bool(in->has_orthographic, in->orthographic, &out->orthographic,
-                           BD_GIVEN_ORTHOGRAPHIC) |
-                 take_number(in->has_yfov, in->yfov, &out->yfov, BD_GIVEN_YFOV) |
-                 take_number(in->has_xmag, in->xmag, &out->xmag, BD_GIVEN_XMAG) |
-                 take_number(in->has_ymag, in->ymag, &out->ymag, BD_GIVEN_YMAG) |
-                 take_number(in->has_near, in->near, &out->near, BD_GIVEN_NEAR) |
-                 take_number(in->has_far, in->far, &out->far, BD_GIVEN_FAR);
 }
 
 static void decode_mesh(struct decoding *at, const Bounced__MeshEdit *in, bool is_set,
@@ -294,7 +156,8 @@ static void decode_one(struct decoding *at, const Bounced__EditOp *op, struct bd
         break;
     case BD_EDIT_ADD_MATERIAL:
     case BD_EDIT_SET_MATERIAL:
-        decode_material(at, op->add_material, out->kind == BD_EDIT_SET_MATERIAL, out);
+        decode_object(at, BD_OBJECT_MATERIAL, &op->add_material->base,
+                      out->kind == BD_EDIT_SET_MATERIAL, out);
         break;
     case BD_EDIT_ADD_TEXTURE:
     case BD_EDIT_SET_TEXTURE:
@@ -302,11 +165,13 @@ static void decode_one(struct decoding *at, const Bounced__EditOp *op, struct bd
         break;
     case BD_EDIT_ADD_LIGHT:
     case BD_EDIT_SET_LIGHT:
-        decode_light(at, op->add_light, out->kind == BD_EDIT_SET_LIGHT, out);
+        decode_object(at, BD_OBJECT_LIGHT, &op->add_light->base, out->kind == BD_EDIT_SET_LIGHT,
+                      out);
         break;
     case BD_EDIT_ADD_CAMERA:
     case BD_EDIT_SET_CAMERA:
-        decode_camera(at, op->add_camera, out->kind == BD_EDIT_SET_CAMERA, out);
+        decode_object(at, BD_OBJECT_CAMERA, &op->add_camera->base, out->kind == BD_EDIT_SET_CAMERA,
+                      out);
         break;
     case BD_EDIT_REMOVE_NODE:
     case BD_EDIT_REMOVE_MESH:

@@ -18,9 +18,10 @@ struct bd_edit_path {
 };
 struct bd_edit_path bd_edit_path(size_t index, const Bounced__EditOp *op);
 
-// Texts are borrowed from `op`. BD_ERR_USAGE, naming the field: a word that is none of its choices,
-// a list of the wrong length, an operation without its object; BD_ERR_UNSUPPORTED: an operation
-// that this server does not know.
+// Texts and numbers are borrowed from `op`; what `out` has of its own goes with
+// bd_edit_heavy_release, whatever this says. BD_ERR_USAGE, naming the field: a transform's list of
+// the wrong length, an operation without its object; BD_ERR_UNSUPPORTED: an operation that this
+// server does not know.
 BD_MUST_CHECK
 enum bd_err bd_edit_decode(size_t index, const Bounced__EditOp *op, struct bd_edit_op *out,
                            struct bd_fault *fault);

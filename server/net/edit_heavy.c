@@ -293,8 +293,7 @@ static enum bd_err read_picture(const struct reading *reading, const char *blob,
     err = bd_import_picture(inputs->import_pool, &file, &limits, &picture, reading->fault);
     bd_blob_unmap(&map);
     if (err) return err;
-    op->texture.picture = picture;
-    op->texture.given |= BD_GIVEN_PICTURE;
+    op->picture = picture;
     return bd_edit_budget_take_picture(reading->inputs->budget, picture, reading->fault);
 }
 
@@ -386,6 +385,8 @@ enum bd_err bd_edit_heavy_read(const struct bd_edit_heavy_inputs *inputs, size_t
 
 void bd_edit_heavy_release(struct bd_edit_op *op)
 {
+    free((void *)op->fields);
+    op->fields = NULL;
     switch (op->kind) {
     case BD_EDIT_ADD_MESH:
     case BD_EDIT_SET_MESH:
@@ -394,7 +395,7 @@ void bd_edit_heavy_release(struct bd_edit_op *op)
         break;
     case BD_EDIT_ADD_TEXTURE:
     case BD_EDIT_SET_TEXTURE:
-        bd_picture_release(&op->texture.picture);
+        bd_picture_release(&op->picture);
         break;
     case BD_EDIT_SET_ENVIRONMENT:
         bd_sky_map_release(&op->environment.map);

@@ -6,6 +6,7 @@
 
 #include "base/assert.h"
 #include "net/answer.h"
+#include "net/object_message.h"
 
 #define NEW(Name, name, variable)                                                                  \
     Bounced__##Name *variable = malloc(sizeof *variable);                                          \
@@ -45,11 +46,7 @@ static void add_node(Bounced__Scene *message, uint32_t id, const struct bd_node 
 {
     Bounced__SceneObject *object = add(message, "node", id, node->name);
     NEW(NodeEdit, node_edit, edit);
-    BD_SET(edit, parent, node->parent);
-    BD_SET(edit, mesh, node->mesh);
-    BD_SET(edit, camera, node->camera);
-    BD_SET(edit, light, node->light);
-    BD_SET(edit, shown, !node->is_hidden);
+    bd_object_message_fill(BD_OBJECT_NODE, node, &edit->base);
     NEW(TransformEdit, transform_edit, transform);
     transform->matrix = matrix(&node->parent_from_node, &transform->n_matrix);
     edit->transform = transform;
@@ -59,73 +56,30 @@ static void add_node(Bounced__Scene *message, uint32_t id, const struct bd_node 
 
 static void add_light(Bounced__Scene *message, uint32_t id, const struct bd_light *light)
 {
-    static const char *const kinds[] = {"directional", "point", "spot"};
-    Bounced__SceneObject *object = add(message, "light", id, light->name);
     NEW(LightEdit, light_edit, edit);
-    edit->kind = bd_answer_text(kinds[light->kind]);
-    edit->color = numbers(light->color, 3, &edit->n_color);
-    BD_SET(edit, intensity, (double)light->intensity);
-    BD_SET(edit, range, isinf(light->range_m) ? 0 : (double)light->range_m);
-    if (light->kind == BD_LIGHT_SPOT) {
-        BD_SET(edit, cone_inner, (double)light->cone_inner);
-        BD_SET(edit, cone_outer, (double)light->cone_outer);
-    }
-    object->light = edit;
+    bd_object_message_fill(BD_OBJECT_LIGHT, light, &edit->base);
+    add(message, "light", id, light->name)->light = edit;
 }
 
 static void add_camera(Bounced__Scene *message, uint32_t id, const struct bd_camera *camera)
 {
-    Bounced__SceneObject *object = add(message, "camera", id, camera->name);
     NEW(CameraEdit, camera_edit, edit);
-    BD_SET(edit, orthographic, camera->orthographic);
-    if (camera->orthographic) {
-        BD_SET(edit, xmag, (double)camera->xmag);
-        BD_SET(edit, ymag, (double)camera->ymag);
-    } else {
-        BD_SET(edit, yfov, (double)camera->yfov);
-    }
-    BD_SET(edit, near, (double)camera->near_m);
-    BD_SET(edit, far, isinf(camera->far_m) ? 0 : (double)camera->far_m);
-    object->camera = edit;
+    bd_object_message_fill(BD_OBJECT_CAMERA, camera, &edit->base);
+    add(message, "camera", id, camera->name)->camera = edit;
 }
 
 static void add_material(Bounced__Scene *message, uint32_t id, const struct bd_material *material)
 {
-    static const char *const modes[] = {"opaque", "mask", "blend"};
-    Bounced__SceneObject *object = add(message, "material", id, material->name);
     NEW(MaterialEdit, material_edit, edit);
-    edit->base_color = numbers(material->base_color, 4, &edit->n_base_color);
-    edit->emissive = numbers(material->emissive, 3, &edit->n_emissive);
-    edit->attenuation_color = numbers(material->attenuation_color, 3, &edit->n_attenuation_color);
-    edit->alpha_mode = bd_answer_text(modes[material->alpha_mode]);
-    BD_SET(edit, metallic, (double)material->metallic);
-    BD_SET(edit, roughness, (double)material->roughness);
-    BD_SET(edit, normal_scale, (double)material->normal_scale);
-    BD_SET(edit, ior, (double)material->ior);
-    BD_SET(edit, transmission, (double)material->transmission);
-    BD_SET(edit, thickness, (double)material->thickness_m);
-    BD_SET(edit, attenuation_distance,
-           isinf(material->attenuation_distance_m) ? 0 : (double)material->attenuation_distance_m);
-    BD_SET(edit, alpha_cutoff, (double)material->alpha_cutoff);
-    BD_SET(edit, double_sided, material->double_sided);
-    BD_SET(edit, unlit, material->unlit);
-    BD_SET(edit, base_color_texture, material->base_color_map.texture);
-    BD_SET(edit, metallic_roughness_texture, material->metallic_roughness_map.texture);
-    BD_SET(edit, normal_texture, material->normal_map.texture);
-    BD_SET(edit, emissive_texture, material->emissive_map.texture);
-    BD_SET(edit, transmission_texture, material->transmission_map.texture);
-    object->material = edit;
+    bd_object_message_fill(BD_OBJECT_MATERIAL, material, &edit->base);
+    add(message, "material", id, material->name)->material = edit;
 }
 
 static void add_texture(Bounced__Scene *message, uint32_t id, const struct bd_texture *texture)
 {
-    static const char *const wraps[] = {"repeat", "clamp", "mirror"};
-    Bounced__SceneObject *object = add(message, "texture", id, "");
     NEW(TextureEdit, texture_edit, edit);
-    edit->wrap_s = bd_answer_text(wraps[texture->wrap_s]);
-    edit->wrap_t = bd_answer_text(wraps[texture->wrap_t]);
-    BD_SET(edit, nearest, texture->nearest);
-    object->texture = edit;
+    bd_object_message_fill(BD_OBJECT_TEXTURE, texture, &edit->base);
+    add(message, "texture", id, "")->texture = edit;
 }
 
 static void add_mesh(Bounced__Scene *message, uint32_t id, const struct bd_mesh *mesh)

@@ -193,19 +193,87 @@ void bd_edit_name(struct bd_edit *edit, const char *name, char out[64])
     memcpy(out, name, length);
 }
 
-void bd_edit_number(struct bd_edit *edit, const char *field, double value, double least,
-                    double most, float *out)
+void bd_edit_numbers(struct bd_edit *edit, const struct bd_object_field *row, const double *values,
+                     size_t count, float *out)
 {
-    if (value >= least && value <= most)
-        *out = (float)value;
-    else
-        bd_edit_fail(edit, BD_ERR_USAGE, field, "%.9g is not in [%.9g, %.9g]", value, least, most);
+    if (count != row->count) {
+        bd_edit_fail(edit, BD_ERR_USAGE, row->name, "takes %u numbers", row->count);
+        return;
+    }
+    for (size_t i = 0; i < count; i++)
+        if (bd_field_takes(row, values[i]))
+            out[i] = bd_field_kept(row, values[i]);
+        else
+            bd_edit_fail(edit, BD_ERR_USAGE, row->name, "%.9g is not in [%.9g, %.9g]", values[i],
+                         row->least, row->most);
 }
 
-void bd_edit_numbers(struct bd_edit *edit, const char *field, const double *values, int count,
-                     double least, double most, float *out)
+static void set_word(struct bd_edit *edit, const struct bd_object_field *row, const char *text,
+                     void *out)
 {
-    for (int i = 0; i < count; i++) bd_edit_number(edit, field, values[i], least, most, &out[i]);
+    char takes[BD_FIELD_TAKES_BYTES];
+    for (int word = 0; row->words[word]; word++)
+        if (strcmp(row->words[word], text) == 0) {
+            memcpy(out, &word, sizeof word);
+            return;
+        }
+    bd_edit_fail(edit, BD_ERR_USAGE, row->name, "is one of %s", bd_field_takes_text(row, takes));
+}
+
+static void set_map(struct bd_edit *edit, const struct bd_object_field *row, int32_t value,
+                    struct bd_texture_ref *out)
+{
+    const int32_t id = bd_edit_reference(edit, row->name, row->refers_to, value);
+    if (out->texture == BD_NONE || id == BD_NONE) *out = bd_texture_ref_none;
+    out->texture = id;
+}
+
+void bd_edit_field(struct bd_edit *edit, const struct bd_object_field *row,
+                   const struct bd_field_value *value, void *object)
+{
+    void *const at = bd_field_of(row, object);
+    switch (row->type) {
+    case BD_FIELD_NAME:
+        bd_edit_name(edit, value->text, at);
+        break;
+    case BD_FIELD_SWITCH:
+        *(bool *)at = (value->whole != 0) != row->inverted;
+        break;
+    case BD_FIELD_NUMBERS:
+        bd_edit_numbers(edit, row, value->numbers, value->count, at);
+        break;
+    case BD_FIELD_WORD:
+        set_word(edit, row, value->text, at);
+        break;
+    case BD_FIELD_OBJECT:
+        *(int32_t *)at = bd_edit_reference(edit, row->name, row->refers_to, value->whole);
+        break;
+    case BD_FIELD_MAP:
+        set_map(edit, row, value->whole, at);
+        break;
+    case BD_FIELD_HEAVY:
+        break;
+    }
+}
+
+const struct bd_field_value *bd_edit_given(const struct bd_edit_op *op, const char *name)
+{
+    for (size_t i = 0; i < op->field_count; i++)
+        if (strcmp(op->fields[i].name, name) == 0) return &op->fields[i];
+    return NULL;
+}
+
+// In the order of the rows: what an object is comes before what it then has.
+void bd_edit_fields(struct bd_edit *edit, const struct bd_edit_op *op, enum bd_object_kind kind,
+                    const char *but, void *object)
+{
+    const struct bd_object_field_list list = bd_object_fields(kind);
+    for (uint32_t i = 0; i < list.count; i++) {
+        if (but && strcmp(list.rows[i].name, but) == 0) continue;
+        const struct bd_field_value *value = bd_edit_given(op, list.rows[i].name);
+        if (value && bd_field_holds(&list.rows[i], object))
+            bd_edit_field(edit, &list.rows[i], value, object);
+    }
 }
 
 // --- the batch ------------------------------------------------------------------------------

@@ -5,8 +5,7 @@
 // objects' slots; BD_NONE is none; BD_EDIT_ADDED(k) is what operation k of the same batch adds.
 //
 // A batch is checked wholly: one fault, and nothing is changed. Values out of range are refused,
-// never clamped: ranges are those that the importer clamps to (gltf_materials.c, gltf_nodes.c). The
-// fault's field is the wire's path: "ops[3].set_light.intensity".
+// never clamped. The fault's field is the wire's path: "ops[3].set_light.intensity".
 //
 // Thread: any. Time is that of the small objects and the operations, and of `steps` of the limits.
 
@@ -54,8 +53,16 @@ enum bd_edit_kind {
 
 #define BD_EDIT_ADDED(op) (-2 - (int32_t)(op))
 
-// Which fields of an operation are given; the others keep their value, or in an add_ get glTF's
-// default. Bits of one kind of operation.
+// A field that is given, by the name of its row (object_fields.h); which of the rest is read is
+// said by the row's type.
+struct bd_field_value {
+    const char *name;
+    const char *text;      // names, words
+    const double *numbers; // as many as the row has, or it is refused
+    size_t count;
+    int32_t whole; // ids; 0 or 1
+};
+
 enum {
     BD_GIVEN_TRANSLATION = 1u << 0,
     BD_GIVEN_ROTATION = 1u << 1,
@@ -65,118 +72,10 @@ enum {
 
 // Either the matrix or any of the others; none of them is no movement.
 struct bd_transform_edit {
+    bool is_given; // in set_node: or it stays as it is
     uint32_t given;
     double translation[3], rotation[4], scale[3];
     double matrix[16]; // column-major, affine
-};
-
-enum {
-    BD_GIVEN_NODE_NAME = 1u << 0,
-    BD_GIVEN_NODE_PARENT = 1u << 1,
-    BD_GIVEN_NODE_MESH = 1u << 2,
-    BD_GIVEN_NODE_CAMERA = 1u << 3,
-    BD_GIVEN_NODE_LIGHT = 1u << 4,
-    BD_GIVEN_NODE_SHOWN = 1u << 5,
-    BD_GIVEN_NODE_TRANSFORM = 1u << 6,
-};
-
-struct bd_node_edit {
-    uint32_t given;
-    const char *name;
-    int32_t parent, mesh, camera, light;
-    bool shown;
-    struct bd_transform_edit transform;
-};
-
-enum bd_material_map {
-    BD_MAP_BASE_COLOR,
-    BD_MAP_METALLIC_ROUGHNESS,
-    BD_MAP_NORMAL,
-    BD_MAP_EMISSIVE,
-    BD_MAP_TRANSMISSION,
-    BD_MAP_COUNT
-};
-
-enum {
-    BD_GIVEN_MATERIAL_NAME = 1u << 0,
-    BD_GIVEN_BASE_COLOR = 1u << 1,
-    BD_GIVEN_METALLIC = 1u << 2,
-    BD_GIVEN_ROUGHNESS = 1u << 3,
-    BD_GIVEN_EMISSIVE = 1u << 4,
-    BD_GIVEN_NORMAL_SCALE = 1u << 5,
-    BD_GIVEN_IOR = 1u << 6,
-    BD_GIVEN_TRANSMISSION = 1u << 7,
-    BD_GIVEN_THICKNESS = 1u << 8,
-    BD_GIVEN_ATTENUATION_DISTANCE = 1u << 9,
-    BD_GIVEN_ATTENUATION_COLOR = 1u << 10,
-    BD_GIVEN_ALPHA_MODE = 1u << 11,
-    BD_GIVEN_ALPHA_CUTOFF = 1u << 12,
-    BD_GIVEN_DOUBLE_SIDED = 1u << 13,
-    BD_GIVEN_UNLIT = 1u << 14,
-    BD_GIVEN_MAP = 1u << 15, // << enum bd_material_map
-};
-
-// A map that is new to a material reads the first set of texture coordinates, untransformed. A
-// normal map shows on meshes that have tangents only.
-struct bd_material_edit {
-    uint32_t given;
-    const char *name;
-    double base_color[4], metallic, roughness, emissive[3], normal_scale, ior, transmission;
-    double thickness, attenuation_distance; // of the latter 0 is none
-    double attenuation_color[3];
-    enum bd_alpha_mode alpha_mode;
-    double alpha_cutoff;
-    bool double_sided, unlit;
-    int32_t textures[BD_MAP_COUNT];
-};
-
-enum {
-    BD_GIVEN_PICTURE = 1u << 0,
-    BD_GIVEN_WRAP_S = 1u << 1,
-    BD_GIVEN_WRAP_T = 1u << 2,
-    BD_GIVEN_NEAREST = 1u << 3,
-};
-
-struct bd_texture_edit {
-    uint32_t given;
-    struct bd_picture *picture; // sealed; in add_texture always given
-    enum bd_wrap wrap_s, wrap_t;
-    bool nearest;
-};
-
-enum {
-    BD_GIVEN_LIGHT_NAME = 1u << 0,
-    BD_GIVEN_LIGHT_KIND = 1u << 1,
-    BD_GIVEN_COLOR = 1u << 2,
-    BD_GIVEN_INTENSITY = 1u << 3,
-    BD_GIVEN_RANGE = 1u << 4,
-    BD_GIVEN_CONE_INNER = 1u << 5,
-    BD_GIVEN_CONE_OUTER = 1u << 6,
-};
-
-// Cones count for spots only, and are kept only there.
-struct bd_light_edit {
-    uint32_t given;
-    const char *name;
-    enum bd_light_kind kind; // not given in add_light: a point light
-    double color[3], intensity, range, cone_inner, cone_outer;
-};
-
-enum {
-    BD_GIVEN_CAMERA_NAME = 1u << 0,
-    BD_GIVEN_ORTHOGRAPHIC = 1u << 1,
-    BD_GIVEN_YFOV = 1u << 2,
-    BD_GIVEN_XMAG = 1u << 3,
-    BD_GIVEN_YMAG = 1u << 4,
-    BD_GIVEN_NEAR = 1u << 5,
-    BD_GIVEN_FAR = 1u << 6,
-};
-
-struct bd_camera_edit {
-    uint32_t given;
-    const char *name;
-    bool orthographic;
-    double yfov, xmag, ymag, near, far; // of the last 0 is none
 };
 
 // Of add_mesh, set_mesh, set_mesh_vertices. `mesh` is sealed; its primitives' materials are ids as
@@ -202,17 +101,20 @@ struct bd_import_edit {
 };
 
 // Everything is borrowed for the call.
+//
+// `fields` are those of a node, a material, a texture, a light or a camera. What is not given keeps
+// its value, or in an add_ gets its standard. What an object has not (the cone of a point light) is
+// not kept. A map that is new to a material reads the first set of texture coordinates,
+// untransformed.
 struct bd_edit_op {
     enum bd_edit_kind kind;
     int32_t id; // of set_ and remove_
+    const struct bd_field_value *fields;
+    size_t field_count;
     union {
-        struct bd_node_edit node;
-        struct bd_transform_edit transform;
+        struct bd_transform_edit transform; // of nodes, and of set_transform
         struct bd_mesh_edit mesh;
-        struct bd_material_edit material;
-        struct bd_texture_edit texture;
-        struct bd_light_edit light;
-        struct bd_camera_edit camera;
+        struct bd_picture *picture; // of textures: sealed; NULL in set_texture: keeps it
         struct bd_environment_edit environment;
         struct bd_import_edit import;
     };

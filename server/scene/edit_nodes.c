@@ -73,24 +73,15 @@ static void set_parent(struct bd_edit *edit, int32_t id, int32_t value)
     if (edit->err == BD_ERR_OK) nodes[id].parent = parent;
 }
 
-static void set_node(struct bd_edit *edit, const struct bd_node_edit *in, int32_t id)
+static void set_fields(struct bd_edit *edit, const struct bd_edit_op *op, int32_t id)
 {
     struct bd_node *node = &edit->draft->nodes[id];
-    if (in->given & BD_GIVEN_NODE_NAME) bd_edit_name(edit, in->name, node->name);
-    if (in->given & BD_GIVEN_NODE_PARENT) set_parent(edit, id, in->parent);
-    if (in->given & BD_GIVEN_NODE_MESH) {
-        int32_t mesh = bd_edit_reference(edit, "mesh", BD_OBJECT_MESH, in->mesh);
-        // What was baked in world space was the mesh, not the node.
-        if (mesh != node->mesh) node->mesh_is_world_space = false;
-        node->mesh = mesh;
-    }
-    if (in->given & BD_GIVEN_NODE_CAMERA)
-        node->camera = bd_edit_reference(edit, "camera", BD_OBJECT_CAMERA, in->camera);
-    if (in->given & BD_GIVEN_NODE_LIGHT)
-        node->light = bd_edit_reference(edit, "light", BD_OBJECT_LIGHT, in->light);
-    if (in->given & BD_GIVEN_NODE_SHOWN) node->is_hidden = !in->shown;
-    if (in->given & BD_GIVEN_NODE_TRANSFORM)
-        set_transform(edit, "transform.", &in->transform, &node->parent_from_node);
+    const int32_t mesh = node->mesh;
+    const struct bd_field_value *parent = bd_edit_given(op, "parent");
+    if (parent) set_parent(edit, id, parent->whole);
+    bd_edit_fields(edit, op, BD_OBJECT_NODE, "parent", node);
+    // What was baked in world space was the mesh, not the node.
+    if (node->mesh != mesh) node->mesh_is_world_space = false;
 }
 
 void bd_edit_node(struct bd_edit *edit, const struct bd_edit_op *op)
@@ -104,12 +95,10 @@ void bd_edit_node(struct bd_edit *edit, const struct bd_edit_op *op)
         set_transform(edit, "", &op->transform, &node->parent_from_node);
         return;
     }
-    if (adds)
-        *node = (struct bd_node){.parent = BD_NONE,
-                                 .mesh = BD_NONE,
-                                 .camera = BD_NONE,
-                                 .light = BD_NONE,
-                                 .parent_from_node = bd_dmat4_identity()};
-    set_node(edit, &op->node, id);
+    if (adds) *node = (struct bd_node){.parent_from_node = bd_dmat4_identity()};
+    if (adds) bd_object_set_standards(BD_OBJECT_NODE, node);
+    set_fields(edit, op, id);
+    if (op->transform.is_given)
+        set_transform(edit, "transform.", &op->transform, &node->parent_from_node);
     if (adds) edit->ids[edit->op] = id;
 }

@@ -53,11 +53,16 @@ int32_t bd_edit_reference(struct bd_edit *edit, const char *field, enum bd_objec
                           int32_t value);
 
 void bd_edit_name(struct bd_edit *edit, const char *name, char out[64]);
-// Refused unless least <= value <= most.
-void bd_edit_number(struct bd_edit *edit, const char *field, double value, double least,
-                    double most, float *out);
-void bd_edit_numbers(struct bd_edit *edit, const char *field, const double *values, int count,
-                     double least, double most, float *out);
+// Refused where the row says so.
+void bd_edit_numbers(struct bd_edit *edit, const struct bd_object_field *row, const double *values,
+                     size_t count, float *out);
+// What the operation gives of a row; NULL: nothing.
+const struct bd_field_value *bd_edit_given(const struct bd_edit_op *op, const char *name);
+void bd_edit_field(struct bd_edit *edit, const struct bd_object_field *row,
+                   const struct bd_field_value *value, void *object);
+// All that the operation gives and the object has, but for one that the caller sees to (or NULL).
+void bd_edit_fields(struct bd_edit *edit, const struct bd_edit_op *op, enum bd_object_kind kind,
+                    const char *but, void *object);
 
 void bd_edit_node(struct bd_edit *edit, const struct bd_edit_op *op);
 void bd_edit_mesh(struct bd_edit *edit, const struct bd_edit_op *op);

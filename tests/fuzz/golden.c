@@ -11,6 +11,7 @@
 #include "tests/fuzz/batch.h"
 #include "tests/fuzz/machine.h"
 #include "tests/journal/kit.h"
+#include "tests/unit/scene/fields.h"
 
 struct making {
     struct golden *golden;
@@ -146,10 +147,8 @@ static void add_pictures(struct making *making)
     bd_picture_seal(picture);
     bd_sky_map_seal(sky);
     const struct bd_edit_op ops[] = {
-        {.kind = BD_EDIT_ADD_TEXTURE, .texture = {.given = BD_GIVEN_PICTURE, .picture = picture}},
-        {.kind = BD_EDIT_SET_MATERIAL,
-         .material = {.given = BD_GIVEN_MAP << BD_MAP_BASE_COLOR,
-                      .textures = {[BD_MAP_BASE_COLOR] = BD_EDIT_ADDED(0)}}},
+        {.kind = BD_EDIT_ADD_TEXTURE, .picture = picture},
+        {.kind = BD_EDIT_SET_MATERIAL, FIELDS(WHOLE(base_color_texture, BD_EDIT_ADDED(0)))},
         {.kind = BD_EDIT_SET_ENVIRONMENT, .environment = {.radiance = {1, 1, 1}, .map = sky}},
     };
     struct bd_fault fault = {0};

@@ -3,6 +3,7 @@
 #include <math.h>
 
 #include "scene/edit.h"
+#include "tests/unit/scene/fields.h"
 #include "tests/unit/scene/snapshots.h"
 
 static const char *own_scenes;
@@ -66,10 +67,6 @@ static void refused(const struct world *world, struct bd_edit_op op, enum bd_err
 }
 
 #define OP(kind_, ...) ((struct bd_edit_op){.kind = BD_EDIT_##kind_, __VA_ARGS__})
-#define LIGHT(...)     .light = {__VA_ARGS__}
-#define CAMERA(...)    .camera = {__VA_ARGS__}
-#define MATERIAL(...)  .material = {__VA_ARGS__}
-#define NODE(...)      .node = {__VA_ARGS__}
 #define TRANSFORM(...) .transform = {__VA_ARGS__}
 
 static const char long_name[] = "0123456789012345678901234567890123456789012345678901234567890123";
@@ -82,13 +79,12 @@ static void lights(void **state)
     struct world w = begin("two_lights.glb");
     uint32_t before = w.scene->authored_light_count;
     uint32_t spots = w.scene->features.light_count[BD_LIGHT_SPOT];
-    edit_one(&w, OP(SET_LIGHT, .id = 0, LIGHT(.given = BD_GIVEN_INTENSITY, .intensity = 12)));
+    edit_one(&w, OP(SET_LIGHT, .id = 0, FIELDS(NUMBERS(intensity, 12))));
     assert_true(w.scene->lights[0].intensity == 12);
     const struct bd_edit_op add[] = {
         OP(ADD_LIGHT,
-           LIGHT(.given = BD_GIVEN_LIGHT_KIND | BD_GIVEN_LIGHT_NAME | BD_GIVEN_CONE_OUTER,
-                 .kind = BD_LIGHT_SPOT, .name = "spot", .cone_outer = 1.5707963267948966)),
-        OP(ADD_NODE, NODE(.given = BD_GIVEN_NODE_LIGHT, .light = BD_EDIT_ADDED(0))),
+           FIELDS(TEXT(kind, "spot"), TEXT(name, "spot"), NUMBERS(cone_outer, 1.5707963267948966))),
+        OP(ADD_NODE, FIELDS(WHOLE(light, BD_EDIT_ADDED(0)))),
     };
     edit_all(&w, add, 2);
     assert_int_equal(w.ids[0], before);
@@ -100,9 +96,9 @@ static void lights(void **state)
     assert_int_equal(w.scene->features.light_count[BD_LIGHT_SPOT], spots + 1);
     const int32_t light = w.ids[0], node = w.ids[1];
     // A spot with the widest cone can be set again, without its cones being asked for.
-    edit_one(&w, OP(SET_LIGHT, .id = light, LIGHT(.given = BD_GIVEN_RANGE, .range = 7)));
+    edit_one(&w, OP(SET_LIGHT, .id = light, FIELDS(NUMBERS(range, 7))));
     assert_true(w.scene->lights[light].range_m == 7);
-    edit_one(&w, OP(SET_LIGHT, .id = light, LIGHT(.given = BD_GIVEN_RANGE, .range = 0)));
+    edit_one(&w, OP(SET_LIGHT, .id = light, FIELDS(NUMBERS(range, 0))));
     assert_true(isinf(w.scene->lights[light].range_m));
 
     refused(&w, OP(REMOVE_LIGHT, .id = light), BD_ERR_CONFLICT, "ops[0].remove_light.id",
@@ -112,7 +108,7 @@ static void lights(void **state)
     assert_true(w.scene->lights[light].is_removed);
     refused(&w, OP(SET_LIGHT, .id = light), BD_ERR_NOT_FOUND, "ops[0].set_light.light",
             "was removed");
-    edit_one(&w, OP(ADD_LIGHT, LIGHT(.given = 0)));
+    edit_one(&w, OP(ADD_LIGHT, .id = 0));
     assert_int_equal(w.ids[0], light + 1); // an id is not used twice
     bd_scene_release(&w.scene);
 }
@@ -121,21 +117,20 @@ static void lights_out_of_range(void **state)
 {
     (void)state;
     struct world w = begin("two_lights.glb");
-#define SET(field, bits, says, ...)                                                                \
-    refused(&w, OP(SET_LIGHT, .id = 0, LIGHT(.given = (bits), __VA_ARGS__)), BD_ERR_USAGE,         \
+#define SET(field, says, ...)                                                                      \
+    refused(&w, OP(SET_LIGHT, .id = 0, FIELDS(__VA_ARGS__)), BD_ERR_USAGE,                         \
             "ops[0].set_light." field, says)
-    SET("intensity", BD_GIVEN_INTENSITY, "[0, 1e+30]", .intensity = -1);
-    SET("intensity", BD_GIVEN_INTENSITY, "nan", .intensity = NAN);
-    SET("color", BD_GIVEN_COLOR, "2e+30 is not in [0, 1e+30]", .color = {1, 1, 2e30});
-    SET("range", BD_GIVEN_RANGE, "-3", .range = -3);
-    SET("range", BD_GIVEN_RANGE, "2e+15 is not in [0, 1e+15]", .range = 2e15);
-    const uint32_t spot = BD_GIVEN_LIGHT_KIND | BD_GIVEN_CONE_OUTER | BD_GIVEN_CONE_INNER;
-    SET("cone_outer", spot, "1.6", .kind = BD_LIGHT_SPOT, .cone_outer = 1.6);
-    SET("cone_outer", spot, "0.0001", .kind = BD_LIGHT_SPOT, .cone_outer = 0);
-    SET("cone_inner", spot, "0.5", .kind = BD_LIGHT_SPOT, .cone_outer = .5, .cone_inner = .5);
+    SET("intensity", "[0, 1e+30]", NUMBERS(intensity, -1));
+    SET("intensity", "nan", NUMBERS(intensity, NAN));
+    SET("color", "2e+30 is not in [0, 1e+30]", NUMBERS(color, 1, 1, 2e30));
+    SET("range", "-3", NUMBERS(range, -3));
+    SET("range", "2e+15 is not in [0, 1e+15]", NUMBERS(range, 2e15));
+    SET("cone_outer", "1.6", TEXT(kind, "spot"), NUMBERS(cone_outer, 1.6));
+    SET("cone_outer", "0.0001", TEXT(kind, "spot"), NUMBERS(cone_outer, 0));
+    SET("cone_inner", "0.5", TEXT(kind, "spot"), NUMBERS(cone_outer, .5), NUMBERS(cone_inner, .5));
 #undef SET
-    refused(&w, OP(SET_LIGHT, .id = 0, LIGHT(.given = BD_GIVEN_LIGHT_NAME, .name = long_name)),
-            BD_ERR_LIMIT, "ops[0].set_light.name", "64 bytes, limit 63");
+    refused(&w, OP(SET_LIGHT, .id = 0, FIELDS(TEXT(name, long_name))), BD_ERR_LIMIT,
+            "ops[0].set_light.name", "64 bytes, limit 63");
     refused(&w, OP(SET_LIGHT, .id = 99), BD_ERR_NOT_FOUND, "ops[0].set_light.light", "no light 99");
     refused(&w, OP(SET_LIGHT, .id = BD_NONE), BD_ERR_USAGE, "ops[0].set_light.light", "no light");
     refused(&w, OP(SET_LIGHT, .id = INT32_MIN), BD_ERR_USAGE, "ops[0].set_light.light", "adds");
@@ -148,30 +143,29 @@ static void cameras(void **state)
 {
     (void)state;
     struct world w = begin("two_lights.glb");
-    edit_one(&w, OP(SET_CAMERA, .id = 0, CAMERA(.given = BD_GIVEN_YFOV, .yfov = 0.5)));
+    edit_one(&w, OP(SET_CAMERA, .id = 0, FIELDS(NUMBERS(yfov, 0.5))));
     assert_true(w.scene->cameras[0].yfov == 0.5f);
     edit_one(&w,
-             OP(ADD_CAMERA, CAMERA(.given = BD_GIVEN_ORTHOGRAPHIC | BD_GIVEN_XMAG | BD_GIVEN_YMAG,
-                                   .orthographic = true, .xmag = 2, .ymag = 3)));
+             OP(ADD_CAMERA, FIELDS(WHOLE(orthographic, true), NUMBERS(xmag, 2), NUMBERS(ymag, 3))));
     assert_true(w.scene->cameras[w.ids[0]].orthographic);
     edit_one(&w, OP(REMOVE_CAMERA, .id = w.ids[0]));
     refused(&w, OP(REMOVE_CAMERA, .id = 0), BD_ERR_CONFLICT, "ops[0].remove_camera.id", "used by");
-#define SET(field, bits, says, ...)                                                                \
-    refused(&w, OP(SET_CAMERA, .id = 0, CAMERA(.given = (bits), __VA_ARGS__)), BD_ERR_USAGE,       \
+#define SET(field, says, ...)                                                                      \
+    refused(&w, OP(SET_CAMERA, .id = 0, FIELDS(__VA_ARGS__)), BD_ERR_USAGE,                        \
             "ops[0].set_camera." field, says)
-    SET("yfov", BD_GIVEN_YFOV, "[0.001, 3.11]", .yfov = 3.2);
-    SET("near", BD_GIVEN_NEAR, "0", .near = 0);
-    SET("near", BD_GIVEN_NEAR, "1e+18 is not in [0, 1e+15]", .near = 1e18);
-    SET("near", BD_GIVEN_NEAR, "nan", .near = NAN);
-    SET("far", BD_GIVEN_FAR, "2e+15 is not in [0, 1e+15]", .far = 2e15);
-    SET("far", BD_GIVEN_FAR, "inf", .far = INFINITY);
-    SET("far", BD_GIVEN_FAR | BD_GIVEN_NEAR, "beyond near 5", .near = 5, .far = 5);
-    SET("xmag", BD_GIVEN_ORTHOGRAPHIC, "needed", .orthographic = true);
-    SET("ymag", BD_GIVEN_ORTHOGRAPHIC | BD_GIVEN_XMAG | BD_GIVEN_YMAG, "0 is not",
-        .orthographic = true, .xmag = 1, .ymag = 0);
-    const uint32_t flat = BD_GIVEN_ORTHOGRAPHIC | BD_GIVEN_XMAG | BD_GIVEN_YMAG;
-    SET("xmag", flat, "2e+15 is not in", .orthographic = true, .xmag = 2e15, .ymag = 1);
-    SET("ymag", flat, "inf is not in", .orthographic = true, .xmag = 1, .ymag = INFINITY);
+    SET("yfov", "[0.001, 3.1101768]", NUMBERS(yfov, 3.2));
+    SET("near", "0", NUMBERS(near, 0));
+    SET("near", "1e+18 is not in [0, 1e+15]", NUMBERS(near, 1e18));
+    SET("near", "nan", NUMBERS(near, NAN));
+    SET("far", "2e+15 is not in [0, 1e+15]", NUMBERS(far, 2e15));
+    SET("far", "inf", NUMBERS(far, INFINITY));
+    SET("far", "beyond near 5", NUMBERS(near, 5), NUMBERS(far, 5));
+    SET("xmag", "needed", WHOLE(orthographic, true));
+    SET("ymag", "0 is not", WHOLE(orthographic, true), NUMBERS(xmag, 1), NUMBERS(ymag, 0));
+    SET("xmag", "2e+15 is not in", WHOLE(orthographic, true), NUMBERS(xmag, 2e15),
+        NUMBERS(ymag, 1));
+    SET("ymag", "inf is not in", WHOLE(orthographic, true), NUMBERS(xmag, 1),
+        NUMBERS(ymag, INFINITY));
 #undef SET
     bd_scene_release(&w.scene);
 }
@@ -183,34 +177,31 @@ static void materials(void **state)
     (void)state;
     struct world w = begin("checker.glb");
     edit_one(&w, OP(SET_MATERIAL, .id = 0,
-                    MATERIAL(.given = BD_GIVEN_ROUGHNESS | BD_GIVEN_ATTENUATION_DISTANCE,
-                             .roughness = 0.25, .attenuation_distance = 0)));
+                    FIELDS(NUMBERS(roughness, 0.25), NUMBERS(attenuation_distance, 0))));
     assert_true(w.scene->materials[0].roughness == 0.25f);
     assert_true(isinf(w.scene->materials[0].attenuation_distance_m));
-    edit_one(&w, OP(ADD_MATERIAL, MATERIAL(.given = BD_GIVEN_MATERIAL_NAME, .name = "new")));
+    edit_one(&w, OP(ADD_MATERIAL, FIELDS(TEXT(name, "new"))));
     assert_true(w.scene->materials[w.ids[0]].metallic == 1 &&
                 w.scene->materials[w.ids[0]].ior == 1.5f);
     edit_one(&w, OP(REMOVE_MATERIAL, .id = w.ids[0]));
     refused(&w, OP(REMOVE_MATERIAL, .id = w.scene->meshes[0]->primitives[0].material),
             BD_ERR_CONFLICT, "ops[0].remove_material.id", "is used by mesh 0");
-#define SET(field, bits, says, ...)                                                                \
-    refused(&w, OP(SET_MATERIAL, .id = 0, MATERIAL(.given = (bits), __VA_ARGS__)), BD_ERR_USAGE,   \
+#define SET(field, says, ...)                                                                      \
+    refused(&w, OP(SET_MATERIAL, .id = 0, FIELDS(__VA_ARGS__)), BD_ERR_USAGE,                      \
             "ops[0].set_material." field, says)
-    SET("base_color", BD_GIVEN_BASE_COLOR, "1.5 is not in [0, 1]", .base_color = {0, 1.5, 0, 1});
-    SET("metallic", BD_GIVEN_METALLIC, "-0.1", .metallic = -.1);
-    SET("roughness", BD_GIVEN_ROUGHNESS, "2", .roughness = 2);
-    SET("emissive", BD_GIVEN_EMISSIVE, "-1", .emissive = {-1, 0, 0});
-    SET("normal_scale", BD_GIVEN_NORMAL_SCALE, "10000000", .normal_scale = 1e7);
-    SET("ior", BD_GIVEN_IOR, "0.5 is not in [1, 1000000]", .ior = .5);
-    SET("transmission", BD_GIVEN_TRANSMISSION, "2", .transmission = 2);
-    SET("thickness", BD_GIVEN_THICKNESS, "-1", .thickness = -1);
-    SET("attenuation_distance", BD_GIVEN_ATTENUATION_DISTANCE, "-1", .attenuation_distance = -1);
-    SET("attenuation_color", BD_GIVEN_ATTENUATION_COLOR, "3", .attenuation_color = {3, 0, 0});
-    SET("alpha_cutoff", BD_GIVEN_ALPHA_CUTOFF, "-1", .alpha_cutoff = -1);
+    SET("base_color", "1.5 is not in [0, 1]", NUMBERS(base_color, 0, 1.5, 0, 1));
+    SET("metallic", "-0.1", NUMBERS(metallic, -.1));
+    SET("roughness", "2", NUMBERS(roughness, 2));
+    SET("emissive", "-1", NUMBERS(emissive, -1, 0, 0));
+    SET("normal_scale", "10000000", NUMBERS(normal_scale, 1e7));
+    SET("ior", "0.5 is not in [1, 1000000]", NUMBERS(ior, .5));
+    SET("transmission", "2", NUMBERS(transmission, 2));
+    SET("thickness", "-1", NUMBERS(thickness, -1));
+    SET("attenuation_distance", "-1", NUMBERS(attenuation_distance, -1));
+    SET("attenuation_color", "3", NUMBERS(attenuation_color, 3, 0, 0));
+    SET("alpha_cutoff", "-1", NUMBERS(alpha_cutoff, -1));
 #undef SET
-    struct bd_edit_op map =
-        OP(SET_MATERIAL, .id = 0, MATERIAL(.given = BD_GIVEN_MAP << BD_MAP_EMISSIVE));
-    map.material.textures[BD_MAP_EMISSIVE] = 40;
+    struct bd_edit_op map = OP(SET_MATERIAL, .id = 0, FIELDS(WHOLE(emissive_texture, 40)));
     refused(&w, map, BD_ERR_NOT_FOUND, "ops[0].set_material.emissive_texture", "no texture 40");
     bd_scene_release(&w.scene);
 }
@@ -233,12 +224,9 @@ static void textures(void **state)
     struct world w = begin("checker.glb");
     struct bd_picture *first = gray_picture(10), *second = gray_picture(20);
     struct bd_edit_op ops[] = {
-        OP(ADD_TEXTURE, .texture = {.given = BD_GIVEN_PICTURE | BD_GIVEN_NEAREST,
-                                    .picture = first,
-                                    .nearest = true}),
-        OP(SET_MATERIAL, .id = 0, MATERIAL(.given = BD_GIVEN_MAP << BD_MAP_EMISSIVE)),
+        OP(ADD_TEXTURE, FIELDS(WHOLE(nearest, true)), .picture = first),
+        OP(SET_MATERIAL, .id = 0, FIELDS(WHOLE(emissive_texture, BD_EDIT_ADDED(0)))),
     };
-    ops[1].material.textures[BD_MAP_EMISSIVE] = BD_EDIT_ADDED(0);
     edit_all(&w, ops, 2);
     const int32_t texture = w.ids[0], picture = w.scene->textures[texture].picture;
     assert_int_equal(w.scene->materials[0].emissive_map.texture, texture);
@@ -246,16 +234,16 @@ static void textures(void **state)
     refused(&w, OP(REMOVE_TEXTURE, .id = texture), BD_ERR_CONFLICT, "ops[0].remove_texture.id",
             "is used by material 0");
     // Its own picture is replaced where it lies; one that others show too is left to them.
-    edit_one(&w, OP(SET_TEXTURE, .id = texture,
-                    .texture = {.given = BD_GIVEN_PICTURE, .picture = second}));
+    edit_one(&w, OP(SET_TEXTURE, .id = texture, .picture = second));
     assert_int_equal(w.scene->textures[texture].picture, picture);
     assert_ptr_equal(w.scene->pictures[picture], second);
-    ops[1].material.textures[BD_MAP_EMISSIVE] = BD_NONE;
-    const struct bd_edit_op removal[] = {OP(REMOVE_TEXTURE, .id = texture), ops[1]};
+    const struct bd_edit_op removal[] = {
+        OP(REMOVE_TEXTURE, .id = texture),
+        OP(SET_MATERIAL, .id = 0, FIELDS(WHOLE(emissive_texture, BD_NONE))),
+    };
     edit_all(&w, removal, 2);
     assert_true(w.scene->pictures[picture]->is_removed && w.scene->textures[texture].is_removed);
-    refused(&w, OP(ADD_TEXTURE, .texture = {.given = 0}), BD_ERR_USAGE, "ops[0].add_texture.blob",
-            "picture");
+    refused(&w, OP(ADD_TEXTURE, .id = 0), BD_ERR_USAGE, "ops[0].add_texture.blob", "picture");
     bd_picture_release(&first), bd_picture_release(&second);
     bd_scene_release(&w.scene);
 }
@@ -288,16 +276,15 @@ static void a_picture_goes_with_the_last_that_shows_it(void **state)
     const int32_t imported = (int32_t)w.scene->texture_count;
     const int32_t pictures = (int32_t)w.scene->picture_count;
     struct bd_edit_op ops[] = {
-        OP(SET_TEXTURE, .id = twin, .texture = {.given = BD_GIVEN_PICTURE, .picture = first}),
+        OP(SET_TEXTURE, .id = twin, .picture = first),
         OP(IMPORT, .import = {.parent = BD_NONE, .scene = other}),
-        OP(SET_TEXTURE, .id = twin, .texture = {.given = BD_GIVEN_PICTURE, .picture = second}),
-        OP(SET_TEXTURE, .id = 0, .texture = {.given = BD_GIVEN_PICTURE, .picture = first}),
+        OP(SET_TEXTURE, .id = twin, .picture = second),
+        OP(SET_TEXTURE, .id = 0, .picture = first),
         OP(SET_MATERIAL, .id = (int32_t)w.scene->material_count,
-           MATERIAL(.given = BD_GIVEN_MAP << BD_MAP_BASE_COLOR)),
+           FIELDS(WHOLE(base_color_texture, BD_NONE))),
         OP(REMOVE_TEXTURE, .id = imported),
         OP(REMOVE_TEXTURE, .id = twin),
     };
-    ops[4].material.textures[BD_MAP_BASE_COLOR] = BD_NONE;
     edit_all(&w, ops, 7);
     assert_int_equal(w.scene->textures[0].picture, picture);
     assert_ptr_equal(w.scene->pictures[picture], first);
@@ -315,14 +302,13 @@ static void nodes(void **state)
     (void)state;
     struct world w = begin("two_lights.glb");
     const struct bd_edit_op tree[] = {
-        OP(ADD_NODE, NODE(.given = BD_GIVEN_NODE_NAME | BD_GIVEN_NODE_TRANSFORM, .name = "a",
-                          .transform = {.given = BD_GIVEN_TRANSLATION | BD_GIVEN_SCALE,
-                                        .translation = {1, 2, 3},
-                                        .scale = {2, 2, 2}})),
-        OP(ADD_NODE, NODE(.given = BD_GIVEN_NODE_PARENT | BD_GIVEN_NODE_MESH,
-                          .parent = BD_EDIT_ADDED(0), .mesh = 0)),
-        OP(ADD_NODE, NODE(.given = BD_GIVEN_NODE_PARENT | BD_GIVEN_NODE_MESH,
-                          .parent = BD_EDIT_ADDED(1), .mesh = 0)),
+        OP(ADD_NODE, FIELDS(TEXT(name, "a")),
+           .transform = {.is_given = true,
+                         .given = BD_GIVEN_TRANSLATION | BD_GIVEN_SCALE,
+                         .translation = {1, 2, 3},
+                         .scale = {2, 2, 2}}),
+        OP(ADD_NODE, FIELDS(WHOLE(parent, BD_EDIT_ADDED(0)), WHOLE(mesh, 0))),
+        OP(ADD_NODE, FIELDS(WHOLE(parent, BD_EDIT_ADDED(1)), WHOLE(mesh, 0))),
     };
     uint32_t instances = w.scene->instance_count;
     edit_all(&w, tree, 3);
@@ -333,18 +319,18 @@ static void nodes(void **state)
     edit_one(&w, OP(SET_TRANSFORM, .id = b,
                     TRANSFORM(.given = BD_GIVEN_TRANSLATION, .translation = {0, 1, 0})));
     assert_true(w.scene->nodes[c].world_from_node.m[13] == 4);
-    edit_one(&w, OP(SET_NODE, .id = a, NODE(.given = BD_GIVEN_NODE_SHOWN, .shown = false)));
+    edit_one(&w, OP(SET_NODE, .id = a, FIELDS(WHOLE(shown, false))));
     assert_int_equal(w.scene->instance_count, instances);
-    edit_one(&w, OP(SET_NODE, .id = a, NODE(.given = BD_GIVEN_NODE_SHOWN, .shown = true)));
-    refused(&w, OP(SET_NODE, .id = a, NODE(.given = BD_GIVEN_NODE_PARENT, .parent = c)),
-            BD_ERR_USAGE, "ops[0].set_node.parent", "is below node");
-    refused(&w, OP(SET_NODE, .id = a, NODE(.given = BD_GIVEN_NODE_PARENT, .parent = a)),
-            BD_ERR_USAGE, "ops[0].set_node.parent", "is below node");
+    edit_one(&w, OP(SET_NODE, .id = a, FIELDS(WHOLE(shown, true))));
+    refused(&w, OP(SET_NODE, .id = a, FIELDS(WHOLE(parent, c))), BD_ERR_USAGE,
+            "ops[0].set_node.parent", "is below node");
+    refused(&w, OP(SET_NODE, .id = a, FIELDS(WHOLE(parent, a))), BD_ERR_USAGE,
+            "ops[0].set_node.parent", "is below node");
     refused(&w, OP(REMOVE_MESH, .id = 0), BD_ERR_CONFLICT, "ops[0].remove_mesh.id", "mesh 0");
     // A node of a subtree that the batch removed is gone for the operations behind.
     const struct bd_edit_op late[] = {
         OP(REMOVE_NODE, .id = a),
-        OP(SET_NODE, .id = c, NODE(.given = BD_GIVEN_NODE_PARENT, .parent = BD_NONE)),
+        OP(SET_NODE, .id = c, FIELDS(WHOLE(parent, BD_NONE))),
     };
     refused_all(&w, late, 2, BD_ERR_NOT_FOUND, "ops[1].set_node.node", "was removed");
     edit_one(&w, OP(REMOVE_NODE, .id = a));
@@ -360,16 +346,15 @@ static void a_removal_stops_at_what_is_above(void **state)
     (void)state;
     struct world w = begin("two_lights.glb");
     const struct bd_edit_op tree[] = {
-        OP(ADD_NODE, NODE(.given = 0)),
-        OP(ADD_NODE, NODE(.given = BD_GIVEN_NODE_PARENT, .parent = BD_EDIT_ADDED(0))),
-        OP(ADD_NODE, NODE(.given = BD_GIVEN_NODE_PARENT, .parent = BD_EDIT_ADDED(1))),
-        OP(ADD_NODE, NODE(.given = BD_GIVEN_NODE_PARENT, .parent = BD_EDIT_ADDED(0))),
+        OP(ADD_NODE, .id = 0),
+        OP(ADD_NODE, FIELDS(WHOLE(parent, BD_EDIT_ADDED(0)))),
+        OP(ADD_NODE, FIELDS(WHOLE(parent, BD_EDIT_ADDED(1)))),
+        OP(ADD_NODE, FIELDS(WHOLE(parent, BD_EDIT_ADDED(0)))),
     };
     edit_all(&w, tree, 4);
     const int32_t top = w.ids[0], middle = w.ids[1], low = w.ids[2], beside = w.ids[3];
     // So that a child comes before its parent in the array.
-    const struct bd_edit_op under =
-        OP(SET_NODE, .id = 0, NODE(.given = BD_GIVEN_NODE_PARENT, .parent = low));
+    const struct bd_edit_op under = OP(SET_NODE, .id = 0, FIELDS(WHOLE(parent, low)));
     edit_one(&w, under);
     edit_one(&w, OP(REMOVE_NODE, .id = middle));
     assert_true(!w.scene->nodes[top].is_removed && w.scene->nodes[middle].is_removed);
@@ -384,9 +369,12 @@ static void ways_up_are_counted(void **state)
 {
     (void)state;
     struct world w = begin("two_lights.glb");
-    struct bd_edit_op ops[12] = {OP(ADD_NODE, NODE(.given = 0))};
-    for (int i = 1; i < 12; i++)
-        ops[i] = OP(ADD_NODE, NODE(.given = BD_GIVEN_NODE_PARENT, .parent = BD_EDIT_ADDED(i - 1)));
+    struct bd_edit_op ops[12] = {OP(ADD_NODE, .id = 0)};
+    struct bd_field_value parents[12];
+    for (int i = 1; i < 12; i++) {
+        parents[i] = (struct bd_field_value)WHOLE(parent, BD_EDIT_ADDED(i - 1));
+        ops[i] = OP(ADD_NODE, .fields = &parents[i], .field_count = 1);
+    }
     struct bd_edit_limits few = bd_edit_default_limits;
     struct bd_delta delta;
     struct bd_fault fault = {0};
@@ -397,7 +385,7 @@ static void ways_up_are_counted(void **state)
     const int32_t low = w.ids[11];
     const struct bd_edit_op moved[] = {
         OP(SET_TRANSFORM, .id = low, TRANSFORM(.given = 0)),
-        OP(SET_NODE, .id = 0, NODE(.given = BD_GIVEN_NODE_PARENT, .parent = low)),
+        OP(SET_NODE, .id = 0, FIELDS(WHOLE(parent, low))),
         OP(REMOVE_NODE, .id = 1),
         OP(SET_TRANSFORM, .id = low, TRANSFORM(.given = 0)),
     };
@@ -429,11 +417,11 @@ static void transforms_out_of_range(void **state)
         .matrix = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1});
 #undef SET
     refused(&w,
-            OP(ADD_NODE, NODE(.given = BD_GIVEN_NODE_TRANSFORM,
-                              .transform = {.given = BD_GIVEN_SCALE, .scale = {NAN, 1, 1}})),
+            OP(ADD_NODE,
+               .transform = {.is_given = true, .given = BD_GIVEN_SCALE, .scale = {NAN, 1, 1}}),
             BD_ERR_USAGE, "ops[0].add_node.transform.scale", "nan");
-    refused(&w, OP(ADD_NODE, NODE(.given = BD_GIVEN_NODE_LIGHT, .light = BD_EDIT_ADDED(0))),
-            BD_ERR_USAGE, "ops[0].add_node.light", "no operation before this one adds light 0");
+    refused(&w, OP(ADD_NODE, FIELDS(WHOLE(light, BD_EDIT_ADDED(0)))), BD_ERR_USAGE,
+            "ops[0].add_node.light", "no operation before this one adds light 0");
     edit_one(&w, OP(SET_TRANSFORM, .id = 0,
                     TRANSFORM(.given = BD_GIVEN_MATRIX,
                               .matrix = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 5, 0, 0, 1})));
@@ -452,7 +440,7 @@ static void meshes(void **state)
     prepared->primitives[0].material = BD_NONE;
     const struct bd_edit_op add[] = {
         OP(ADD_MESH, .mesh = {.name = "mine", .mesh = prepared}),
-        OP(ADD_NODE, NODE(.given = BD_GIVEN_NODE_MESH, .mesh = BD_EDIT_ADDED(0))),
+        OP(ADD_NODE, FIELDS(WHOLE(mesh, BD_EDIT_ADDED(0)))),
     };
     uint32_t materials_before = w.scene->material_count;
     edit_all(&w, add, 2);
@@ -617,7 +605,7 @@ static void white_is_what_is_still_white(void **state)
     const struct bd_edit_op ops[] = {
         OP(ADD_MESH, .mesh = {.name = "a", .mesh = prepared}),
         OP(ADD_MESH, .mesh = {.name = "b", .mesh = prepared}),
-        OP(SET_MATERIAL, .id = white, MATERIAL(.given = BD_GIVEN_METALLIC, .metallic = 1)),
+        OP(SET_MATERIAL, .id = white, FIELDS(NUMBERS(metallic, 1))),
         OP(ADD_MESH, .mesh = {.name = "c", .mesh = prepared}),
         OP(ADD_MESH, .mesh = {.name = "d", .mesh = prepared}),
     };
@@ -675,8 +663,8 @@ static void limits(void **state)
 {
     (void)state;
     struct world w = begin("two_lights.glb");
-    struct bd_edit_op ops[3] = {OP(ADD_NODE, NODE(.given = BD_GIVEN_NODE_MESH, .mesh = 0)),
-                                OP(ADD_NODE, NODE(.given = 0)), OP(ADD_NODE, NODE(.given = 0))};
+    struct bd_edit_op ops[3] = {OP(ADD_NODE, FIELDS(WHOLE(mesh, 0))), OP(ADD_NODE, .id = 0),
+                                OP(ADD_NODE, .id = 0)};
     struct bd_edit_limits few = bd_edit_default_limits;
     struct bd_delta delta;
     struct bd_fault fault = {0};

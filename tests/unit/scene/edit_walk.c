@@ -31,88 +31,67 @@ static int32_t random_id(uint32_t count)
     return (int32_t)random_below(count + 2) - 1;
 }
 
-static struct bd_node_edit random_node(const struct bd_scene *s)
+static struct bd_transform_edit random_transform(void)
 {
-    struct bd_node_edit node = {
-        .given = random_below(128),
-        .name = random_below(2) ? "walk" : "",
-        .parent = random_id(s->node_count),
-        .mesh = random_id(s->mesh_count),
-        .camera = random_below(4) ? BD_NONE : random_id(s->authored_camera_count),
-        .light = random_below(4) ? BD_NONE : random_id(s->authored_light_count),
-        .shown = random_below(4) != 0,
-        .transform = {.given = random_below(8)},
-    };
+    struct bd_transform_edit transform = {.is_given = random_below(2), .given = random_below(8)};
     for (int i = 0; i < 3; i++) {
-        node.transform.translation[i] = 4 * random_real() - 2;
-        node.transform.scale[i] = 2 * random_real() - 0.5;
-        node.transform.rotation[i] = random_real() - 0.5;
+        transform.translation[i] = 4 * random_real() - 2;
+        transform.scale[i] = 2 * random_real() - 0.5;
+        transform.rotation[i] = random_real() - 0.5;
     }
-    node.transform.rotation[3] = 1;
-    return node;
+    transform.rotation[3] = 1;
+    return transform;
 }
 
-static struct bd_material_edit random_material(const struct bd_scene *s)
+// What the operations of one batch say, by the table's rows; each has a place of its own.
+#define OPS_MAX  3
+#define ROWS_MAX 24
+static struct said {
+    struct bd_field_value values[ROWS_MAX];
+    double numbers[ROWS_MAX][4];
+} said[OPS_MAX];
+
+static struct bd_field_value random_value(const struct bd_scene *s,
+                                          const struct bd_object_field *row, double numbers[4])
 {
-    struct bd_material_edit material = {
-        .given = random_below(1u << 20),
-        .name = "walk",
-        .base_color = {random_real(), random_real(), random_real(), 1},
-        .metallic = random_real(),
-        .roughness = random_real(),
-        .emissive = {0, 0, random_below(4) ? 0 : 3 * random_real()},
-        .normal_scale = 1,
-        .ior = 1 + random_real(),
-        .transmission = random_real(),
-        .thickness = random_real(),
-        .alpha_mode = (enum bd_alpha_mode)random_below(3),
-        .alpha_cutoff = random_real(),
-        .double_sided = random_below(2),
-        .unlit = random_below(8) == 0,
-    };
-    for (int i = 0; i < BD_MAP_COUNT; i++) material.textures[i] = random_id(s->texture_count);
-    return material;
+    struct bd_scene_counts slots = bd_scene_slots(s);
+    const double reach = fmin(row->most - row->least, row->type == BD_FIELD_NUMBERS ? 3 : 0);
+    uint32_t words = 0;
+    while (row->words && row->words[words]) words++;
+    for (uint32_t i = 0; i < row->count; i++)
+        numbers[i] = row->or_none && random_below(2) ? 0 : row->least + reach * random_real();
+    struct bd_field_value value = {row->name, "walk", numbers, row->count, 0};
+    if (row->type == BD_FIELD_WORD) value.text = row->words[random_below(words)];
+    if (row->type == BD_FIELD_SWITCH) value.whole = random_below(4) != 0;
+    if (row->type == BD_FIELD_OBJECT || row->type == BD_FIELD_MAP)
+        value.whole = random_id(*bd_slots_of(&slots, row->refers_to));
+    return value;
 }
 
-static struct bd_light_edit random_light(void)
+static void say(struct bd_edit_op *op, const struct bd_scene *s, enum bd_object_kind kind,
+                struct said *out)
 {
-    return (struct bd_light_edit){
-        .given = random_below(128),
-        .name = "walk",
-        .kind = (enum bd_light_kind)random_below(3),
-        .color = {random_real(), random_real(), random_real()},
-        .intensity = 100 * random_real(),
-        .range = random_below(2) ? 0 : 10 * random_real(),
-        .cone_inner = 0.5 * random_real(),
-        .cone_outer = 1.2 * random_real(),
-    };
+    const struct bd_object_field_list list = bd_object_fields(kind);
+    assert_true(list.count <= ROWS_MAX);
+    op->fields = out->values;
+    for (uint32_t i = 0; i < list.count; i++)
+        if (list.rows[i].type != BD_FIELD_HEAVY && random_below(4) == 0)
+            out->values[op->field_count++] = random_value(s, &list.rows[i], out->numbers[i]);
 }
 
-static struct bd_camera_edit random_camera(void)
-{
-    return (struct bd_camera_edit){
-        .given = random_below(128),
-        .name = "walk",
-        .orthographic = random_below(4) == 0,
-        .yfov = 2 * random_real(),
-        .xmag = random_real(),
-        .ymag = random_real(),
-        .near = 0.1 * random_real(),
-        .far = random_below(2) ? 0 : 10 * random_real(),
-    };
-}
-
-static struct bd_edit_op random_op(const struct bd_scene *s, const struct bd_scene *other)
+static struct bd_edit_op random_op(const struct bd_scene *s, const struct bd_scene *other,
+                                   struct said *out)
 {
     struct bd_edit_op op = {.kind = (enum bd_edit_kind)random_below(BD_EDIT_KIND_COUNT)};
     op.id = random_id(s->node_count);
     switch (op.kind) {
     case BD_EDIT_ADD_NODE:
     case BD_EDIT_SET_NODE:
-        op.node = random_node(s);
+        say(&op, s, BD_OBJECT_NODE, out);
+        op.transform = random_transform();
         break;
     case BD_EDIT_SET_TRANSFORM:
-        op.transform = random_node(s).transform;
+        op.transform = random_transform();
         break;
     case BD_EDIT_ADD_MESH:
     case BD_EDIT_SET_MESH:
@@ -130,35 +109,35 @@ static struct bd_edit_op random_op(const struct bd_scene *s, const struct bd_sce
     case BD_EDIT_SET_MATERIAL:
     case BD_EDIT_REMOVE_MATERIAL:
         op.id = random_id(s->material_count);
-        op.material = random_material(s);
+        say(&op, s, BD_OBJECT_MATERIAL, out);
         break;
     case BD_EDIT_ADD_TEXTURE:
     case BD_EDIT_SET_TEXTURE:
     case BD_EDIT_REMOVE_TEXTURE:
         op.id = random_id(s->texture_count);
-        op.texture.given = s->picture_count ? random_below(16) : 0;
-        if (s->picture_count) op.texture.picture = s->pictures[random_below(s->picture_count)];
-        if (op.texture.picture && op.texture.picture->is_removed) op.texture.given = 0;
+        say(&op, s, BD_OBJECT_TEXTURE, out);
+        if (s->picture_count && random_below(2))
+            op.picture = s->pictures[random_below(s->picture_count)];
+        if (op.picture && op.picture->is_removed) op.picture = NULL;
         break;
     case BD_EDIT_ADD_LIGHT:
     case BD_EDIT_SET_LIGHT:
     case BD_EDIT_REMOVE_LIGHT:
         op.id = random_id(s->authored_light_count);
-        op.light = random_light();
+        say(&op, s, BD_OBJECT_LIGHT, out);
         break;
     case BD_EDIT_ADD_CAMERA:
     case BD_EDIT_SET_CAMERA:
     case BD_EDIT_REMOVE_CAMERA:
         op.id = random_id(s->authored_camera_count);
-        op.camera = random_camera();
+        say(&op, s, BD_OBJECT_CAMERA, out);
         break;
     case BD_EDIT_SET_ENVIRONMENT:
         op.environment.radiance[random_below(3)] = random_below(2) ? random_real() : 0;
         break;
     case BD_EDIT_IMPORT: // seldom: it makes the scene grow
         op.import = (struct bd_import_edit){random_id(s->node_count), "in", other};
-        if (random_below(20))
-            op = (struct bd_edit_op){.kind = BD_EDIT_ADD_NODE, .node = {.given = 0}};
+        if (random_below(20)) op = (struct bd_edit_op){.kind = BD_EDIT_ADD_NODE};
         break;
     case BD_EDIT_REMOVE_NODE:
     case BD_EDIT_KIND_COUNT:
@@ -205,11 +184,11 @@ static struct bd_scene *applied(const struct bd_scene *base, const struct bd_del
 
 static void step(struct walk *walk, const struct bd_scene *other)
 {
-    struct bd_edit_op ops[3];
+    struct bd_edit_op ops[OPS_MAX];
     struct bd_delta delta, inverse;
     struct bd_fault fault = {0};
-    const uint32_t count = 1 + random_below(3);
-    for (uint32_t i = 0; i < count; i++) ops[i] = random_op(walk->scene, other);
+    const uint32_t count = 1 + random_below(OPS_MAX);
+    for (uint32_t i = 0; i < count; i++) ops[i] = random_op(walk->scene, other, &said[i]);
     if (bd_edit_check(walk->scene, ops, count, &bd_edit_default_limits, &delta, NULL, &fault) !=
         BD_ERR_OK) {
         assert_true(strncmp(fault.field, "ops[", 4) == 0 && fault.message[0]);

@@ -10,6 +10,7 @@
 #include "scene/gltf_reader.h"
 #include "scene/gltf_write_json.h"
 #include "scene/gltf_write_parts.h"
+#include "tests/unit/scene/fields.h"
 #include "tests/unit/scene/round_trip.h"
 
 static const char *own_scenes;
@@ -71,32 +72,22 @@ static void edited_scenes_come_back(void **state)
     struct bd_scene *scene = load(own_scenes, "cornell.glb");
     const struct bd_edit_op ops[] = {
         {.kind = BD_EDIT_ADD_LIGHT,
-         .light = {.given = BD_GIVEN_LIGHT_KIND | BD_GIVEN_INTENSITY | BD_GIVEN_CONE_OUTER |
-                            BD_GIVEN_RANGE | BD_GIVEN_LIGHT_NAME,
-                   .name = "a \"lamp\" \\ \t\x01 caf\xc3\xa9",
-                   .kind = BD_LIGHT_SPOT,
-                   .intensity = 0.1,
-                   .range = 1e15,
-                   .cone_outer = 1.2}},
+         FIELDS(TEXT(name, "a \"lamp\" \\ \t\x01 caf\xc3\xa9"), TEXT(kind, "spot"),
+                NUMBERS(intensity, 0.1), NUMBERS(range, 1e15), NUMBERS(cone_outer, 1.2))},
         {.kind = BD_EDIT_ADD_NODE,
-         .node = {.given = BD_GIVEN_NODE_LIGHT | BD_GIVEN_NODE_TRANSFORM,
-                  .light = BD_EDIT_ADDED(0),
-                  .transform = {.given = BD_GIVEN_TRANSLATION | BD_GIVEN_ROTATION,
-                                .translation = {0.1, 1e-300, -0.0},
-                                .rotation = {0.1, 0.2, 0.3, 0.4}}}},
+         FIELDS(WHOLE(light, BD_EDIT_ADDED(0))),
+         .transform = {.is_given = true,
+                       .given = BD_GIVEN_TRANSLATION | BD_GIVEN_ROTATION,
+                       .translation = {0.1, 1e-300, -0.0},
+                       .rotation = {0.1, 0.2, 0.3, 0.4}}},
         {.kind = BD_EDIT_SET_TRANSFORM,
          .id = 0,
          .transform = {.given = BD_GIVEN_MATRIX,
                        .matrix = {1, 0.5, 0, 0, 0.25, -1, 0, 0, 0, 0, 1.0 / 3, 0, 7, 8, 9, 1}}},
         {.kind = BD_EDIT_SET_MATERIAL,
          .id = 0,
-         .material = {.given = BD_GIVEN_EMISSIVE | BD_GIVEN_ATTENUATION_DISTANCE |
-                               BD_GIVEN_ALPHA_CUTOFF | BD_GIVEN_IOR | BD_GIVEN_UNLIT,
-                      .emissive = {17, 0.1, 3e9},
-                      .attenuation_distance = 0.3,
-                      .alpha_cutoff = 0.7,
-                      .ior = 0,
-                      .unlit = true}},
+         FIELDS(NUMBERS(emissive, 17, 0.1, 3e9), NUMBERS(attenuation_distance, 0.3),
+                NUMBERS(alpha_cutoff, 0.7), NUMBERS(ior, 0), WHOLE(unlit, true))},
     };
     edit(&scene, ops, sizeof ops / sizeof ops[0]);
     assert_identity(scene);
@@ -111,12 +102,8 @@ static void cameras_come_back(void **state)
     struct bd_scene *scene = load(own_scenes, "two_lights.glb");
     const struct bd_edit_op ops[] = {
         {.kind = BD_EDIT_ADD_CAMERA,
-         .camera = {.given = BD_GIVEN_ORTHOGRAPHIC | BD_GIVEN_XMAG | BD_GIVEN_YMAG,
-                    .orthographic = true,
-                    .xmag = 0.2,
-                    .ymag = 3}},
-        {.kind = BD_EDIT_ADD_NODE,
-         .node = {.given = BD_GIVEN_NODE_CAMERA, .camera = BD_EDIT_ADDED(0)}},
+         FIELDS(WHOLE(orthographic, true), NUMBERS(xmag, 0.2), NUMBERS(ymag, 3))},
+        {.kind = BD_EDIT_ADD_NODE, FIELDS(WHOLE(camera, BD_EDIT_ADDED(0)))},
     };
     edit(&scene, ops, 2);
     assert_settles(scene);
@@ -136,17 +123,11 @@ static void removed_and_hidden_objects_are_not_told(void **state)
     struct bd_scene *scene = load(own_scenes, "two_lights.glb");
     const uint32_t nodes = bd_scene_count(scene).nodes;
     const struct bd_edit_op ops[] = {
-        {.kind = BD_EDIT_ADD_NODE, .node = {.given = BD_GIVEN_NODE_NAME, .name = "goes"}},
+        {.kind = BD_EDIT_ADD_NODE, FIELDS(TEXT(name, "goes"))},
         {.kind = BD_EDIT_ADD_NODE,
-         .node = {.given = BD_GIVEN_NODE_NAME | BD_GIVEN_NODE_PARENT | BD_GIVEN_NODE_SHOWN,
-                  .name = "hidden",
-                  .parent = 0,
-                  .shown = false}},
-        {.kind = BD_EDIT_ADD_NODE,
-         .node = {.given = BD_GIVEN_NODE_MESH | BD_GIVEN_NODE_PARENT,
-                  .mesh = 0,
-                  .parent = BD_EDIT_ADDED(1)}},
-        {.kind = BD_EDIT_ADD_NODE, .node = {.given = BD_GIVEN_NODE_SHOWN, .shown = false}},
+         FIELDS(TEXT(name, "hidden"), WHOLE(parent, 0), WHOLE(shown, false))},
+        {.kind = BD_EDIT_ADD_NODE, FIELDS(WHOLE(mesh, 0), WHOLE(parent, BD_EDIT_ADDED(1)))},
+        {.kind = BD_EDIT_ADD_NODE, FIELDS(WHOLE(shown, false))},
         {.kind = BD_EDIT_REMOVE_NODE, .id = BD_EDIT_ADDED(0)},
     };
     edit(&scene, ops, 5);
@@ -186,7 +167,7 @@ static void add_mesh(struct bd_scene **scene, struct bd_mesh *mesh)
 {
     const struct bd_edit_op ops[] = {
         {.kind = BD_EDIT_ADD_MESH, .mesh = {.name = "square", .mesh = mesh}},
-        {.kind = BD_EDIT_ADD_NODE, .node = {.given = BD_GIVEN_NODE_MESH, .mesh = BD_EDIT_ADDED(0)}},
+        {.kind = BD_EDIT_ADD_NODE, FIELDS(WHOLE(mesh, BD_EDIT_ADDED(0)))},
     };
     edit(scene, ops, 2);
     bd_mesh_release(&mesh);
@@ -261,8 +242,7 @@ static void normals_and_tangents_come_back(void **state)
     for (size_t i = 0; i < 4 * COUNT; i++) tangents[i] = (float)(random_real() - 0.5);
     for (size_t i = 0; i < 2 * COUNT; i++) uv[i] = (float)random_real();
     struct bd_scene *scene = load(own_scenes, "checker.glb");
-    const struct bd_edit_op op = {.kind = BD_EDIT_SET_MATERIAL,
-                                  .material = {.given = BD_GIVEN_MAP << BD_MAP_NORMAL}};
+    const struct bd_edit_op op = {.kind = BD_EDIT_SET_MATERIAL, FIELDS(WHOLE(normal_texture, 0))};
     edit(&scene, &op, 1); // its first texture as a normal map too
     const struct bd_primitive_source source = {.vertex_count = COUNT,
                                                .positions = positions,

@@ -4,6 +4,7 @@
 #include "scene/store.h"
 
 #include "scene/edit.h"
+#include "tests/unit/scene/fields.h"
 #include "tests/unit/scene/snapshots.h"
 
 static const char *own_scenes;
@@ -356,8 +357,7 @@ static void a_commit_that_fails_loses_nothing(void **state)
 // A new node, as an operation makes it of `base`.
 static struct bd_delta added_node(const struct bd_scene *base, int32_t light, int32_t *id)
 {
-    const struct bd_edit_op op = {.kind = BD_EDIT_ADD_NODE,
-                                  .node = {.given = BD_GIVEN_NODE_LIGHT, .light = light}};
+    const struct bd_edit_op op = {.kind = BD_EDIT_ADD_NODE, FIELDS(WHOLE(light, light))};
     struct bd_delta delta;
     assert_int_equal(bd_edit_check(base, &op, 1, &bd_edit_default_limits, &delta, id, NULL),
                      BD_ERR_OK);
@@ -429,8 +429,7 @@ static void an_id_that_was_dropped_is_not_given_again(void **state)
     struct bd_fault fault;
     int32_t dragged, later;
     const struct bd_edit_op removal[] = {{.kind = BD_EDIT_REMOVE_NODE, .id = 0}};
-    const struct bd_edit_op below = {.kind = BD_EDIT_ADD_NODE,
-                                     .node = {.given = BD_GIVEN_NODE_PARENT, .parent = 0}};
+    const struct bd_edit_op below = {.kind = BD_EDIT_ADD_NODE, FIELDS(WHOLE(parent, 0))};
     const struct bd_store_entry *entry = entry_of(&world);
     struct bd_delta delta;
     uint8_t hash[32];
