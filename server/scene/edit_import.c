@@ -36,11 +36,9 @@ static void import_materials(struct bd_edit *edit, const struct bd_scene *from, 
 {
     for (uint32_t i = 0; i < from->material_count; i++) {
         struct bd_material material = from->materials[i];
-        struct bd_texture_ref *const maps[] = {
-            &material.base_color_map, &material.metallic_roughness_map, &material.normal_map,
-            &material.emissive_map, &material.transmission_map};
-        for (size_t m = 0; m < sizeof maps / sizeof maps[0]; m++)
-            maps[m]->texture = moved(maps[m]->texture, textures);
+        struct bd_texture_ref *map;
+        for (uint32_t n = 0; (map = bd_material_map(&material, n)); n++)
+            map->texture = moved(map->texture, textures);
         edit->draft->materials[bd_edit_next(edit, BD_OBJECT_MATERIAL)] = material;
     }
 }

@@ -138,12 +138,10 @@ static void check_materials(struct bd_edit *edit)
     const struct bd_scene *draft = edit->draft;
     for (uint32_t i = 0; i < edit->next.materials && edit->err == BD_ERR_OK; i++) {
         const struct bd_material *m = &draft->materials[i];
-        const int32_t maps[] = {m->base_color_map.texture, m->metallic_roughness_map.texture,
-                                m->normal_map.texture, m->emissive_map.texture,
-                                m->transmission_map.texture};
-        for (size_t k = 0; k < sizeof maps / sizeof maps[0]; k++)
-            if (maps[k] != BD_NONE && draft->textures[maps[k]].is_removed)
-                complain(edit, "material", i, BD_OBJECT_TEXTURE, maps[k]);
+        const struct bd_texture_ref *map;
+        for (uint32_t n = 0; (map = bd_material_map(m, n)); n++)
+            if (map->texture != BD_NONE && draft->textures[map->texture].is_removed)
+                complain(edit, "material", i, BD_OBJECT_TEXTURE, map->texture);
     }
 }
 

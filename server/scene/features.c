@@ -2,6 +2,7 @@
 #include <stddef.h>
 
 #include "scene/derive.h"
+#include "scene/object_fields.h"
 
 static const double pi = 3.14159265358979323846;
 
@@ -75,17 +76,11 @@ static double area_m2(const struct bd_primitive *primitive, const bd_dmat4 *worl
     return 0.5 * twice;
 }
 
-static bool reads_uv1(const struct bd_texture_ref *ref)
-{
-    return ref->texture != BD_NONE && ref->uv_set == 1;
-}
-
 static void add_maps(struct bd_features *features, const struct bd_material *material)
 {
-    features->has_uv1 |= reads_uv1(&material->base_color_map) ||
-                         reads_uv1(&material->metallic_roughness_map) ||
-                         reads_uv1(&material->normal_map) || reads_uv1(&material->emissive_map) ||
-                         reads_uv1(&material->transmission_map);
+    const struct bd_texture_ref *map;
+    for (uint32_t n = 0; (map = bd_material_map(material, n)); n++)
+        features->has_uv1 |= map->texture != BD_NONE && map->uv_set == 1;
     features->has_base_color_map |= material->base_color_map.texture != BD_NONE;
     features->has_metallic_roughness_map |= material->metallic_roughness_map.texture != BD_NONE;
     features->has_normal_map |= material->normal_map.texture != BD_NONE;

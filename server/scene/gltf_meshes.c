@@ -5,6 +5,7 @@
 
 #include "scene/derive.h"
 #include "scene/gltf_reader.h"
+#include "scene/object_fields.h"
 #include "scene/primitive.h"
 
 // A primitive that shows nothing still has its streams: nobody has to ask whether they are there.
@@ -67,11 +68,9 @@ static enum bd_err read_stream(struct bd_gltf_reader *reader, int32_t accessor,
 
 static bool uses_uv_slot(const struct bd_material *material, uint32_t slot)
 {
-    const struct bd_texture_ref *maps[] = {&material->base_color_map,
-                                           &material->metallic_roughness_map, &material->normal_map,
-                                           &material->emissive_map, &material->transmission_map};
-    for (size_t i = 0; i < sizeof maps / sizeof maps[0]; i++)
-        if (maps[i]->texture != BD_NONE && maps[i]->uv_set == slot) return true;
+    const struct bd_texture_ref *map;
+    for (uint32_t n = 0; (map = bd_material_map(material, n)); n++)
+        if (map->texture != BD_NONE && map->uv_set == slot) return true;
     return false;
 }
 

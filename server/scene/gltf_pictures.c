@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "scene/gltf_reader.h"
+#include "scene/object_fields.h"
 
 static enum bd_wrap wrap_of(int32_t gl_name)
 {
@@ -38,12 +39,9 @@ static void mark_picture(const struct bd_scene *scene, const struct bd_texture_r
 static void mark_pictures(const struct bd_scene *scene, uint8_t *uses)
 {
     for (uint32_t i = 0; i < scene->material_count; i++) {
-        const struct bd_material *material = &scene->materials[i];
-        mark_picture(scene, &material->base_color_map, BD_TEXEL_COLOR, uses);
-        mark_picture(scene, &material->metallic_roughness_map, BD_TEXEL_DATA, uses);
-        mark_picture(scene, &material->normal_map, BD_TEXEL_NORMAL, uses);
-        mark_picture(scene, &material->emissive_map, BD_TEXEL_COLOR, uses);
-        mark_picture(scene, &material->transmission_map, BD_TEXEL_DATA, uses);
+        const struct bd_texture_ref *map;
+        for (uint32_t n = 0; (map = bd_material_map(&scene->materials[i], n)); n++)
+            mark_picture(scene, map, bd_material_map_row(n)->texels, uses);
     }
 }
 

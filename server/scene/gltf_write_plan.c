@@ -6,6 +6,7 @@
 
 #include "scene/derive.h"
 #include "scene/gltf_write_parts.h"
+#include "scene/object_fields.h"
 
 static int32_t *no_numbers(uint32_t count)
 {
@@ -86,20 +87,13 @@ static unsigned lacks_of_map(const struct bd_primitive *primitive, const struct 
 
 static unsigned lacks_of(const struct bd_primitive *primitive, const struct bd_material *material)
 {
-    unsigned lacks = lacks_of_map(primitive, &material->base_color_map) |
-                     lacks_of_map(primitive, &material->metallic_roughness_map) |
-                     lacks_of_map(primitive, &material->normal_map) |
-                     lacks_of_map(primitive, &material->emissive_map) |
-                     lacks_of_map(primitive, &material->transmission_map);
+    unsigned lacks = 0;
+    const struct bd_texture_ref *map;
+    for (uint32_t n = 0; (map = bd_material_map(material, n)); n++)
+        lacks |= lacks_of_map(primitive, map);
     if (material->normal_map.texture != BD_NONE && !primitive->tangent)
         lacks |= BD_GLTF_LACKS_TANGENTS;
     return lacks;
-}
-
-static void drop_map(struct bd_texture_ref *ref, bool is_shown)
-{
-    if (ref->texture != BD_NONE && !is_shown)
-        *ref = (struct bd_texture_ref){.texture = BD_NONE, .uv_transform = {1, 0, 0, 0, 1, 0}};
 }
 
 static bool has_set(unsigned lacks, const struct bd_texture_ref *ref)
@@ -110,11 +104,10 @@ static bool has_set(unsigned lacks, const struct bd_texture_ref *ref)
 static struct bd_material without_maps(const struct bd_material *material, unsigned lacks)
 {
     struct bd_material out = *material;
-    drop_map(&out.base_color_map, has_set(lacks, &out.base_color_map));
-    drop_map(&out.metallic_roughness_map, has_set(lacks, &out.metallic_roughness_map));
-    drop_map(&out.normal_map, has_set(lacks, &out.normal_map) && !(lacks & BD_GLTF_LACKS_TANGENTS));
-    drop_map(&out.emissive_map, has_set(lacks, &out.emissive_map));
-    drop_map(&out.transmission_map, has_set(lacks, &out.transmission_map));
+    struct bd_texture_ref *map;
+    for (uint32_t n = 0; (map = bd_material_map(&out, n)); n++)
+        if (map->texture != BD_NONE && !has_set(lacks, map)) *map = bd_texture_ref_none;
+    if (lacks & BD_GLTF_LACKS_TANGENTS) out.normal_map = bd_texture_ref_none;
     return out;
 }
 
@@ -144,12 +137,9 @@ void bd_gltf_plan_pictures(struct bd_gltf_writer *writer)
 {
     int32_t *numbers = writer->numbers.pictures, next = 0;
     for (uint32_t i = 0; i < writer->material_count; i++) {
-        const struct bd_material *material = &writer->materials[i];
-        mark_shown(writer, &material->base_color_map);
-        mark_shown(writer, &material->metallic_roughness_map);
-        mark_shown(writer, &material->normal_map);
-        mark_shown(writer, &material->emissive_map);
-        mark_shown(writer, &material->transmission_map);
+        const struct bd_texture_ref *map;
+        for (uint32_t n = 0; (map = bd_material_map(&writer->materials[i], n)); n++)
+            mark_shown(writer, map);
     }
     for (uint32_t i = 0; i < writer->slots.pictures; i++) {
         if (numbers[i] != BD_NONE)

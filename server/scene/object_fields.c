@@ -215,6 +215,19 @@ const struct bd_object_field *bd_object_field(enum bd_object_kind kind, const ch
     return NULL;
 }
 
+const struct bd_object_field *bd_material_map_row(uint32_t n)
+{
+    for (size_t i = 0; i < sizeof material_rows / sizeof *material_rows; i++)
+        if (material_rows[i].type == BD_FIELD_MAP && n-- == 0) return &material_rows[i];
+    return NULL;
+}
+
+struct bd_texture_ref *bd_material_map(const struct bd_material *material, uint32_t n)
+{
+    const struct bd_object_field *row = bd_material_map_row(n);
+    return row ? bd_field_of(row, material) : NULL;
+}
+
 // --- one field ----------------------------------------------------------------------------------
 
 void *bd_field_of(const struct bd_object_field *row, const void *object)

@@ -14,6 +14,11 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "image/shrink.h"
+
+struct bd_material;
+struct bd_texture_ref;
+
 // Smaller ones first, as in the flat form.
 enum bd_object_kind {
     BD_OBJECT_PICTURE,
@@ -54,7 +59,8 @@ struct bd_object_field {
     enum bd_object_kind refers_to;
     // Whether an object has it at all: the cone of a spot. NULL: always.
     bool (*holds)(const void *object);
-    uint32_t aspects; // BD_ASPECT_BIT: what a change of it is a change of (aspects.c)
+    enum bd_texel_kind texels; // what the picture of a map holds
+    uint32_t aspects;          // BD_ASPECT_BIT: what a change of it is a change of (aspects.c)
     // In a material of a glTF file: "pbrMetallicRoughness.metallicFactor". A switch that ends in an
     // extension's name is on where the extension is there.
     const char *gltf;
@@ -84,6 +90,10 @@ float bd_field_clamped(const struct bd_object_field *row, double value, uint32_t
 double bd_field_said(const struct bd_object_field *row, float value);
 // What a stored number has to lie in: wider where the range is a matter of sense.
 void bd_field_stored_range(const struct bd_object_field *row, float *least, float *most);
+
+// The map of a material's nth row that is one, and that row; NULL: there are no more.
+struct bd_texture_ref *bd_material_map(const struct bd_material *material, uint32_t n);
+const struct bd_object_field *bd_material_map_row(uint32_t n);
 
 // Sets every row of an object to what a new one has; the rest is left alone.
 void bd_object_set_standards(enum bd_object_kind kind, void *object);

@@ -1,5 +1,6 @@
 #include <stdio.h>
 
+#include "scene/object_fields.h"
 #include "scene/scene.h"
 
 // What refers, for the fault.
@@ -39,11 +40,9 @@ static bool material_holds(const struct bd_scene *s, uint32_t id, struct bd_faul
 {
     const struct bd_material *m = &s->materials[id];
     const struct referrer from = {"material", id, fault};
-    const int32_t maps[] = {m->base_color_map.texture, m->metallic_roughness_map.texture,
-                            m->normal_map.texture, m->emissive_map.texture,
-                            m->transmission_map.texture};
-    for (size_t i = 0; i < sizeof maps / sizeof maps[0]; i++)
-        if (!HOLDS(&from, m->is_removed, "texture", maps[i], s->texture_count, s->textures,
+    const struct bd_texture_ref *map;
+    for (uint32_t n = 0; (map = bd_material_map(m, n)); n++)
+        if (!HOLDS(&from, m->is_removed, "texture", map->texture, s->texture_count, s->textures,
                    .is_removed))
             return false;
     return true;
