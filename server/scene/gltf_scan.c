@@ -326,7 +326,7 @@ static enum bd_err open(struct scan *scan, const struct bd_gltf_property *proper
         return bd_fault_set(scan->fault, BD_ERR_LIMIT, "", "JSON nested deeper than %d",
                             BD_GLTF_NESTING_MAX);
     if (!is_array && property->type == BD_GLTF_OBJECT) {
-        enum bd_err err = spend(scan, bd_gltf_rules[property->object].cost_bytes);
+        enum bd_err err = spend(scan, bd_gltf_rule(property->object)->cost_bytes);
         if (err != BD_ERR_OK) return err;
     }
     bool is_unread = is_inside_unread(scan) || property->type == BD_GLTF_UNREAD;
@@ -366,7 +366,7 @@ static enum bd_err begin_value(struct scan *scan, const struct bd_gltf_property 
 
 static bool has(const struct frame *frame, const char *key)
 {
-    const struct bd_gltf_object_rule *rule = &bd_gltf_rules[frame->property->object];
+    const struct bd_gltf_object_rule *rule = bd_gltf_rule(frame->property->object);
     const struct bd_gltf_property *found =
         bd_gltf_find_property(frame->property->object, key, strlen(key));
     return frame->seen & (1u << (found - rule->properties));
@@ -443,7 +443,7 @@ static enum bd_err close_object(struct scan *scan, const struct frame *frame)
     if (frame->is_unread) return BD_ERR_OK;
     if (frame->property->object == BD_GLTF_ROOT)
         scan->out->has_scene = has(frame, "scenes") || has(frame, "nodes");
-    const struct bd_gltf_object_rule *rule = &bd_gltf_rules[frame->property->object];
+    const struct bd_gltf_object_rule *rule = bd_gltf_rule(frame->property->object);
     for (uint32_t i = 0; i < rule->property_count; i++)
         if (rule->properties[i].required && !(frame->seen & (1u << i)))
             return refuse_missing(scan, rule->properties[i].key);
@@ -476,7 +476,7 @@ static enum bd_err close(struct scan *scan)
 static enum bd_err note_seen(struct scan *scan, struct frame *frame,
                              const struct bd_gltf_property *property)
 {
-    const struct bd_gltf_object_rule *rule = &bd_gltf_rules[frame->property->object];
+    const struct bd_gltf_object_rule *rule = bd_gltf_rule(frame->property->object);
     if (rule->any_key) return BD_ERR_OK;
     uint32_t bit = 1u << (property - rule->properties);
     if (frame->seen & bit) return refuse(scan, BD_ERR_BAD_INPUT, "stands twice");

@@ -1,6 +1,13 @@
+// What we read of glTF, as a table.
+
 #include "scene/gltf_schema.h"
 
+#include <ctype.h>
+#include <pthread.h>
 #include <string.h>
+
+#include "base/assert.h"
+#include "scene/object_fields.h"
 
 #define VALUE(name, kind)                                                                          \
     {                                                                                              \
@@ -131,25 +138,12 @@ static const struct bd_gltf_property skin[] = {
 
 static const struct bd_gltf_property scene[] = {VALUE("name", STRING), ARRAY("nodes", INDEX, 0)};
 
+// Beside these, a material and what lies in it has the rows of its fields (object_fields.h).
 static const struct bd_gltf_property material[] = {
     VALUE("name", STRING),
     CHILD("pbrMetallicRoughness", PBR),
-    CHILD("normalTexture", TEXTURE_INFO),
     CHILD("occlusionTexture", TEXTURE_INFO),
-    CHILD("emissiveTexture", TEXTURE_INFO),
-    ARRAY("emissiveFactor", NUMBER, 3),
-    CHOICE("alphaMode", "OPAQUE|MASK|BLEND"),
-    VALUE("alphaCutoff", NUMBER),
-    VALUE("doubleSided", BOOL),
     CHILD("extensions", MATERIAL_EXTENSIONS),
-};
-
-static const struct bd_gltf_property pbr[] = {
-    ARRAY("baseColorFactor", NUMBER, 4),
-    CHILD("baseColorTexture", TEXTURE_INFO),
-    VALUE("metallicFactor", NUMBER),
-    VALUE("roughnessFactor", NUMBER),
-    CHILD("metallicRoughnessTexture", TEXTURE_INFO),
 };
 
 static const struct bd_gltf_property texture_info[] = {
@@ -171,16 +165,7 @@ static const struct bd_gltf_property material_extensions[] = {
     CHILD("KHR_materials_unlit", UNLIT),
 };
 
-static const struct bd_gltf_property emissive_strength[] = {VALUE("emissiveStrength", NUMBER)};
-
-static const struct bd_gltf_property ior[] = {VALUE("ior", NUMBER)};
-
-static const struct bd_gltf_property transmission[] = {VALUE("transmissionFactor", NUMBER),
-                                                       CHILD("transmissionTexture", TEXTURE_INFO)};
-
-static const struct bd_gltf_property volume[] = {
-    VALUE("thicknessFactor", NUMBER), CHILD("thicknessTexture", TEXTURE_INFO),
-    VALUE("attenuationDistance", NUMBER), ARRAY("attenuationColor", NUMBER, 3)};
+static const struct bd_gltf_property volume[] = {CHILD("thicknessTexture", TEXTURE_INFO)};
 
 static const struct bd_gltf_property texture[] = {VALUE("sampler", INDEX), VALUE("source", INDEX)};
 
@@ -245,8 +230,9 @@ static const struct bd_gltf_property spot[] = {VALUE("innerConeAngle", NUMBER),
         .properties = table, .property_count = sizeof table / sizeof table[0], .cost_bytes = cost  \
     }
 
-// The costs are sizes measured with tinygltf 2.7.0, rounded up.
-const struct bd_gltf_object_rule bd_gltf_rules[BD_GLTF_OBJECT_COUNT] = {
+// Completed once, before the first question. The costs are sizes measured with tinygltf 2.7.0,
+// rounded up.
+static struct bd_gltf_object_rule rules[BD_GLTF_OBJECT_COUNT] = {
     [BD_GLTF_ROOT] = RULE(root, 0),
     [BD_GLTF_ASSET] = RULE(asset, 0),
     [BD_GLTF_BUFFER] = RULE(buffer, 500),
@@ -265,14 +251,14 @@ const struct bd_gltf_object_rule bd_gltf_rules[BD_GLTF_OBJECT_COUNT] = {
     [BD_GLTF_SKIN] = RULE(skin, 500),
     [BD_GLTF_SCENE] = RULE(scene, 500),
     [BD_GLTF_MATERIAL] = RULE(material, 4000),
-    [BD_GLTF_PBR] = RULE(pbr, 500),
+    [BD_GLTF_PBR] = {.cost_bytes = 500},
     [BD_GLTF_TEXTURE_INFO] = RULE(texture_info, 500),
     [BD_GLTF_TEXTURE_INFO_EXTENSIONS] = RULE(texture_info_extensions, 500),
     [BD_GLTF_TEXTURE_TRANSFORM] = RULE(texture_transform, 1000),
     [BD_GLTF_MATERIAL_EXTENSIONS] = RULE(material_extensions, 500),
-    [BD_GLTF_EMISSIVE_STRENGTH] = RULE(emissive_strength, 500),
-    [BD_GLTF_IOR] = RULE(ior, 500),
-    [BD_GLTF_TRANSMISSION] = RULE(transmission, 1000),
+    [BD_GLTF_EMISSIVE_STRENGTH] = {.cost_bytes = 500},
+    [BD_GLTF_IOR] = {.cost_bytes = 500},
+    [BD_GLTF_TRANSMISSION] = {.cost_bytes = 1000},
     [BD_GLTF_VOLUME] = RULE(volume, 1000),
     [BD_GLTF_UNLIT] = {.cost_bytes = 500},
     [BD_GLTF_TEXTURE] = RULE(texture, 500),
@@ -289,10 +275,93 @@ const struct bd_gltf_object_rule bd_gltf_rules[BD_GLTF_OBJECT_COUNT] = {
     [BD_GLTF_SPOT] = RULE(spot, 200),
 };
 
+// --- materials, by their rows
+// ---------------------------------------------------------------------
+
+#define PROPERTIES_MAX 32
+
+// Where a row's path begins, and the object in which its last part lies.
+static const struct {
+    const char *path;
+    enum bd_gltf_object object;
+} places[] = {
+    {"", BD_GLTF_MATERIAL},
+    {"pbrMetallicRoughness.", BD_GLTF_PBR},
+    {"extensions.KHR_materials_emissive_strength.", BD_GLTF_EMISSIVE_STRENGTH},
+    {"extensions.KHR_materials_ior.", BD_GLTF_IOR},
+    {"extensions.KHR_materials_transmission.", BD_GLTF_TRANSMISSION},
+    {"extensions.KHR_materials_volume.", BD_GLTF_VOLUME},
+};
+#define PLACE_COUNT (sizeof places / sizeof *places)
+
+static struct bd_gltf_property completed[PLACE_COUNT][PROPERTIES_MAX];
+static char choices[256]; // of all rows, one behind the other
+static size_t choices_used;
+
+// "OPAQUE|MASK|BLEND"
+static const char *choices_of(const char *const *words)
+{
+    char *begin = choices + choices_used;
+    for (int i = 0; words[i]; i++) {
+        for (const char *c = words[i]; *c; c++) choices[choices_used++] = (char)toupper(*c);
+        choices[choices_used++] = words[i + 1] ? '|' : '\0';
+        BD_ASSERT(choices_used < sizeof choices);
+    }
+    return begin;
+}
+
+static struct bd_gltf_property property_of(const struct bd_object_field *row, const char *key)
+{
+    struct bd_gltf_property out = {.key = key, .type = BD_GLTF_NUMBER};
+    if (row->type == BD_FIELD_NUMBERS && row->count > 1) {
+        out.is_array = true;
+        out.length = (uint8_t)row->count;
+    }
+    if (row->type == BD_FIELD_SWITCH) out.type = BD_GLTF_BOOL;
+    if (row->type == BD_FIELD_WORD) out.type = BD_GLTF_CHOICE, out.choices = choices_of(row->words);
+    if (row->type == BD_FIELD_MAP) out.type = BD_GLTF_OBJECT, out.object = BD_GLTF_TEXTURE_INFO;
+    return out;
+}
+
+// Nothing, where the path leads further: the scale of a map lies in the map.
+static void add(const struct bd_object_field *row, const char *path)
+{
+    for (size_t i = 0; i < PLACE_COUNT; i++) {
+        const size_t bytes = strlen(places[i].path);
+        if (strncmp(path, places[i].path, bytes) != 0 || strchr(path + bytes, '.')) continue;
+        struct bd_gltf_object_rule *rule = &rules[places[i].object];
+        BD_ASSERT(rule->property_count < PROPERTIES_MAX);
+        completed[i][rule->property_count++] = property_of(row, path + bytes);
+    }
+}
+
+static void complete(void)
+{
+    const struct bd_object_field_list list = bd_object_fields(BD_OBJECT_MATERIAL);
+    const struct bd_object_field scale = {.type = BD_FIELD_NUMBERS, .count = 1};
+    for (size_t i = 0; i < PLACE_COUNT; i++) {
+        struct bd_gltf_object_rule *rule = &rules[places[i].object];
+        if (rule->property_count)
+            memcpy(completed[i], rule->properties, rule->property_count * sizeof completed[i][0]);
+        rule->properties = completed[i];
+    }
+    for (uint32_t i = 0; i < list.count; i++) {
+        if (list.rows[i].gltf) add(&list.rows[i], list.rows[i].gltf);
+        if (list.rows[i].gltf_scale) add(&scale, list.rows[i].gltf_scale);
+    }
+}
+
+const struct bd_gltf_object_rule *bd_gltf_rule(enum bd_gltf_object object)
+{
+    static pthread_once_t once = PTHREAD_ONCE_INIT;
+    pthread_once(&once, complete);
+    return &rules[object];
+}
+
 const struct bd_gltf_property *bd_gltf_find_property(enum bd_gltf_object object, const char *key,
                                                      size_t key_bytes)
 {
-    const struct bd_gltf_object_rule *rule = &bd_gltf_rules[object];
+    const struct bd_gltf_object_rule *rule = bd_gltf_rule(object);
     if (rule->any_key) return rule->any_key;
     for (uint32_t i = 0; i < rule->property_count; i++)
         if (strlen(rule->properties[i].key) == key_bytes &&

@@ -89,7 +89,7 @@ struct bd_gltf_object_rule {
     uint32_t cost_bytes;
 };
 
-extern const struct bd_gltf_object_rule bd_gltf_rules[BD_GLTF_OBJECT_COUNT];
+const struct bd_gltf_object_rule *bd_gltf_rule(enum bd_gltf_object object);
 
 // The property of that name (not terminated), or NULL.
 const struct bd_gltf_property *bd_gltf_find_property(enum bd_gltf_object object, const char *key,
