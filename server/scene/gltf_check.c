@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "scene/gltf_reader.h"
+#include "scene/object_fields.h"
 
 // What the caller of CHECK_INDEX needs when an index is out of range.
 static enum bd_err unresolved(struct bd_gltf_reader *reader, struct bd_gltf_path path,
@@ -273,39 +274,23 @@ static enum bd_err check_primitive(struct bd_gltf_reader *reader, uint32_t m, ui
     return err;
 }
 
-static enum bd_err check_texture_info(struct bd_gltf_reader *reader, uint32_t material,
-                                      const char *map, const struct bd_gltf_texture_info *info)
+static enum bd_err check_map(struct bd_gltf_reader *reader, uint32_t i, const char *path)
 {
-    CHECK(is_optional_index, info->texture, reader->doc->texture_count, "materials[%u].%s.index",
-          material, map);
+    const struct bd_gltf_texture_info info = bd_gltf_material_map(reader->doc, i, path);
+    CHECK(is_optional_index, info.texture, reader->doc->texture_count, "materials[%u].%s.index", i,
+          path);
     return BD_ERR_OK;
 }
 
+// Maps that nobody reads here, too: a file that names what it has not is refused.
 static enum bd_err check_material(struct bd_gltf_reader *reader, uint32_t i)
 {
-    const struct bd_gltf_material *material = &reader->doc->materials[i];
-    const struct {
-        const char *name;
-        const struct bd_gltf_texture_info *info;
-    } maps[] = {
-        {"pbrMetallicRoughness.baseColorTexture", &material->base_color_map},
-        {"pbrMetallicRoughness.metallicRoughnessTexture", &material->metallic_roughness_map},
-        {"normalTexture", &material->normal_map},
-        {"occlusionTexture", &material->occlusion_map},
-        {"emissiveTexture", &material->emissive_map},
-        {"extensions.KHR_materials_transmission.transmissionTexture", &material->transmission_map},
-        {"extensions.KHR_materials_volume.thicknessTexture", &material->thickness_map},
-    };
-    for (size_t m = 0; m < sizeof maps / sizeof maps[0]; m++) {
-        enum bd_err err = check_texture_info(reader, i, maps[m].name, maps[m].info);
-        if (err != BD_ERR_OK) return err;
-    }
-    if (strcmp(material->alpha_mode, "OPAQUE") != 0 && strcmp(material->alpha_mode, "MASK") != 0 &&
-        strcmp(material->alpha_mode, "BLEND") != 0)
-        return bd_fault_set(reader->fault, BD_ERR_BAD_INPUT,
-                            bd_gltf_path("materials[%u].alphaMode", i).text,
-                            "\"%.40s\" is not an alpha mode", material->alpha_mode);
-    return BD_ERR_OK;
+    const struct bd_object_field *row;
+    enum bd_err err = check_map(reader, i, "occlusionTexture");
+    if (!err) err = check_map(reader, i, "extensions.KHR_materials_volume.thicknessTexture");
+    for (uint32_t n = 0; !err && (row = bd_material_map_row(n)); n++)
+        err = check_map(reader, i, row->gltf);
+    return err;
 }
 
 static enum bd_err check_textures(struct bd_gltf_reader *reader)

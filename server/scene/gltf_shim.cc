@@ -1,10 +1,12 @@
 #include "scene/gltf_shim.h"
 
+#include <algorithm>
 #include <cstring>
 #include <limits>
 #include <memory>
 #include <new>
 #include <string>
+#include <string_view>
 #include <vector>
 
 // Debian ships the library compiled with its own image code, which is never called: both loaders
@@ -175,16 +177,14 @@ template <typename Info> bd_gltf_texture_info texture_info_of(const Info &info)
 }
 
 // A texture info inside an extension is a generic value.
-bd_gltf_texture_info texture_info_in(const tinygltf::Value *object, const char *key)
+bd_gltf_texture_info texture_info_in(const tinygltf::Value *info)
 {
-    if (!object || !object->Has(key) || !object->Get(key).IsObject())
-        return texture_info(BD_NONE, 0, nullptr);
-    const tinygltf::Value &info = object->Get(key);
+    if (!info || !info->IsObject()) return texture_info(BD_NONE, 0, nullptr);
     const tinygltf::Value *transform = nullptr;
-    if (info.Has("extensions") && info.Get("extensions").IsObject() &&
-        info.Get("extensions").Get("KHR_texture_transform").IsObject())
-        transform = &info.Get("extensions").Get("KHR_texture_transform");
-    return texture_info(integer(&info, "index", BD_NONE), integer(&info, "texCoord", 0), transform);
+    if (info->Has("extensions") && info->Get("extensions").IsObject() &&
+        info->Get("extensions").Get("KHR_texture_transform").IsObject())
+        transform = &info->Get("extensions").Get("KHR_texture_transform");
+    return texture_info(integer(info, "index", BD_NONE), integer(info, "texCoord", 0), transform);
 }
 
 void copy_buffers(Document *doc)
@@ -330,53 +330,69 @@ void copy_hierarchy(Document *doc)
     doc->default_scene = model.defaultScene;
 }
 
-void copy_material_extensions(const tinygltf::Material &in, bd_gltf_material *out)
+// --- materials, by paths
+// --------------------------------------------------------------------------
+
+// "extensions.KHR_materials_ior.ior" without its first part, which is returned.
+std::string_view first_part(std::string_view *path)
 {
-    const tinygltf::Value *strength = extension(in.extensions, "KHR_materials_emissive_strength");
-    const tinygltf::Value *ior = extension(in.extensions, "KHR_materials_ior");
-    const tinygltf::Value *transmission = extension(in.extensions, "KHR_materials_transmission");
-    const tinygltf::Value *volume = extension(in.extensions, "KHR_materials_volume");
-    out->emissive_strength = number(strength, "emissiveStrength", 1);
-    out->ior = number(ior, "ior", 1.5);
-    out->transmission = number(transmission, "transmissionFactor", 0);
-    out->transmission_map = texture_info_in(transmission, "transmissionTexture");
-    out->thickness = number(volume, "thicknessFactor", 0);
-    out->thickness_map = texture_info_in(volume, "thicknessTexture");
-    out->attenuation_distance =
-        number(volume, "attenuationDistance", std::numeric_limits<double>::infinity());
-    for (double &channel : out->attenuation_color) channel = 1;
-    numbers(volume, "attenuationColor", out->attenuation_color, 3);
-    out->unlit = extension(in.extensions, "KHR_materials_unlit") != nullptr;
+    const size_t dot = std::min(path->find('.'), path->size());
+    const std::string_view part = path->substr(0, dot);
+    path->remove_prefix(std::min(dot + 1, path->size()));
+    return part;
 }
 
-void copy_material(const tinygltf::Material &in, bd_gltf_material *out)
+// Without a copy of the key, so that nothing is thrown.
+template <typename Map> const typename Map::mapped_type *find(const Map &map, std::string_view key)
+{
+    for (const auto &entry : map)
+        if (entry.first == key) return &entry.second;
+    return nullptr;
+}
+
+const tinygltf::Value *find_in(const tinygltf::Value *object, std::string_view key)
+{
+    if (!object || !object->IsObject()) return nullptr;
+    return find(object->Get<tinygltf::Value::Object>(), key);
+}
+
+// A property of the material itself, of its "pbrMetallicRoughness", or within an extension.
+struct Place {
+    const tinygltf::Parameter *parameter;
+    const tinygltf::Value *value;
+    std::string_view rest; // a property of the parameter's
+};
+
+Place place_of(const tinygltf::Material &in, std::string_view path)
+{
+    std::string_view first = first_part(&path);
+    if (first == "extensions") {
+        const tinygltf::Value *value = find(in.extensions, first_part(&path));
+        return {nullptr, path.empty() ? value : find_in(value, path), {}};
+    }
+    const bool is_pbr = first == "pbrMetallicRoughness";
+    if (is_pbr) first = first_part(&path);
+    return {find(is_pbr ? in.values : in.additionalValues, first), nullptr, path};
+}
+
+// What tinygltf reads of the core's maps; those of extensions are values.
+bd_gltf_texture_info core_map(const tinygltf::Material &in, std::string_view path)
 {
     const tinygltf::PbrMetallicRoughness &pbr = in.pbrMetallicRoughness;
-    out->name = in.name.c_str();
-    for (double &channel : out->base_color) channel = 1;
-    copy_numbers(out->base_color, 4, pbr.baseColorFactor);
-    copy_numbers(out->emissive, 3, in.emissiveFactor);
-    out->metallic = pbr.metallicFactor;
-    out->roughness = pbr.roughnessFactor;
-    out->normal_scale = in.normalTexture.scale;
-    out->alpha_mode = in.alphaMode.c_str();
-    out->alpha_cutoff = in.alphaCutoff;
-    out->double_sided = in.doubleSided;
-    out->base_color_map = texture_info_of(pbr.baseColorTexture);
-    out->metallic_roughness_map = texture_info_of(pbr.metallicRoughnessTexture);
-    out->normal_map = texture_info_of(in.normalTexture);
-    out->occlusion_map = texture_info_of(in.occlusionTexture);
-    out->emissive_map = texture_info_of(in.emissiveTexture);
-    copy_material_extensions(in, out);
+    if (path == "pbrMetallicRoughness.baseColorTexture")
+        return texture_info_of(pbr.baseColorTexture);
+    if (path == "pbrMetallicRoughness.metallicRoughnessTexture")
+        return texture_info_of(pbr.metallicRoughnessTexture);
+    if (path == "normalTexture") return texture_info_of(in.normalTexture);
+    if (path == "occlusionTexture") return texture_info_of(in.occlusionTexture);
+    if (path == "emissiveTexture") return texture_info_of(in.emissiveTexture);
+    return texture_info(BD_NONE, 0, nullptr);
 }
 
 void copy_materials(Document *doc)
 {
     const tinygltf::Model &model = doc->model;
     doc->material_count = (uint32_t)model.materials.size();
-    doc->materials = doc->array<bd_gltf_material>(doc->material_count);
-    for (uint32_t i = 0; i < doc->material_count; i++)
-        copy_material(model.materials[i], &doc->materials[i]);
     doc->texture_count = (uint32_t)model.textures.size();
     doc->textures = doc->array<bd_gltf_texture>(doc->texture_count);
     for (uint32_t i = 0; i < doc->texture_count; i++)
@@ -514,7 +530,58 @@ enum bd_err refused(const tinygltf::Model &model, const std::string &error, stru
                         error.substr(0, error.find('\n')).c_str());
 }
 
+const tinygltf::Material &material_of(const bd_gltf_document *document, uint32_t i)
+{
+    return static_cast<const Document *>(document)->model.materials[i];
+}
+
 } // namespace
+
+const char *bd_gltf_material_name(const struct bd_gltf_document *document, uint32_t i)
+{
+    return material_of(document, i).name.c_str();
+}
+
+void bd_gltf_material_numbers(const struct bd_gltf_document *document, uint32_t i, const char *path,
+                              uint32_t count, double *out)
+{
+    const Place place = place_of(material_of(document, i), path);
+    if (place.parameter && !place.rest.empty()) {
+        const double *number = find(place.parameter->json_double_value, place.rest);
+        if (number) *out = *number;
+    } else if (place.parameter && count > 1) {
+        copy_numbers(out, count, place.parameter->number_array);
+    } else if (place.parameter && place.parameter->has_number_value) {
+        *out = place.parameter->number_value;
+    } else if (place.value && place.value->IsNumber()) {
+        *out = place.value->GetNumberAsDouble();
+    } else if (place.value && place.value->IsArray()) {
+        for (uint32_t n = 0; n < count && n < place.value->ArrayLen(); n++)
+            if (place.value->Get((int)n).IsNumber())
+                out[n] = place.value->Get((int)n).GetNumberAsDouble();
+    }
+}
+
+bool bd_gltf_material_switch(const struct bd_gltf_document *document, uint32_t i, const char *path)
+{
+    const Place place = place_of(material_of(document, i), path);
+    return place.parameter ? place.parameter->bool_value : place.value != nullptr;
+}
+
+const char *bd_gltf_material_text(const struct bd_gltf_document *document, uint32_t i,
+                                  const char *path)
+{
+    const Place place = place_of(material_of(document, i), path);
+    return place.parameter ? place.parameter->string_value.c_str() : "";
+}
+
+struct bd_gltf_texture_info bd_gltf_material_map(const struct bd_gltf_document *document,
+                                                 uint32_t i, const char *path)
+{
+    const tinygltf::Material &material = material_of(document, i);
+    const Place place = place_of(material, path);
+    return place.value ? texture_info_in(place.value) : core_map(material, path);
+}
 
 const struct bd_import_file *bd_gltf_find_file(const struct bd_import_file *files,
                                                uint32_t file_count, const char *uri)

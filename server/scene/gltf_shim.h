@@ -103,20 +103,6 @@ struct bd_gltf_texture_info {
     double offset[2], rotation, scale[2];
 };
 
-struct bd_gltf_material {
-    const char *name;
-    double base_color[4], metallic, roughness;
-    double emissive[3], emissive_strength;
-    double normal_scale;
-    double ior, transmission, thickness, attenuation_distance; // +inf if absent
-    double attenuation_color[3];
-    const char *alpha_mode;
-    double alpha_cutoff;
-    bool double_sided, unlit;
-    struct bd_gltf_texture_info base_color_map, metallic_roughness_map, normal_map, occlusion_map,
-        emissive_map, transmission_map, thickness_map;
-};
-
 struct bd_gltf_texture {
     int32_t sampler, source;
 };
@@ -166,7 +152,6 @@ struct bd_gltf_document {
     struct bd_gltf_node *nodes;
     struct bd_gltf_skin *skins;
     struct bd_gltf_scene *scenes;
-    struct bd_gltf_material *materials;
     struct bd_gltf_texture *textures;
     struct bd_gltf_sampler *samplers;
     struct bd_gltf_image *images;
@@ -175,6 +160,17 @@ struct bd_gltf_document {
     struct bd_gltf_environment environment;
     const char **extensions_used;
 };
+
+// Of material `i`, what lies at a path, "pbrMetallicRoughness.metallicFactor". Numbers that the file
+// does not say keep their values; an extension without more is on where it is there.
+const char *bd_gltf_material_name(const struct bd_gltf_document *document, uint32_t i);
+void bd_gltf_material_numbers(const struct bd_gltf_document *document, uint32_t i, const char *path,
+                              uint32_t count, double *out);
+bool bd_gltf_material_switch(const struct bd_gltf_document *document, uint32_t i, const char *path);
+const char *bd_gltf_material_text(const struct bd_gltf_document *document, uint32_t i,
+                                  const char *path); // "": nothing
+struct bd_gltf_texture_info bd_gltf_material_map(const struct bd_gltf_document *document,
+                                                 uint32_t i, const char *path);
 
 // The file that a percent-encoded uri of the document means, or NULL: an entry of `files` whose
 // uri is the same text before or after percent-decoding. Never a path that anyone opens.
