@@ -1,9 +1,26 @@
 // Materials: what glTF takes for granted is left out.
 
+#include <ctype.h>
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "scene/gltf_write_parts.h"
+#include "scene/object_fields.h"
+
+// A material as it is written, with its emission apart.
+struct written {
+    const struct bd_material *material;
+    struct bd_material standard; // what glTF takes for granted
+    float factor[3], strength;
+};
+
+static bool has_standard(const struct bd_object_field *row, const struct written *of)
+{
+    const void *at = bd_field_of(row, of->material);
+    if (row->type == BD_FIELD_MAP) return ((const struct bd_texture_ref *)at)->texture == BD_NONE;
+    return memcmp(at, bd_field_of(row, &of->standard), bd_field_bytes(row)) == 0;
+}
 
 // --- maps -----------------------------------------------------------------------------------
 
@@ -25,16 +42,30 @@ static void write_transform(struct bd_gltf_writer *writer, const float m[6])
     bd_gltf_json_close(json, '{');
 }
 
-// `scale` is that of a normal map, 1 otherwise.
-static void write_map(struct bd_gltf_writer *writer, const char *key,
-                      const struct bd_texture_ref *ref, float scale)
+// Of what lies in the map itself: the scale of a normal map.
+static void write_inner_numbers(struct bd_gltf_writer *writer, const char *path,
+                                const struct written *of)
+{
+    const struct bd_object_field_list list = bd_object_fields(BD_OBJECT_MATERIAL);
+    const size_t bytes = strlen(path);
+    for (uint32_t i = 0; i < list.count; i++) {
+        const struct bd_object_field *row = &list.rows[i];
+        const bool is_inside =
+            row->gltf && strncmp(row->gltf, path, bytes) == 0 && row->gltf[bytes] == '.';
+        if (is_inside && !has_standard(row, of))
+            bd_gltf_json_f32(&writer->json, row->gltf + bytes + 1,
+                             *(const float *)bd_field_of(row, of->material));
+    }
+}
+
+static void write_map(struct bd_gltf_writer *writer, const char *key, const char *path,
+                      const struct bd_texture_ref *ref, const struct written *of)
 {
     struct bd_gltf_json *json = &writer->json;
-    if (ref->texture == BD_NONE) return;
     bd_gltf_json_open(json, key, '{');
     bd_gltf_json_uint(json, "index", (uint64_t)writer->numbers.textures[ref->texture]);
     if (ref->uv_set) bd_gltf_json_uint(json, "texCoord", ref->uv_set);
-    if (scale != 1) bd_gltf_json_f32(json, "scale", scale);
+    write_inner_numbers(writer, path, of);
     if (!is_identity(ref->uv_transform)) write_transform(writer, ref->uv_transform);
     bd_gltf_json_close(json, '{');
 }
@@ -60,7 +91,7 @@ static bool split_emission(const float emissive[3], float strength, float factor
 // out even, a power of two, with which they always do.
 static float strength_of(const float emissive[3], float factor[3])
 {
-    const float strength_max = 1e30f; // the importer's
+    const float strength_max = (float)bd_object_field(BD_OBJECT_MATERIAL, "emissive")->most;
     float most = fmaxf(emissive[0], fmaxf(emissive[1], emissive[2]));
     memcpy(factor, emissive, 3 * sizeof *factor);
     if (most <= 1 || split_emission(emissive, most, factor)) return most <= 1 ? 1 : most;
@@ -72,104 +103,112 @@ static float strength_of(const float emissive[3], float factor[3])
     return most;
 }
 
-// --- the rest -------------------------------------------------------------------------------
+// --- rows -----------------------------------------------------------------------------------
 
-static void write_pbr(struct bd_gltf_writer *writer, const struct bd_material *material)
+static void write_word(struct bd_gltf_json *json, const char *key, const char *word)
+{
+    char text[32] = "";
+    for (size_t i = 0; word[i] && i + 1 < sizeof text; i++) text[i] = (char)toupper(word[i]);
+    bd_gltf_json_text(json, key, text);
+}
+
+static void write_field(struct bd_gltf_writer *writer, const struct bd_object_field *row,
+                        const char *key, const struct written *of)
 {
     struct bd_gltf_json *json = &writer->json;
-    const float *color = material->base_color;
-    bd_gltf_json_open(json, "pbrMetallicRoughness", '{');
-    if (color[0] != 1 || color[1] != 1 || color[2] != 1 || color[3] != 1)
-        bd_gltf_json_f32s(json, "baseColorFactor", color, 4);
-    write_map(writer, "baseColorTexture", &material->base_color_map, 1);
-    if (material->metallic != 1) bd_gltf_json_f32(json, "metallicFactor", material->metallic);
-    if (material->roughness != 1) bd_gltf_json_f32(json, "roughnessFactor", material->roughness);
-    write_map(writer, "metallicRoughnessTexture", &material->metallic_roughness_map, 1);
-    bd_gltf_json_close(json, '{');
+    const void *at = row->gltf_scale ? of->factor : bd_field_of(row, of->material);
+    int word;
+    switch (row->type) {
+    case BD_FIELD_NUMBERS:
+        if (row->count == 1) bd_gltf_json_f32(json, key, *(const float *)at);
+        if (row->count > 1) bd_gltf_json_f32s(json, key, at, (int)row->count);
+        break;
+    case BD_FIELD_SWITCH:
+        bd_gltf_json_bool(json, key, true);
+        break;
+    case BD_FIELD_WORD:
+        memcpy(&word, at, sizeof word);
+        write_word(json, key, row->words[word]);
+        break;
+    case BD_FIELD_MAP:
+        write_map(writer, key, row->gltf, at, of);
+        break;
+    case BD_FIELD_NAME:
+    case BD_FIELD_OBJECT:
+    case BD_FIELD_HEAVY:
+        break;
+    }
 }
 
-static void write_alpha(struct bd_gltf_json *json, const struct bd_material *material)
+// The last part of a path that lies in the object which `place` names ("pbrMetallicRoughness.");
+// NULL: it does not, or further in.
+static const char *key_in(const char *path, const char *place)
 {
-    static const char *const modes[] = {"OPAQUE", "MASK", "BLEND"};
-    const bool has_cutoff = material->alpha_cutoff != 0.5f;
-    if (material->alpha_mode != BD_ALPHA_OPAQUE || has_cutoff)
-        bd_gltf_json_text(json, "alphaMode", modes[material->alpha_mode]);
-    if (has_cutoff) bd_gltf_json_f32(json, "alphaCutoff", material->alpha_cutoff);
+    const size_t bytes = strlen(place);
+    if (!path || strncmp(path, place, bytes) != 0 || strchr(path + bytes, '.')) return NULL;
+    return path + bytes;
 }
 
-static void write_transmission(struct bd_gltf_writer *writer, const struct bd_material *material)
+// Whether an object has to be there, or is written. An extension's name alone is a switch.
+static bool visit_place(struct bd_gltf_writer *writer, const char *place, const struct written *of,
+                        bool writes)
+{
+    const struct bd_object_field_list list = bd_object_fields(BD_OBJECT_MATERIAL);
+    bool any = false;
+    for (uint32_t i = 0; i < list.count; i++) {
+        const struct bd_object_field *row = &list.rows[i];
+        const char *key = key_in(row->gltf, place), *scale = key_in(row->gltf_scale, place);
+        const bool is_told = key && !has_standard(row, of);
+        const bool has_scale = scale && of->strength != 1;
+        any |= is_told || has_scale;
+        if (writes && is_told) write_field(writer, row, key, of);
+        if (writes && has_scale) bd_gltf_json_f32(&writer->json, scale, of->strength);
+    }
+    return any;
+}
+
+static bool is_switched_on(const char *extension, const struct written *of)
+{
+    const struct bd_object_field_list list = bd_object_fields(BD_OBJECT_MATERIAL);
+    for (uint32_t i = 0; i < list.count; i++)
+        if (list.rows[i].type == BD_FIELD_SWITCH && key_in(list.rows[i].gltf, "extensions.") &&
+            strcmp(key_in(list.rows[i].gltf, "extensions."), extension) == 0)
+            return !has_standard(&list.rows[i], of);
+    return false;
+}
+
+static void write_extensions(struct bd_gltf_writer *writer, const struct written *of)
 {
     struct bd_gltf_json *json = &writer->json;
-    if (material->transmission == 0 && material->transmission_map.texture == BD_NONE) return;
-    bd_gltf_open_extension(writer, BD_GLTF_EXTENSION_TRANSMISSION);
-    bd_gltf_json_f32(json, "transmissionFactor", material->transmission);
-    write_map(writer, "transmissionTexture", &material->transmission_map, 1);
-    bd_gltf_json_close(json, '{');
-}
-
-static void write_volume(struct bd_gltf_writer *writer, const struct bd_material *material)
-{
-    struct bd_gltf_json *json = &writer->json;
-    const float *color = material->attenuation_color;
-    const bool is_white = color[0] == 1 && color[1] == 1 && color[2] == 1;
-    const bool is_clear = !isfinite(material->attenuation_distance_m);
-    if (material->thickness_m == 0 && is_clear && is_white) return;
-    bd_gltf_open_extension(writer, BD_GLTF_EXTENSION_VOLUME);
-    bd_gltf_json_f32(json, "thicknessFactor", material->thickness_m);
-    if (!is_clear) bd_gltf_json_f32(json, "attenuationDistance", material->attenuation_distance_m);
-    if (!is_white) bd_gltf_json_f32s(json, "attenuationColor", color, 3);
-    bd_gltf_json_close(json, '{');
-}
-
-static bool has_extensions(const struct bd_material *material, float strength)
-{
-    const float *color = material->attenuation_color;
-    return strength != 1 || material->ior != 1.5f || material->transmission != 0 ||
-           material->transmission_map.texture != BD_NONE || material->thickness_m != 0 ||
-           isfinite(material->attenuation_distance_m) || color[0] != 1 || color[1] != 1 ||
-           color[2] != 1 || material->unlit;
-}
-
-static void write_extensions(struct bd_gltf_writer *writer, const struct bd_material *material,
-                             float strength)
-{
-    struct bd_gltf_json *json = &writer->json;
-    if (!has_extensions(material, strength)) return;
-    bd_gltf_json_open(json, "extensions", '{');
-    if (strength != 1) {
-        bd_gltf_open_extension(writer, BD_GLTF_EXTENSION_EMISSIVE_STRENGTH);
-        bd_gltf_json_f32(json, "emissiveStrength", strength);
+    bool is_open = false;
+    for (int i = 0; i < BD_GLTF_EXTENSION_COUNT; i++) {
+        const enum bd_gltf_extension extension = (enum bd_gltf_extension)i;
+        const char *name = bd_gltf_extension_name(extension);
+        char place[64];
+        snprintf(place, sizeof place, "extensions.%s.", name);
+        if (!visit_place(writer, place, of, false) && !is_switched_on(name, of)) continue;
+        if (!is_open) bd_gltf_json_open(json, "extensions", '{');
+        is_open = true;
+        bd_gltf_open_extension(writer, extension);
+        visit_place(writer, place, of, true);
         bd_gltf_json_close(json, '{');
     }
-    if (material->ior != 1.5f) {
-        bd_gltf_open_extension(writer, BD_GLTF_EXTENSION_IOR);
-        bd_gltf_json_f32(json, "ior", material->ior);
-        bd_gltf_json_close(json, '{');
-    }
-    write_transmission(writer, material);
-    write_volume(writer, material);
-    if (material->unlit) {
-        bd_gltf_open_extension(writer, BD_GLTF_EXTENSION_UNLIT);
-        bd_gltf_json_close(json, '{');
-    }
-    bd_gltf_json_close(json, '{');
+    if (is_open) bd_gltf_json_close(json, '{');
 }
 
 static void write_material(struct bd_gltf_writer *writer, const struct bd_material *material)
 {
     struct bd_gltf_json *json = &writer->json;
-    float factor[3];
-    const float strength = strength_of(material->emissive, factor);
+    struct written of = {.material = material};
+    bd_object_set_standards(BD_OBJECT_MATERIAL, &of.standard);
+    of.strength = strength_of(material->emissive, of.factor);
     bd_gltf_json_open(json, NULL, '{');
     if (material->name[0]) bd_gltf_json_text(json, "name", material->name);
-    write_pbr(writer, material);
-    write_map(writer, "normalTexture", &material->normal_map, material->normal_scale);
-    write_map(writer, "emissiveTexture", &material->emissive_map, 1);
-    if (factor[0] != 0 || factor[1] != 0 || factor[2] != 0)
-        bd_gltf_json_f32s(json, "emissiveFactor", factor, 3);
-    write_alpha(json, material);
-    if (material->double_sided) bd_gltf_json_bool(json, "doubleSided", true);
-    write_extensions(writer, material, strength);
+    bd_gltf_json_open(json, "pbrMetallicRoughness", '{');
+    visit_place(writer, "pbrMetallicRoughness.", &of, true);
+    bd_gltf_json_close(json, '{');
+    visit_place(writer, "", &of, true);
+    write_extensions(writer, &of);
     bd_gltf_json_close(json, '{');
 }
 
