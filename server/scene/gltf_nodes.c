@@ -1,97 +1,94 @@
+// Nodes, and the lights and cameras that they place.
+
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "scene/gltf_reader.h"
+#include "scene/object_fields.h"
 
 static const double pi = 3.14159265358979323846;
 
-// Of what ends somewhere or nowhere: beyond every coordinate is nowhere.
-static float distance_or_none(double value_m)
+// Numbers outside their row's range are repaired.
+static float number_of(enum bd_object_kind kind, const char *field, double value,
+                       uint32_t *repaired)
 {
-    return value_m > 0 && value_m <= BD_COORDINATE_MAX_M ? (float)value_m : INFINITY;
+    return bd_field_clamped(bd_object_field(kind, field), value, repaired);
+}
+
+static void read_cone(const struct bd_gltf_light *in, struct bd_light *out, uint32_t *repaired)
+{
+    const double gap_min = 1e-5;
+    *repaired += !(in->cone_outer > 0 && in->cone_outer <= 0.5 * pi + 1e-6);
+    *repaired += !(in->cone_inner >= 0 && in->cone_inner < in->cone_outer);
+    uint32_t ignored = 0;
+    out->cone_outer = number_of(BD_OBJECT_LIGHT, "cone_outer", in->cone_outer, &ignored);
+    double inner_max = (double)out->cone_outer - gap_min;
+    out->cone_inner = (float)fmin(fmax(in->cone_inner, 0), inner_max);
+}
+
+static enum bd_light_kind light_kind_of(const char *type)
+{
+    const char *const *words = bd_object_field(BD_OBJECT_LIGHT, "kind")->words;
+    for (int kind = 0; words[kind]; kind++)
+        if (strcmp(words[kind], type) == 0) return (enum bd_light_kind)kind;
+    return BD_LIGHT_POINT;
 }
 
 static void read_light(struct bd_gltf_reader *reader, const struct bd_gltf_light *in,
                        struct bd_light *out)
 {
-    bool repaired = false;
+    uint32_t repaired = in->range < 0;
     bd_gltf_copy_name(out->name, in->name);
-    out->kind = strcmp(in->type, "directional") == 0 ? BD_LIGHT_DIRECTIONAL
-                : strcmp(in->type, "spot") == 0      ? BD_LIGHT_SPOT
-                                                     : BD_LIGHT_POINT;
-    for (int i = 0; i < 3; i++) {
-        repaired |= !(in->color[i] >= 0 && in->color[i] <= 1e30);
-        out->color[i] = (float)fmin(fmax(in->color[i], 0), 1e30);
-    }
-    repaired |= !(in->intensity >= 0 && in->intensity <= 1e30);
-    out->intensity = (float)fmin(fmax(in->intensity, 0), 1e30);
-    repaired |= in->range < 0;
-    out->range_m = distance_or_none(in->range);
-    if (out->kind == BD_LIGHT_SPOT) {
-        const double outer_min = 1e-4, gap_min = 1e-5;
-        out->cone_outer = (float)fmin(fmax(in->cone_outer, outer_min), 1.5707963);
-        double inner_max = (double)out->cone_outer - gap_min;
-        repaired |= !(in->cone_outer > 0 && in->cone_outer <= 0.5 * pi + 1e-6);
-        repaired |= !(in->cone_inner >= 0 && in->cone_inner < in->cone_outer);
-        out->cone_inner = (float)fmin(fmax(in->cone_inner, 0), inner_max);
-    }
-    reader->repairs.repaired_lights += repaired;
+    out->kind = light_kind_of(in->type);
+    for (int i = 0; i < 3; i++)
+        out->color[i] = number_of(BD_OBJECT_LIGHT, "color", in->color[i], &repaired);
+    out->intensity = number_of(BD_OBJECT_LIGHT, "intensity", in->intensity, &repaired);
+    out->range_m = number_of(BD_OBJECT_LIGHT, "range", in->range, &repaired);
+    if (out->kind == BD_LIGHT_SPOT) read_cone(in, out, &repaired);
+    reader->repairs.repaired_lights += repaired > 0;
 }
 
-// Beyond every coordinate nothing is seen, as there.
-static float near_plane(double value_m, double least_m, bool *repaired)
+static void read_perspective(const struct bd_gltf_camera *in, struct bd_camera *out,
+                             uint32_t *repaired)
 {
-    *repaired |= !(value_m >= least_m && value_m <= BD_COORDINATE_MAX_M);
-    return (float)fmin(fmax(value_m, least_m), BD_COORDINATE_MAX_M);
-}
-
-static void read_perspective(const struct bd_gltf_camera *in, struct bd_camera *out, bool *repaired)
-{
-    const double yfov_min = 1e-3, yfov_max = 0.99 * pi;
-    const double near_min = FLT_MIN, near_usual = 1e-3;
-    *repaired |= !(in->yfov >= yfov_min && in->yfov <= yfov_max);
-    out->yfov = (float)fmin(fmax(in->yfov, yfov_min), yfov_max);
-    *repaired |= !(in->near > 0);
-    out->near_m = near_plane(in->near > 0 ? in->near : near_usual, near_min, repaired);
-    out->far_m = distance_or_none(in->far);
+    const double near_usual_m = 1e-3;
+    out->yfov = number_of(BD_OBJECT_CAMERA, "yfov", in->yfov, repaired);
+    out->near_m = number_of(BD_OBJECT_CAMERA, "near", in->near, repaired);
+    if (out->near_m > 0) return;
+    out->near_m = in->near > 0 ? FLT_MIN : (float)near_usual_m;
+    ++*repaired;
 }
 
 // A negative magnification mirrors the picture in some tools; here its size is what counts.
-static float magnification(double value, bool *repaired)
+static float magnification(double value, uint32_t *repaired)
 {
-    *repaired |= !(value > 0);
-    double size = fabs(value);
-    bool usable = size >= 1e-9 && size <= BD_COORDINATE_MAX_M;
-    *repaired |= !usable;
+    const double size = fabs(value);
+    const bool usable = bd_field_takes(bd_object_field(BD_OBJECT_CAMERA, "xmag"), size);
+    *repaired += !(value > 0) || !usable;
     return usable ? (float)size : 1.0f;
-}
-
-static void read_orthographic(const struct bd_gltf_camera *in, struct bd_camera *out,
-                              bool *repaired)
-{
-    out->orthographic = true;
-    out->xmag = magnification(in->xmag, repaired);
-    out->ymag = magnification(in->ymag, repaired);
-    out->near_m = near_plane(in->near, 0, repaired);
-    out->far_m = distance_or_none(in->far);
 }
 
 static void read_camera(struct bd_gltf_reader *reader, const struct bd_gltf_camera *in,
                         struct bd_camera *out)
 {
-    bool repaired = false;
+    uint32_t repaired = 0;
     bd_gltf_copy_name(out->name, in->name);
-    if (in->orthographic)
-        read_orthographic(in, out, &repaired);
-    else
+    out->orthographic = in->orthographic;
+    if (in->orthographic) {
+        out->xmag = magnification(in->xmag, &repaired);
+        out->ymag = magnification(in->ymag, &repaired);
+        out->near_m = number_of(BD_OBJECT_CAMERA, "near", in->near, &repaired);
+    } else {
         read_perspective(in, out, &repaired);
+    }
+    out->far_m = number_of(BD_OBJECT_CAMERA, "far", in->far, &repaired);
     if (out->far_m <= out->near_m) {
         out->far_m = INFINITY;
-        repaired = true;
+        repaired++;
     }
-    reader->repairs.repaired_cameras += repaired;
+    reader->repairs.repaired_cameras += repaired > 0;
 }
 
 static bd_dmat4 matrix_of(struct bd_gltf_reader *reader, const struct bd_gltf_node *in)

@@ -3,6 +3,7 @@
 #include <math.h>
 
 #include "scene/gltf_write_parts.h"
+#include "scene/object_fields.h"
 
 // An orthographic camera has to have a far plane: one that no float reaches is none.
 static const double beyond_all_m = 1e39;
@@ -60,10 +61,10 @@ static void write_spot(struct bd_gltf_json *json, const struct bd_light *light)
 
 static void write_light(struct bd_gltf_json *json, const struct bd_light *light)
 {
-    static const char *const kinds[] = {"directional", "point", "spot"};
+    const struct bd_object_field *kind = bd_object_field(BD_OBJECT_LIGHT, "kind");
     bd_gltf_json_open(json, NULL, '{');
     if (light->name[0]) bd_gltf_json_text(json, "name", light->name);
-    bd_gltf_json_text(json, "type", kinds[light->kind]);
+    bd_gltf_json_text(json, "type", kind->words[light->kind]);
     bd_gltf_json_f32s(json, "color", light->color, 3);
     bd_gltf_json_f32(json, "intensity", light->intensity);
     if (isfinite(light->range_m)) bd_gltf_json_f32(json, "range", light->range_m);
