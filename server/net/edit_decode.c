@@ -133,62 +133,31 @@ struct bd_edit_path bd_edit_path(size_t index, const Bounced__EditOp *op)
     enum bd_edit_kind kind;
     bool known = kind_of(op, &kind);
     snprintf(path.text, sizeof path.text, "ops[%zu]%s%s", index, known ? "." : "",
-             known ? bd_edit_kind_name(kind) : "");
+             known ? bd_edit_kinds[kind].name : "");
     return path;
 }
 
+// The members of the oneof are pointers to messages: one is as good as another to reach them.
 static void decode_one(struct decoding *at, const Bounced__EditOp *op, struct bd_edit_op *out)
 {
-    switch (out->kind) {
-    case BD_EDIT_ADD_NODE:
-    case BD_EDIT_SET_NODE:
-        decode_node(at, op->add_node, out->kind == BD_EDIT_SET_NODE, out);
-        break;
-    case BD_EDIT_SET_TRANSFORM:
-        decode_set_transform(at, op->set_transform, out);
-        break;
-    case BD_EDIT_ADD_MESH:
-    case BD_EDIT_SET_MESH:
-        decode_mesh(at, op->add_mesh, out->kind == BD_EDIT_SET_MESH, out);
-        break;
-    case BD_EDIT_SET_MESH_VERTICES:
-        out->id = object_of(at, true, op->set_mesh_vertices->has_mesh, op->set_mesh_vertices->mesh);
-        break;
-    case BD_EDIT_ADD_MATERIAL:
-    case BD_EDIT_SET_MATERIAL:
-        decode_object(at, BD_OBJECT_MATERIAL, &op->add_material->base,
-                      out->kind == BD_EDIT_SET_MATERIAL, out);
-        break;
-    case BD_EDIT_ADD_TEXTURE:
-    case BD_EDIT_SET_TEXTURE:
-        decode_texture(at, op->add_texture, out->kind == BD_EDIT_SET_TEXTURE, out);
-        break;
-    case BD_EDIT_ADD_LIGHT:
-    case BD_EDIT_SET_LIGHT:
-        decode_object(at, BD_OBJECT_LIGHT, &op->add_light->base, out->kind == BD_EDIT_SET_LIGHT,
-                      out);
-        break;
-    case BD_EDIT_ADD_CAMERA:
-    case BD_EDIT_SET_CAMERA:
-        decode_object(at, BD_OBJECT_CAMERA, &op->add_camera->base, out->kind == BD_EDIT_SET_CAMERA,
-                      out);
-        break;
-    case BD_EDIT_REMOVE_NODE:
-    case BD_EDIT_REMOVE_MESH:
-    case BD_EDIT_REMOVE_MATERIAL:
-    case BD_EDIT_REMOVE_TEXTURE:
-    case BD_EDIT_REMOVE_LIGHT:
-    case BD_EDIT_REMOVE_CAMERA:
+    const struct bd_edit_kind_row *row = &bd_edit_kinds[out->kind];
+    const bool is_set = row->does == BD_EDIT_SETS;
+    if (row->does == BD_EDIT_REMOVES)
         decode_removal(at, op->remove_node, out);
-        break;
-    case BD_EDIT_SET_ENVIRONMENT:
-        break; // its map decides: edit_heavy.c
-    case BD_EDIT_IMPORT:
+    else if (out->kind == BD_EDIT_IMPORT)
         decode_import(op->import, out);
-        break;
-    case BD_EDIT_KIND_COUNT:
-        BD_ASSERT(!"no kind");
-    }
+    else if (out->kind == BD_EDIT_SET_TRANSFORM)
+        decode_set_transform(at, op->set_transform, out);
+    else if (out->kind == BD_EDIT_SET_MESH_VERTICES)
+        out->id = object_of(at, true, op->set_mesh_vertices->has_mesh, op->set_mesh_vertices->mesh);
+    else if (row->object == BD_OBJECT_NODE)
+        decode_node(at, op->add_node, is_set, out);
+    else if (row->object == BD_OBJECT_MESH)
+        decode_mesh(at, op->add_mesh, is_set, out);
+    else if (row->object == BD_OBJECT_TEXTURE)
+        decode_texture(at, op->add_texture, is_set, out);
+    else if (row->object != BD_OBJECT_ENVIRONMENT) // whose map decides: edit_heavy.c
+        decode_object(at, row->object, &op->add_material->base, is_set, out);
 }
 
 enum bd_err bd_edit_decode(size_t index, const Bounced__EditOp *op, struct bd_edit_op *out,

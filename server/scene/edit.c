@@ -16,16 +16,6 @@ const struct bd_edit_limits bd_edit_default_limits = {
     .steps = 1 << 23, // as many as 4096 nodes need to be hung one below the other
 };
 
-const char *bd_edit_kind_name(enum bd_edit_kind kind)
-{
-    static const char *const names[BD_EDIT_KIND_COUNT] = {
-#define X(name, wire) #wire,
-        BD_EDIT_MAP(X)
-#undef X
-    };
-    return names[kind];
-}
-
 // --- faults ---------------------------------------------------------------------------------
 
 void bd_edit_fail(struct bd_edit *edit, enum bd_err err, const char *field, const char *format, ...)
@@ -37,7 +27,7 @@ void bd_edit_fail(struct bd_edit *edit, enum bd_err err, const char *field, cons
     vsnprintf(message, sizeof message, format, args);
     va_end(args);
     snprintf(path, sizeof path, "ops[%u].%s%s%s", edit->op,
-             bd_edit_kind_name(edit->ops[edit->op].kind), field[0] ? "." : "", field);
+             bd_edit_kinds[edit->ops[edit->op].kind].name, field[0] ? "." : "", field);
     edit->err = bd_fault_set(edit->fault, err, path, "%s: %s", path, message);
 }
 
@@ -121,23 +111,8 @@ static bool is_gone(struct bd_edit *edit, enum bd_object_kind kind, int32_t id)
 
 static enum bd_object_kind added_by(enum bd_edit_kind kind)
 {
-    switch (kind) {
-    case BD_EDIT_ADD_NODE:
-    case BD_EDIT_IMPORT:
-        return BD_OBJECT_NODE;
-    case BD_EDIT_ADD_MESH:
-        return BD_OBJECT_MESH;
-    case BD_EDIT_ADD_MATERIAL:
-        return BD_OBJECT_MATERIAL;
-    case BD_EDIT_ADD_TEXTURE:
-        return BD_OBJECT_TEXTURE;
-    case BD_EDIT_ADD_LIGHT:
-        return BD_OBJECT_LIGHT;
-    case BD_EDIT_ADD_CAMERA:
-        return BD_OBJECT_CAMERA;
-    default:
-        return BD_OBJECT_KIND_COUNT;
-    }
+    const struct bd_edit_kind_row *row = &bd_edit_kinds[kind];
+    return row->does == BD_EDIT_ADDS ? row->object : BD_OBJECT_KIND_COUNT;
 }
 
 // The id of what an earlier operation of the batch added.
@@ -171,7 +146,7 @@ int32_t bd_edit_reference(struct bd_edit *edit, const char *field, enum bd_objec
 int32_t bd_edit_target(struct bd_edit *edit, enum bd_object_kind kind)
 {
     const struct bd_edit_op *op = &edit->ops[edit->op];
-    bool removes = strncmp(bd_edit_kind_name(op->kind), "remove", 6) == 0;
+    const bool removes = bd_edit_kinds[op->kind].does == BD_EDIT_REMOVES;
     const char *field = removes ? "id" : bd_object_kind_name(kind);
     int32_t id = bd_edit_reference(edit, field, kind, op->id);
     if (edit->err == BD_ERR_OK && id == BD_NONE)
@@ -280,60 +255,23 @@ void bd_edit_fields(struct bd_edit *edit, const struct bd_edit_op *op, enum bd_o
 
 static void carry_out(struct bd_edit *edit, const struct bd_edit_op *op)
 {
-    switch (op->kind) {
-    case BD_EDIT_ADD_NODE:
-    case BD_EDIT_SET_NODE:
-    case BD_EDIT_SET_TRANSFORM:
-        bd_edit_node(edit, op);
-        break;
-    case BD_EDIT_ADD_MESH:
-    case BD_EDIT_SET_MESH:
-    case BD_EDIT_SET_MESH_VERTICES:
-        bd_edit_mesh(edit, op);
-        break;
-    case BD_EDIT_ADD_MATERIAL:
-    case BD_EDIT_SET_MATERIAL:
-        bd_edit_material(edit, op);
-        break;
-    case BD_EDIT_ADD_TEXTURE:
-    case BD_EDIT_SET_TEXTURE:
-        bd_edit_texture(edit, op);
-        break;
-    case BD_EDIT_ADD_LIGHT:
-    case BD_EDIT_SET_LIGHT:
-        bd_edit_light(edit, op);
-        break;
-    case BD_EDIT_ADD_CAMERA:
-    case BD_EDIT_SET_CAMERA:
-        bd_edit_camera(edit, op);
-        break;
-    case BD_EDIT_REMOVE_NODE:
-        bd_edit_remove(edit, BD_OBJECT_NODE);
-        break;
-    case BD_EDIT_REMOVE_MESH:
-        bd_edit_remove(edit, BD_OBJECT_MESH);
-        break;
-    case BD_EDIT_REMOVE_MATERIAL:
-        bd_edit_remove(edit, BD_OBJECT_MATERIAL);
-        break;
-    case BD_EDIT_REMOVE_TEXTURE:
-        bd_edit_remove(edit, BD_OBJECT_TEXTURE);
-        break;
-    case BD_EDIT_REMOVE_LIGHT:
-        bd_edit_remove(edit, BD_OBJECT_LIGHT);
-        break;
-    case BD_EDIT_REMOVE_CAMERA:
-        bd_edit_remove(edit, BD_OBJECT_CAMERA);
-        break;
-    case BD_EDIT_SET_ENVIRONMENT:
-        bd_edit_environment(edit, op);
-        break;
-    case BD_EDIT_IMPORT:
+    static void (*const carry[BD_OBJECT_KIND_COUNT])(struct bd_edit *,
+                                                     const struct bd_edit_op *) = {
+        [BD_OBJECT_TEXTURE] = bd_edit_texture,
+        [BD_OBJECT_MATERIAL] = bd_edit_material,
+        [BD_OBJECT_LIGHT] = bd_edit_light,
+        [BD_OBJECT_CAMERA] = bd_edit_camera,
+        [BD_OBJECT_MESH] = bd_edit_mesh,
+        [BD_OBJECT_NODE] = bd_edit_node,
+        [BD_OBJECT_ENVIRONMENT] = bd_edit_environment,
+    };
+    const struct bd_edit_kind_row *row = &bd_edit_kinds[op->kind];
+    if (row->does == BD_EDIT_REMOVES)
+        bd_edit_remove(edit, row->object);
+    else if (op->kind == BD_EDIT_IMPORT)
         bd_edit_import(edit, op);
-        break;
-    case BD_EDIT_KIND_COUNT:
-        break;
-    }
+    else
+        carry[row->object](edit, op);
 }
 
 // Room for all that the batch may add: a picture comes with a texture, a white material with

@@ -17,39 +17,8 @@
 
 #include "base/err.h"
 #include "scene/delta.h"
+#include "scene/edit_kinds.h"
 #include "scene/scene.h"
-
-// X(NAME, name on the wire)
-#define BD_EDIT_MAP(X)                                                                             \
-    X(ADD_NODE, add_node)                                                                          \
-    X(SET_NODE, set_node)                                                                          \
-    X(REMOVE_NODE, remove_node)                                                                    \
-    X(SET_TRANSFORM, set_transform)                                                                \
-    X(ADD_MESH, add_mesh)                                                                          \
-    X(SET_MESH, set_mesh)                                                                          \
-    X(REMOVE_MESH, remove_mesh)                                                                    \
-    X(SET_MESH_VERTICES, set_mesh_vertices)                                                        \
-    X(ADD_MATERIAL, add_material)                                                                  \
-    X(SET_MATERIAL, set_material)                                                                  \
-    X(REMOVE_MATERIAL, remove_material)                                                            \
-    X(ADD_TEXTURE, add_texture)                                                                    \
-    X(SET_TEXTURE, set_texture)                                                                    \
-    X(REMOVE_TEXTURE, remove_texture)                                                              \
-    X(ADD_LIGHT, add_light)                                                                        \
-    X(SET_LIGHT, set_light)                                                                        \
-    X(REMOVE_LIGHT, remove_light)                                                                  \
-    X(ADD_CAMERA, add_camera)                                                                      \
-    X(SET_CAMERA, set_camera)                                                                      \
-    X(REMOVE_CAMERA, remove_camera)                                                                \
-    X(SET_ENVIRONMENT, set_environment)                                                            \
-    X(IMPORT, import)
-
-enum bd_edit_kind {
-#define X(name, wire) BD_EDIT_##name,
-    BD_EDIT_MAP(X)
-#undef X
-        BD_EDIT_KIND_COUNT
-};
 
 #define BD_EDIT_ADDED(op) (-2 - (int32_t)(op))
 
@@ -127,9 +96,6 @@ struct bd_edit_limits {
     uint32_t steps;     // from nodes up to their parents, where a batch removes nodes or moves them
 };
 extern const struct bd_edit_limits bd_edit_default_limits;
-
-// "set_light"; never NULL.
-const char *bd_edit_kind_name(enum bd_edit_kind kind);
 
 // On success `*out` is the caller's to finish, and `ids` (one of each operation; may be NULL) are
 // those of what was added, else BD_NONE; of an import that of the new node.

@@ -135,7 +135,8 @@ void bd_edit_light(struct bd_edit *edit, const struct bd_edit_op *op)
     if (!light) return;
     const bool was_spot = light->kind == BD_LIGHT_SPOT;
     const bool inner = bd_edit_given(op, "cone_inner"), outer = bd_edit_given(op, "cone_outer");
-    if (!was_spot) light->cone_inner = 0, light->cone_outer = 0.78539816f;
+    const struct bd_object_field *cone_outer = bd_object_field(BD_OBJECT_LIGHT, "cone_outer");
+    if (!was_spot) light->cone_inner = 0, light->cone_outer = (float)cone_outer->standard;
     bd_edit_fields(edit, op, BD_OBJECT_LIGHT, NULL, light);
     if (light->kind != BD_LIGHT_SPOT) light->cone_inner = light->cone_outer = 0;
     if (light->kind == BD_LIGHT_SPOT && (inner || outer)) check_cone(edit, inner, light);

@@ -28,9 +28,9 @@ ROOMS = {
     'sched': ['frame', 'reference', 'scene', 'image'],
     'net': ['sched', 'frame', 'technique', 'scene', 'image', 'confine', 'protocol'],
 }
-# What clients share with the daemon: rooms, and of one of them a single header.
+# What clients share with the daemon: rooms, and of one of them the journal and tables.
 CLIENT_ROOMS = {'clients', 'base', 'image', 'protocol'}
-CLIENT_HEADERS = {'scene/journal.h'}
+CLIENT_HEADERS = {'scene/journal.h', 'scene/edit_kinds.h', 'scene/object_fields.h'}
 # What the contract takes from the daemon: words that are a room's own.
 PROTOCOL_ROOMS = {'base', 'protocol'}
 PROTOCOL_HEADERS = {'image/tonemap.h'}
