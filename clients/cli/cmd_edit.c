@@ -165,6 +165,7 @@ int bd_cmd_edit(const char *const *words, int count)
     struct bd_fault fault = {0};
     enum bd_err err = bd_cli_parse_edit(words, count, &options, &fault);
     if (!err && options.help) return bd_help_edit();
+    if (!err && options.help_ops) return bd_help_ops(options.common.json);
     bool reported = false;
     if (!err) err = run(&options, &reported, &fault);
     if (reported) return bd_err_exit_code(err);

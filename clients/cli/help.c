@@ -238,7 +238,8 @@ int bd_help_edit(void)
           "exit code.\n"
           "\n"
           "  -k, --keep-going     a failure is a line too, and the next batch is read\n"
-          "  --by NAME            who does it, where a document does not say: for log and undo\n" COMMON_HELP
+          "  --by NAME            who does it, where a document does not say: for log and undo\n"
+          "  --help-ops           every operation, with what its fields take\n" COMMON_HELP
               END_HELP,
           stdout);
     return 0;

@@ -72,6 +72,7 @@ struct bd_cli_scene {
     uint32_t limit;  // of log; 0 = the server's default
     bool remove;     // of name
     bool keep_going; // of edit
+    bool help_ops;   // of edit
     const char *by;  // of edit, undo, redo, commit, revert: within the token or user; NULL = none
     bool all;        // of undo and redo: whoever did it
     uint64_t count;  // of watch: events; 0 = no end

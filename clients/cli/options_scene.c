@@ -14,6 +14,7 @@ enum {
     OPT_COUNT,
     OPT_BY,
     OPT_ALL,
+    OPT_HELP_OPS,
 };
 
 static const struct bd_cli_option scene_table[] = {
@@ -30,6 +31,7 @@ static const struct bd_cli_option scene_table[] = {
 static const struct bd_cli_option edit_table[] = {BD_CLI_COMMON_OPTIONS,
                                                   {"keep-going", 'k', false, OPT_KEEP_GOING},
                                                   {"by", 0, true, OPT_BY},
+                                                  {"help-ops", 0, false, OPT_HELP_OPS},
                                                   {0}};
 
 static const struct bd_cli_option watch_table[] = {
@@ -62,6 +64,9 @@ static enum bd_err store(int id, const char *value, struct bd_cli_scene *out,
         return BD_ERR_OK;
     case OPT_ALL:
         out->all = true;
+        return BD_ERR_OK;
+    case OPT_HELP_OPS:
+        out->help_ops = true;
         return BD_ERR_OK;
     case OPT_COUNT:
         return bd_cli_uint("count", value, 1, UINT64_MAX, &out->count, fault);
@@ -134,7 +139,7 @@ enum bd_err bd_cli_parse_edit(const char *const *words, int count, struct bd_cli
                               struct bd_fault *fault)
 {
     enum bd_err err = parse(edit_table, words, count, out, fault);
-    if (err || out->help || out->operand_count == 2) return err;
+    if (err || out->help || out->help_ops || out->operand_count == 2) return err;
     return bd_fault_set(fault, BD_ERR_USAGE, "",
                         "bounce edit SCENE_ID FILE.json, or - for "
                         "standard input");
