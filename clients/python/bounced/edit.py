@@ -6,13 +6,14 @@ import secrets
 from dataclasses import dataclass, field
 from numbers import Integral
 from types import TracebackType
-from typing import Any, TypedDict, Union, Unpack
+from typing import Any, Union, Unpack
 
 import numpy
 from numpy.typing import ArrayLike
 
-from . import due
+from . import due, fields as rows
 from .conn import Connection
+from .fields import CameraFields, LightFields, MaterialFields
 from .files import Content, PathLike, content_of, file_content, scene_contents, upload
 from .frame import FrameOptions, fill_request
 from .messages import pb
@@ -51,71 +52,15 @@ class Handle:
 Reference = Union[int, Handle]  # NONE for none
 
 
-class NodeFields(TypedDict, total=False):
-    name: str
-    parent: Reference      # NONE: a root of the scene
-    mesh: Reference
-    camera: Reference
-    light: Reference
-    shown: bool
+class NodeFields(rows.NodeFields, total=False):
     translation: Vector    # parent_from_node, metres
     rotation: Vector       # quaternion x y z w
     scale: Vector
     matrix: ArrayLike      # instead of the three: 4 x 4, affine, translation in the last column
 
 
-class MaterialFields(TypedDict, total=False):
-    """Names, units and ranges are glTF's (core, KHR_materials_*)."""
-
-    name: str
-    base_color: Vector     # linear RGBA, [0, 1]
-    metallic: float        # [0, 1]
-    roughness: float       # [0, 1]
-    emissive: Vector       # RGB, cd/m^2
-    normal_scale: float
-    ior: float
-    transmission: float    # [0, 1]
-    thickness: float       # metres
-    attenuation_distance: float  # metres
-    attenuation_color: Vector
-    alpha_mode: str        # "opaque", "mask", "blend"
-    alpha_cutoff: float
-    double_sided: bool
-    unlit: bool
-    base_color_texture: Reference
-    metallic_roughness_texture: Reference
-    normal_texture: Reference
-    emissive_texture: Reference
-    transmission_texture: Reference
-
-
-class TextureFields(TypedDict, total=False):
+class TextureFields(rows.TextureFields, total=False):
     image: PathLike | bytes  # a PNG or JPEG file, or its bytes
-    wrap_s: str            # "repeat", "clamp", "mirror"
-    wrap_t: str
-    nearest: bool
-
-
-class LightFields(TypedDict, total=False):
-    """Shines along -z of the node that holds it."""
-
-    name: str
-    kind: str              # "directional", "point", "spot"
-    color: Vector          # linear RGB, >= 0
-    intensity: float       # cd for point and spot, lux for directional
-    range: float           # metres, to 1e15; 0: unlimited
-    cone_inner: float      # half-angle of a spot, radians, [0, cone_outer[
-    cone_outer: float      # ]0, pi/2]
-
-
-class CameraFields(TypedDict, total=False):
-    name: str
-    orthographic: bool
-    yfov: float            # radians
-    xmag: float            # metres
-    ymag: float
-    near: float            # metres, ]0, 1e15]
-    far: float             # metres, to 1e15; 0: none
 
 
 @dataclass
@@ -139,10 +84,7 @@ class Primitive:
 
 
 _WIDTHS = {"positions": 3, "normals": 3, "tangents": 4, "uv0": 2, "uv1": 2, "colors": 4}
-_REFERENCES = frozenset((
-    "node", "parent", "mesh", "camera", "light", "material", "texture", "base_color_texture",
-    "metallic_roughness_texture", "normal_texture", "emissive_texture", "transmission_texture"))
-_LENGTHS = {"translation": 3, "rotation": 4, "scale": 3, "radiance": 3, "color": 3, "emissive": 3}
+_LENGTHS = {"translation": 3, "scale": 3, **rows.LENGTHS}
 _TRANSFORM = ("translation", "rotation", "scale", "matrix")
 
 
@@ -288,7 +230,7 @@ class Edit:
             self._fill(message.transform, transform)
 
     def _set(self, message: Any, name: str, value: Any) -> None:
-        if name in _REFERENCES:
+        if name in rows.REFERENCES:
             setattr(message, name, self._reference(name, value))
         elif name == "matrix":
             message.matrix.extend(_column_major(value))
