@@ -18,10 +18,13 @@ import sys
 SOURCES = (".c", ".h", ".cc", ".py", ".ts", ".js", ".comp", ".glsl", ".vert", ".frag")
 MADE = ("node_modules", "dist", "gen", "__pycache__")
 INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.M)
+BY_HAND = "not to be changed by hand"  # in the first lines of what is made
 # What a fact is called, and the rooms that compute with it.
 FACTS = {
+    # The scene decides with it which parts are there; the harness makes scenes of its tests.
     "material property (alpha_cutoff)": (r"alpha_?cutoff", ("server/upload", "server/pass", "server/lights", "server/rays",
-                                                              "server/reference", "server/technique", "shaders")),
+                                                              "server/reference", "server/technique", "server/scene/aspects.c",
+                                                              "clients/harness", "shaders")),
     "frame option (target_error)": (r"target[_-]error", ("server/frame", "server/sched", "server/technique")),
     "command (scene_log)": (r"scene_?log(_reply)?", ()),
     "pass (discontinuity)": (r"discontinuity", ("server/pass", "shaders")),
@@ -38,7 +41,8 @@ def sources(root):
 
 def homes(texts, pattern, computing):
     named = re.compile(rf"(?<![a-z0-9_]){pattern}|_{pattern}|{pattern}(?![a-z0-9_])", re.I)
-    return sorted(name for name, text in texts.items() if not name.startswith((*computing, "shaders")) and named.search(text))
+    return sorted(name for name, text in texts.items()
+                  if not name.startswith((*computing, "shaders")) and BY_HAND not in text[:300] and named.search(text))
 
 
 def modules(texts):
