@@ -83,21 +83,21 @@ static enum bd_err serve(const struct bd_options *options, struct bd_sched *sche
         .socket_mode = options->socket_mode,
         .has_socket_group = options->has_socket_group,
         .socket_group = options->socket_group,
-        .limits = options->limits,
         .argc = options->argc,
         .argv = options->argv,
         .fixed = {options->data, options->device, options->gpu_memory_mib, options->log_json,
                   (int)options->sandbox, options->quick_code},
-        .sched = sched,
-        .blobs = blobs,
-        .store = store,
-        .journal = journal,
-        .list_devices = list_devices_json,
+        .serving = {.limits = options->limits,
+                    .proxy_count = options->proxy_count,
+                    .sched = sched,
+                    .blobs = blobs,
+                    .store = store,
+                    .journal = journal,
+                    .list_devices = list_devices_json},
     };
     memcpy(net_options.listens, options->listens, sizeof net_options.listens);
     memcpy(net_options.public_names, options->public_names, sizeof net_options.public_names);
-    memcpy(net_options.proxies, options->proxies, sizeof net_options.proxies);
-    net_options.proxy_count = options->proxy_count;
+    memcpy(net_options.serving.proxies, options->proxies, sizeof net_options.serving.proxies);
     struct bd_net *net;
     enum bd_err err = bd_net_create(&net_options, &net, fault);
     if (err) return err;

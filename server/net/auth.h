@@ -102,4 +102,10 @@ enum bd_err bd_grant_check_role(const struct bd_grant *grant, enum bd_role neede
 // Whether it may know of a scene of this name. Others do not exist for it.
 bool bd_grant_covers(const struct bd_grant *grant, const char *scene_name);
 
+// Its name where it is a token; NULL: a user's, or none (`grant` may be NULL).
+static inline const char *bd_grant_token(const struct bd_grant *grant)
+{
+    return grant && grant->is_token ? grant->name : NULL;
+}
+
 #endif

@@ -7,7 +7,7 @@
 
 #include "base/assert.h"
 #include "base/priority.h"
-#include "net/net_internal.h"
+#include "net/loop.h"
 
 // The loop must not wait for a thread of low priority, not even while it holds a lock or is about
 // to end: on a busy machine that may be long. So what is done is pushed without a lock and told by
@@ -15,17 +15,17 @@
 // joined once it has ended.
 struct bd_background_thread {
     pthread_t thread;
-    struct bd_net *net;
+    struct bd_loop *loop;
     struct bd_background *work;
     struct bd_background_thread *next; // in `done`, then in `ending`
 };
 
-static void begin_waiting(struct bd_net *net, enum bd_background_lane lane);
+static void begin_waiting(struct bd_loop *loop, enum bd_background_lane lane);
 
 static void *thread_main(void *user)
 {
     struct bd_background_thread *thread = user;
-    struct bd_background_state *state = &thread->net->background;
+    struct bd_background_state *state = &thread->loop->background;
     const uint64_t one = 1;
     bd_priority_lower();
     thread->work->run(thread->work);
@@ -56,16 +56,16 @@ static void join_ending(struct bd_background_state *state, bool waits)
 
 static void come_back(struct bd_background *work)
 {
-    struct bd_net *net = work->net;
+    struct bd_loop *loop = work->loop;
     const enum bd_background_lane lane = work->lane;
-    net->background.lanes[lane].count--;
+    loop->background.lanes[lane].count--;
     work->back(work);
-    begin_waiting(net, lane);
+    begin_waiting(loop, lane);
 }
 
 static void on_done(uv_poll_t *poll, int status, int events)
 {
-    struct bd_background_state *state = &((struct bd_net *)poll->data)->background;
+    struct bd_background_state *state = &((struct bd_loop *)poll->data)->background;
     uint64_t count;
     (void)status;
     (void)events;
@@ -86,8 +86,8 @@ static void begin(struct bd_background *work)
 {
     struct bd_background_thread *thread = malloc(sizeof *thread);
     BD_ASSERT(thread);
-    *thread = (struct bd_background_thread){.net = work->net, .work = work};
-    work->net->background.lanes[work->lane].count++;
+    *thread = (struct bd_background_thread){.loop = work->loop, .work = work};
+    work->loop->background.lanes[work->lane].count++;
     if (work->begun) work->begun(work);
     work->has_failed = pthread_create(&thread->thread, NULL, thread_main, thread) != 0;
     if (!work->has_failed) return;
@@ -95,11 +95,11 @@ static void begin(struct bd_background *work)
     come_back(work);
 }
 
-static void begin_waiting(struct bd_net *net, enum bd_background_lane lane)
+static void begin_waiting(struct bd_loop *loop, enum bd_background_lane lane)
 {
-    struct bd_background **waiting = &net->background.lanes[lane].waiting;
-    const uint32_t *count = &net->background.lanes[lane].count;
-    while (*waiting && *count < net->options.limits.imports_at_once) {
+    struct bd_background **waiting = &loop->background.lanes[lane].waiting;
+    const uint32_t *count = &loop->background.lanes[lane].count;
+    while (*waiting && *count < loop->serving->limits.imports_at_once) {
         struct bd_background *work = *waiting;
         *waiting = work->next;
         work->is_waiting = false;
@@ -107,48 +107,48 @@ static void begin_waiting(struct bd_net *net, enum bd_background_lane lane)
     }
 }
 
-void bd_background_start(struct bd_net *net, struct bd_background *work)
+void bd_background_start(struct bd_loop *loop, struct bd_background *work)
 {
-    struct bd_background **last = &net->background.lanes[work->lane].waiting;
+    struct bd_background **last = &loop->background.lanes[work->lane].waiting;
     while (*last) last = &(*last)->next;
     *last = work;
-    work->net = net;
+    work->loop = loop;
     work->next = NULL;
     work->is_waiting = true;
-    begin_waiting(net, work->lane);
+    begin_waiting(loop, work->lane);
 }
 
 bool bd_background_drop(struct bd_background *work)
 {
     if (!work->is_waiting) return false;
-    struct bd_background **at = &work->net->background.lanes[work->lane].waiting;
+    struct bd_background **at = &work->loop->background.lanes[work->lane].waiting;
     while (*at != work) at = &(*at)->next;
     *at = work->next;
     work->is_waiting = false;
     return true;
 }
 
-// --- with the net ---------------------------------------------------------------------------
+// --- with the loop ---------------------------------------------------------------------------
 
-void bd_background_begin(struct bd_net *net)
+void bd_background_begin(struct bd_loop *loop)
 {
-    struct bd_background_state *state = &net->background;
+    struct bd_background_state *state = &loop->background;
     state->done_fd = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
     BD_ASSERT_CMP(state->done_fd, >=, 0);
-    uv_poll_init(&net->loop, &state->done_poll, state->done_fd);
-    state->done_poll.data = net;
+    uv_poll_init(&loop->uv, &state->done_poll, state->done_fd);
+    state->done_poll.data = loop;
     uv_poll_start(&state->done_poll, UV_READABLE, on_done);
 }
 
-void bd_background_close(struct bd_net *net)
+void bd_background_close(struct bd_loop *loop)
 {
     for (int lane = 0; lane < BD_BACKGROUND_LANES; lane++)
-        BD_ASSERT_CMP(net->background.lanes[lane].count, ==, 0);
-    uv_close((uv_handle_t *)&net->background.done_poll, NULL);
+        BD_ASSERT_CMP(loop->background.lanes[lane].count, ==, 0);
+    uv_close((uv_handle_t *)&loop->background.done_poll, NULL);
 }
 
-void bd_background_finish(struct bd_net *net)
+void bd_background_finish(struct bd_loop *loop)
 {
-    join_ending(&net->background, true);
-    close(net->background.done_fd);
+    join_ending(&loop->background, true);
+    close(loop->background.done_fd);
 }

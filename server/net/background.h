@@ -14,7 +14,7 @@
 #include <uv.h>
 
 struct bd_background_thread;
-struct bd_net;
+struct bd_loop;
 
 // An edit's picture does not wait for a stranger's import, which may take minutes.
 enum bd_background_lane {
@@ -33,12 +33,12 @@ struct bd_background {
     bool has_failed; // for `back`: the system had no thread for it, and `run` was not called
 
     // Ours.
-    struct bd_net *net;
+    struct bd_loop *loop;
     struct bd_background *next; // of those that wait
     bool is_waiting;
 };
 
-// Of the net.
+// Of the loop.
 struct bd_background_state {
     struct {
         struct bd_background *waiting; // oldest first
@@ -50,11 +50,11 @@ struct bd_background_state {
     struct bd_background_thread *ending; // have nothing left to do but end
 };
 
-void bd_background_begin(struct bd_net *net);  // with the loop
-void bd_background_close(struct bd_net *net);  // before the loop's last turn
-void bd_background_finish(struct bd_net *net); // after it
+void bd_background_begin(struct bd_loop *loop);  // with the loop
+void bd_background_close(struct bd_loop *loop);  // before the loop's last turn
+void bd_background_finish(struct bd_loop *loop); // after it
 
-void bd_background_start(struct bd_net *net, struct bd_background *work);
+void bd_background_start(struct bd_loop *loop, struct bd_background *work);
 
 // Takes work back whose turn has not come: nothing of it is called. False: it has begun.
 bool bd_background_drop(struct bd_background *work);

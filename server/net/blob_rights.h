@@ -8,9 +8,8 @@
 #define BD_NET_BLOB_RIGHTS_H
 
 #include "net/auth.h"
-#include "net/net.h"
 #include "scene/blobs.h"
 
-struct bd_blobs *bd_grant_blobs(const struct bd_net_options *options, const struct bd_grant *grant);
+struct bd_blobs *bd_grant_blobs(struct bd_blobs *all, const struct bd_grant *grant);
 
 #endif

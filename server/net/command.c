@@ -23,13 +23,13 @@
 
 static void leave_list(struct bd_command *command)
 {
-    struct bd_net *net = command->net;
+    struct bd_commands *commands = command->commands;
     if (command->previous)
         command->previous->next = command->next;
     else
-        net->commands = command->next;
+        commands->list = command->next;
     if (command->next) command->next->previous = command->previous;
-    net->command_count--;
+    commands->count--;
 }
 
 static void free_command(struct bd_command *command)
@@ -41,7 +41,7 @@ static void free_command(struct bd_command *command)
     if (command->blob_reply) bounced__blob_reply__free_unpacked(command->blob_reply, NULL);
     bd_blob_upload_abort(&command->body.upload);
     if (command->job) bd_job_release(&command->job);
-    bd_net_release_scene(command->net, &command->scene);
+    bd_release_scene(command->loop, &command->scene);
     bd_bytes_finish(&command->encoded.bytes);
     free(command->notes);
     bd_client_release(&command->client);
@@ -55,7 +55,7 @@ static void free_command(struct bd_command *command)
 void bd_command_end(struct bd_command *command, struct bd_answer *answer)
 {
     if (answer->envelope->body_case == BOUNCED__ENVELOPE__BODY_ERROR)
-        bd_net_count_refusal(command->net);
+        command->loop->counts.requests_refused++;
     if (!command->abandoned) command->events->answer(command->user, answer);
     bd_answer_finish(answer);
     free_command(command);
@@ -70,7 +70,7 @@ void bd_command_end_fault(struct bd_command *command)
 void bd_command_pool(struct bd_command *command, uv_work_cb on_pool, uv_after_work_cb back)
 {
     command->work.data = command;
-    int result = uv_queue_work(&command->net->loop, &command->work, on_pool, back);
+    int result = uv_queue_work(&command->loop->uv, &command->work, on_pool, back);
     BD_ASSERT_CMP(result, ==, 0);
 }
 
@@ -102,7 +102,7 @@ void bd_command_background(struct bd_command *command, const char *stage,
     command->then = then;
     command->background = (struct bd_background){
         .user = command, .begun = background_begun, .run = background_run, .back = background_back};
-    bd_background_start(command->net, &command->background);
+    bd_background_start(command->loop, &command->background);
 }
 
 enum bd_err bd_command_check_background(struct bd_command *command)
@@ -127,9 +127,9 @@ void bd_command_progress(struct bd_command *command, const char *stage)
         command->events->progress(command->user, stage, -1);
 }
 
-void bd_command_tick(struct bd_net *net)
+void bd_command_tick(const struct bd_commands *commands)
 {
-    for (struct bd_command *command = net->commands; command; command = command->next) {
+    for (struct bd_command *command = commands->list; command; command = command->next) {
         if (!command->job || !command->events->progress || command->abandoned) continue;
         double share = bd_job_progress(command->job);
         if (share > 0 && share < 1)
@@ -178,7 +178,7 @@ static void blob_have_on_pool(uv_work_t *work)
     struct bd_command *command = work->data;
     const Bounced__BlobHave *request = command->envelope->blob_have;
     Bounced__BlobReply *reply = command->blob_reply;
-    struct bd_blobs *blobs = bd_grant_blobs(&command->net->options, command->grant);
+    struct bd_blobs *blobs = bd_grant_blobs(command->loop->serving->blobs, command->grant);
     reply->have = calloc(request->n_blobs ? request->n_blobs : 1, sizeof *reply->have);
     BD_ASSERT(reply->have);
     for (size_t i = 0; i < request->n_blobs; i++) {
@@ -209,7 +209,8 @@ static void blob_have(struct bd_command *command)
 static void devices_on_pool(uv_work_t *work)
 {
     struct bd_command *command = work->data;
-    if (command->net->options.list_devices) command->text = command->net->options.list_devices();
+    if (command->loop->serving->list_devices)
+        command->text = command->loop->serving->list_devices();
 }
 
 static void devices_back(uv_work_t *work, int status)
@@ -217,13 +218,13 @@ static void devices_back(uv_work_t *work, int status)
     struct bd_command *command = work->data;
     BD_ASSERT_CMP(status, ==, 0);
     if (bd_command_stop_here(command)) return;
-    struct bd_answer answer = bd_answer_devices(command->net->options.sched, command->text);
+    struct bd_answer answer = bd_answer_devices(command->loop->serving->sched, command->text);
     bd_command_end(command, &answer);
 }
 
 static void stats(struct bd_command *command)
 {
-    struct bd_answer answer = bd_answer_stats(command->net);
+    struct bd_answer answer = bd_answer_stats(command->loop);
     bd_command_end(command, &answer);
 }
 
@@ -254,7 +255,7 @@ static void render(struct bd_command *command)
                                     "an environment comes with a file; a held scene has its own");
     if (!command->err)
         command->err =
-            bd_store_get(command->net->options.store, request->scene, &entry, &command->fault);
+            bd_store_get(command->loop->serving->store, request->scene, &entry, &command->fault);
     if (bd_command_stop_here(command)) return;
     command->scene = bd_scene_retain(entry->scene);
     command->revision = entry->revision;
@@ -335,7 +336,7 @@ const ProtobufCMessageDescriptor *bd_command_message(const struct bd_command_row
 static enum bd_err keep_payload(struct bd_command *command, const struct bd_command_start *start)
 {
     if (!command->row->has_payload) return BD_ERR_OK;
-    enum bd_err err = bd_client_begin_edit(start->net->clients, command->client,
+    enum bd_err err = bd_client_begin_edit(start->commands->loop->clients, command->client,
                                            start->payload_bytes, &command->fault);
     if (err) return err;
     command->payload_bytes = start->payload_bytes;
@@ -347,16 +348,15 @@ static enum bd_err keep_payload(struct bd_command *command, const struct bd_comm
 
 static enum bd_err admit(struct bd_command *command, const struct bd_command_start *start)
 {
-    struct bd_net *net = command->net;
     enum bd_err err = BD_ERR_OK;
-    if (net->draining)
+    if (command->loop->draining)
         err = bd_fault_set(&command->fault, BD_ERR_BUSY, "", "the server is shutting down");
     if (!err && !command->row)
         err = bd_fault_set(&command->fault, BD_ERR_UNSUPPORTED, "body",
                            "this server knows no such request");
     if (!err) err = bd_command_check_rights(command, &command->fault);
     if (!err && bd_command_is_job(command)) {
-        err = bd_client_begin_job(net->clients, command->client, &command->fault);
+        err = bd_client_begin_job(command->loop->clients, command->client, &command->fault);
         command->counts_as_job = !err;
     }
     return err ? err : keep_payload(command, start);
@@ -388,7 +388,8 @@ struct bd_command *bd_command_start(const struct bd_command_start *start)
     struct start_watch watch = {.events = start->events, .user = start->user};
     struct bd_command *command = calloc(1, sizeof *command);
     BD_ASSERT(command);
-    *command = (struct bd_command){.net = start->net,
+    *command = (struct bd_command){.commands = start->commands,
+                                   .loop = start->commands->loop,
                                    .client = start->client,
                                    .grant = start->grant,
                                    .envelope = start->envelope,
@@ -396,13 +397,13 @@ struct bd_command *bd_command_start(const struct bd_command_start *start)
                                    .events = &watched,
                                    .user = &watch,
                                    .may_remember = start->may_remember,
-                                   .next = start->net->commands,
+                                   .next = start->commands->list,
                                    .start_ns = bd_clock_ns()};
     if (start->body) command->body = *start->body;
     bd_client_retain(command->client);
     if (command->next) command->next->previous = command;
-    start->net->commands = command;
-    start->net->command_count++;
+    start->commands->list = command;
+    start->commands->count++;
 
     command->err = admit(command, start);
     if (command->err)

@@ -21,7 +21,7 @@
 #include "scene/blobs.h"
 
 struct bd_command;
-struct bd_net;
+struct bd_commands;
 
 // What a request is: rights, routes of HTTP and dispatch go by its row.
 struct bd_command_row {
@@ -58,7 +58,7 @@ struct bd_command_body {
 };
 
 struct bd_command_start {
-    struct bd_net *net;
+    struct bd_commands *commands;
     struct bd_client *client;     // the command takes its own reference
     Bounced__Envelope *envelope;  // malloc'ed pieces; owned by the command from now on
     struct bd_command_body *body; // NULL: none; copied
@@ -80,10 +80,10 @@ void bd_command_cancel(struct bd_command *command);
 // The same when nobody listens any more: there will be no answer.
 void bd_command_abandon(struct bd_command *command);
 
-// The one started before it, NULL at the end: to walk over net->commands.
+// The one started before it, NULL at the end: to walk over bd_commands.list.
 struct bd_command *bd_command_next(const struct bd_command *command);
 
 // Called on the loop once a second: tells how far long frames are.
-void bd_command_tick(struct bd_net *net);
+void bd_command_tick(const struct bd_commands *commands);
 
 #endif

@@ -8,15 +8,16 @@
 
 #include "net/background.h"
 #include "net/command.h"
+#include "net/commands.h"
 #include "net/frame_job.h"
 #include "net/frame_options.h"
-#include "net/net_internal.h"
 
 struct bd_edit_work;
 struct bd_multipart_part;
 
 struct bd_command {
-    struct bd_net *net;
+    struct bd_commands *commands;
+    struct bd_loop *loop; // theirs
     struct bd_client *client;
     const struct bd_grant *grant;
     Bounced__Envelope *envelope;
@@ -24,7 +25,7 @@ struct bd_command {
     struct bd_command_body body;
     const struct bd_command_events *events;
     void *user;
-    struct bd_command *previous, *next; // net->commands
+    struct bd_command *previous, *next; // bd_commands.list
     atomic_bool cancelled;              // by whoever, on the loop; looked at beside it, too
     bool abandoned;                     // no answer
     bool counts_as_job;

@@ -4,10 +4,10 @@
 
 #include "base/assert.h"
 #include "base/log.h"
+#include "net/commits.h"
 #include "net/edit_queue.h"
-#include "net/edit_work.h"
+#include "net/idle_commit.h"
 #include "net/journal_turn.h"
-#include "net/net_internal.h"
 #include "net/release.h"
 #include "net/upkeep.h"
 #include "scene/store_journal.h"
@@ -31,44 +31,46 @@ static void tell(const struct bd_batch *batch, enum bd_err err, const struct bd_
     if (waiter) waiter->done(waiter, batch, err, fault);
 }
 
-static struct bd_scene *retain_shown(const struct bd_net *net, const char *scene_id)
+static struct bd_scene *retain_shown(const struct bd_commits *commits, const char *scene_id)
 {
     const struct bd_store_entry *entry;
-    if (bd_store_get(net->options.store, scene_id, &entry, NULL)) return NULL;
+    if (bd_store_get(commits->loop->serving->store, scene_id, &entry, NULL)) return NULL;
     return bd_scene_retain(entry->scene);
 }
 
 // First everybody can see it, then whoever asked hears so.
-static void publish(struct bd_net *net, struct bd_batch *batch)
+static void publish(struct bd_commits *commits, struct bd_batch *batch)
 {
     struct bd_scene *removed = NULL;
     if (batch->kind == BD_BATCH_REMOVE) {
-        bd_net_scene_changed(net, batch->scene_id, &(struct bd_scene_change){.kind = "removed"});
-        removed = retain_shown(net, batch->scene_id);
+        bd_live_changed(commits->live, batch->scene_id,
+                        &(struct bd_live_change){.kind = "removed"});
+        removed = retain_shown(commits, batch->scene_id);
     }
-    bd_store_publish(net->options.store, batch);
-    bd_net_release_scene(net, &removed);
-    const struct bd_scene_change change = {.kind = batch->kind == BD_BATCH_ADD ? "added" : "edited",
-                                           .delta = &batch->forward,
-                                           .author = batch->author,
-                                           .batch = bd_batch_kind_name(batch->kind),
-                                           .of = batch->of};
-    if (batch->after) bd_net_scene_changed(net, batch->scene_id, &change);
+    bd_store_publish(commits->loop->serving->store, batch);
+    bd_release_scene(commits->loop, &removed);
+    const struct bd_live_change change = {.kind = batch->kind == BD_BATCH_ADD ? "added" : "edited",
+                                          .delta = &batch->forward,
+                                          .author = batch->author,
+                                          .batch = bd_batch_kind_name(batch->kind),
+                                          .of = batch->of};
+    if (batch->after) bd_live_changed(commits->live, batch->scene_id, &change);
     tell(batch, BD_ERR_OK, NULL);
-    bd_upkeep_after(net, batch);
+    bd_upkeep_after(commits, batch);
     bd_batch_free(&batch);
 }
 
 // The store hears of all of them before any client does: whoever hears it may stage the next edit
 // at once, which has to find heads that nothing else will take back. Each batch carries its fault.
-static void fail_list(struct bd_net *net, struct bd_batch *first)
+static void fail_list(struct bd_commits *commits, struct bd_batch *first)
 {
     bool was_transient = false;
     for (struct bd_batch *batch = first; batch; batch = batch->next) {
-        bd_store_fail(net->options.store, batch);
+        bd_store_fail(commits->loop->serving->store, batch);
         was_transient |= batch->was_transient;
     }
-    if (was_transient && !net->draining) bd_edit_watch_quiet(net); // it lies there again
+    if (was_transient && !commits->loop->draining)
+        bd_idle_commit_watch(commits); // it lies there again
     while (first) {
         struct bd_batch *batch = first;
         first = batch->next;
@@ -84,11 +86,12 @@ static struct bd_batch **end_of(struct bd_batch **list)
 }
 
 // What was staged on top of what cannot be kept cannot stand either.
-static void fail_all(struct bd_net *net, struct bd_batch *first, const struct bd_fault *fault)
+static void fail_all(struct bd_commits *commits, struct bd_batch *first,
+                     const struct bd_fault *fault)
 {
-    *end_of(&first) = bd_store_take_staged(net->options.store);
+    *end_of(&first) = bd_store_take_staged(commits->loop->serving->store);
     for (struct bd_batch *batch = first; batch; batch = batch->next) batch->fault = *fault;
-    fail_list(net, first);
+    fail_list(commits, first);
 }
 
 // --- the turn -------------------------------------------------------------------------------
@@ -115,31 +118,31 @@ static void on_pool(struct bd_journal_turn *turn)
     const struct bd_batch *faulty;
     do {
         faulty = NULL;
-        commit->err =
-            bd_store_write(turn->net->options.journal, commit->first, &faulty, &commit->fault);
+        commit->err = bd_store_write(turn->commits->loop->serving->journal, commit->first, &faulty,
+                                     &commit->fault);
     } while (commit->err && set_aside(commit, faulty));
 }
 
 static void back(struct bd_journal_turn *turn)
 {
     struct bd_commit *commit = (struct bd_commit *)turn;
-    struct bd_net *net = turn->net;
+    struct bd_commits *commits = turn->commits;
     struct bd_batch *batch = commit->first, *refused = commit->refused;
     commit->first = commit->refused = NULL;
     commit->is_under_way = false;
     if (commit->err) {
         bd_log(BD_LOG_ERROR, "net", "edits refused: %s", commit->fault.message);
-        fail_all(net, batch, &commit->fault);
+        fail_all(commits, batch, &commit->fault);
         batch = NULL;
     }
-    fail_list(net, refused);
+    fail_list(commits, refused);
     while (batch) {
         struct bd_batch *next = batch->next;
-        publish(net, batch);
+        publish(commits, batch);
         batch = next;
     }
-    if (bd_store_has_staged(net->options.store)) bd_commit_soon(net);
-    bd_edits_go_on(net);
+    if (bd_store_has_staged(commits->loop->serving->store)) bd_commit_soon(commits);
+    bd_edits_go_on(commits);
 }
 
 static void on_idle(uv_idle_t *idle)
@@ -149,48 +152,48 @@ static void on_idle(uv_idle_t *idle)
 
 static void write_staged(uv_check_t *check)
 {
-    struct bd_net *net = check->data;
-    struct bd_commit *commit = net->commit;
+    struct bd_commits *commits = check->data;
+    struct bd_commit *commit = commits->commit;
     uv_check_stop(&commit->after_poll);
     uv_idle_stop(&commit->no_sleep);
     if (commit->is_under_way) return; // its end looks again
-    commit->first = bd_store_take_staged(net->options.store);
+    commit->first = bd_store_take_staged(commits->loop->serving->store);
     if (!commit->first) return;
     commit->is_under_way = true;
     commit->turn.on_pool = on_pool;
     commit->turn.back = back;
-    bd_journal_turn_take(net, &commit->turn);
+    bd_journal_turn_take(commits, &commit->turn);
 }
 
-void bd_commit_soon(struct bd_net *net)
+void bd_commit_soon(struct bd_commits *commits)
 {
-    uv_check_start(&net->commit->after_poll, write_staged);
-    uv_idle_start(&net->commit->no_sleep, on_idle);
+    uv_check_start(&commits->commit->after_poll, write_staged);
+    uv_idle_start(&commits->commit->no_sleep, on_idle);
 }
 
-bool bd_commit_is_pending(const struct bd_net *net)
+bool bd_commit_is_pending(const struct bd_commits *commits)
 {
-    return net->commit->is_under_way || bd_store_has_staged(net->options.store);
+    return commits->commit->is_under_way || bd_store_has_staged(commits->loop->serving->store);
 }
 
-void bd_commit_begin(struct bd_net *net)
+void bd_commit_begin(struct bd_commits *commits)
 {
-    net->commit = calloc(1, sizeof *net->commit);
-    BD_ASSERT(net->commit);
-    uv_check_init(&net->loop, &net->commit->after_poll);
-    uv_idle_init(&net->loop, &net->commit->no_sleep);
-    net->commit->after_poll.data = net;
+    commits->commit = calloc(1, sizeof *commits->commit);
+    BD_ASSERT(commits->commit);
+    uv_check_init(&commits->loop->uv, &commits->commit->after_poll);
+    uv_idle_init(&commits->loop->uv, &commits->commit->no_sleep);
+    commits->commit->after_poll.data = commits;
 }
 
-void bd_commit_close(struct bd_net *net)
+void bd_commit_close(struct bd_commits *commits)
 {
-    BD_ASSERT(!net->commit->is_under_way);
-    uv_close((uv_handle_t *)&net->commit->after_poll, NULL);
-    uv_close((uv_handle_t *)&net->commit->no_sleep, NULL);
+    BD_ASSERT(!commits->commit->is_under_way);
+    uv_close((uv_handle_t *)&commits->commit->after_poll, NULL);
+    uv_close((uv_handle_t *)&commits->commit->no_sleep, NULL);
 }
 
-void bd_commit_finish(struct bd_net *net)
+void bd_commit_finish(struct bd_commits *commits)
 {
-    free(net->commit);
-    net->commit = NULL;
+    free(commits->commit);
+    commits->commit = NULL;
 }

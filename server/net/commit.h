@@ -9,7 +9,7 @@
 #include "base/err.h"
 #include "scene/store.h"
 
-struct bd_net;
+struct bd_commits;
 
 // Whoever staged a batch and waits for it: `batch->user`, or NULL if nobody does.
 struct bd_commit_waiter {
@@ -19,15 +19,15 @@ struct bd_commit_waiter {
 };
 
 // Something was staged: it will be written once the loop has seen all that has arrived.
-void bd_commit_soon(struct bd_net *net);
+void bd_commit_soon(struct bd_commits *commits);
 
 // The loop's part of it. Closed when nothing is under way any more, finished when the loop has
 // heard of that.
-void bd_commit_begin(struct bd_net *net);
-void bd_commit_close(struct bd_net *net);
-void bd_commit_finish(struct bd_net *net);
+void bd_commit_begin(struct bd_commits *commits);
+void bd_commit_close(struct bd_commits *commits);
+void bd_commit_finish(struct bd_commits *commits);
 
 // Whether anything is staged, or on its way.
-bool bd_commit_is_pending(const struct bd_net *net);
+bool bd_commit_is_pending(const struct bd_commits *commits);
 
 #endif

@@ -7,7 +7,8 @@
 #include "base/clock.h"
 #include "base/log.h"
 #include "net/address.h"
-#include "net/net_internal.h"
+#include "net/client.h"
+#include "net/loop.h"
 #include "net/peer.h"
 #include "net/proxy.h"
 
@@ -45,11 +46,12 @@ static void leave_list(struct bd_conn *conn)
     if (conn->previous)
         conn->previous->next = conn->next;
     else
-        conn->net->conns = conn->next;
+        conn->loop->conns = conn->next;
     if (conn->next) conn->next->previous = conn->previous;
     conn->client->connections--;
-    conn->net->conn_count--;
-    bd_net_conn_left(conn->net);
+    conn->loop->conn_count--;
+    bd_heartbeat_set(&conn->loop->heart, conn->loop->conn_count > 0);
+    if (conn->loop->conn_left) conn->loop->conn_left(conn->loop);
 }
 
 void bd_conn_kill(struct bd_conn *conn)
@@ -66,7 +68,7 @@ void bd_conn_kill(struct bd_conn *conn)
 
 static const char *limit_of_client(const struct bd_conn *conn, const struct bd_client *client)
 {
-    return client->connections >= conn->net->options.limits.connections_per_client
+    return client->connections >= conn->loop->serving->limits.connections_per_client
                ? "limit connections_per_client"
                : NULL;
 }
@@ -80,14 +82,14 @@ static void count_for(struct bd_conn *conn, struct bd_client *client)
     conn->client = client;
 }
 
-enum bd_err bd_conn_identify(struct bd_conn *conn, const struct bd_grant *grant,
+enum bd_err bd_conn_identify(struct bd_conn *conn, const struct bd_grant *grant, const char *token,
                              struct bd_fault *fault)
 {
     char key[sizeof conn->client->key];
     struct bd_client *client = conn->origin;
-    if (grant && grant->is_token) {
-        snprintf(key, sizeof key, "token:%s", grant->name);
-        client = bd_client_get(conn->net->clients, key);
+    if (token) {
+        snprintf(key, sizeof key, "token:%s", token);
+        client = bd_client_get(conn->loop->clients, key);
     } else {
         bd_client_retain(client);
     }
@@ -95,7 +97,7 @@ enum bd_err bd_conn_identify(struct bd_conn *conn, const struct bd_grant *grant,
     if (client != conn->client && client != conn->origin && limit_of_client(conn, client)) {
         bd_fault_set(fault, BD_ERR_BUSY, "connections_per_client",
                      "%u connections of \"%s\" are open (limit connections_per_client)",
-                     client->connections, grant->name);
+                     client->connections, token);
         bd_client_release(&client);
         return BD_ERR_BUSY;
     }
@@ -112,13 +114,13 @@ static bool arrive(struct bd_conn *conn)
     if (conn->proxy->has_source) {
         bd_sockaddr_stranger(&conn->proxy->source, key, sizeof key);
         bd_client_release(&conn->origin);
-        conn->origin = bd_client_get(conn->net->clients, key);
+        conn->origin = bd_client_get(conn->loop->clients, key);
         const char *limit = limit_of_client(conn, conn->origin);
         bd_client_retain(conn->origin);
         count_for(conn, conn->origin);
         if (limit) {
             bd_log(BD_LOG_DEBUG, "net", "%s: a connection was closed at once (%s)", key, limit);
-            bd_net_count_refusal(conn->net);
+            conn->loop->counts.requests_refused++;
             bd_conn_kill(conn);
             return false;
         }
@@ -134,7 +136,7 @@ static bool take_proxy_header(struct bd_conn *conn, const uv_buf_t *buf, size_t 
     struct bd_fault fault;
     if (bd_proxy_feed(conn->proxy, (const uint8_t *)buf->base, size, taken, &fault)) {
         bd_log(BD_LOG_WARN, "net", "%s: %s; it was closed", conn->client->key, fault.message);
-        bd_net_count_refusal(conn->net);
+        conn->loop->counts.requests_refused++;
         bd_conn_kill(conn);
         return false;
     }
@@ -159,7 +161,7 @@ static void on_read(uv_stream_t *stream, ssize_t size, const uv_buf_t *buf)
     if (size < 0) {
         bd_conn_kill(conn);
     } else if (size > 0) {
-        conn->net->stats.bytes_in += (uint64_t)size;
+        conn->loop->counts.bytes_in += (uint64_t)size;
         conn->in_bytes += (uint64_t)size;
         conn->heard_ns = bd_clock_ns();
         if (conn->state != BD_CONN_OPEN) return;
@@ -242,7 +244,7 @@ static void write_bufs(struct write_request *request, const uv_buf_t bufs[2])
     request->uv.data = request;
     conn->writes++;
     if (!conn->clock_runs) bd_conn_touch(conn);
-    conn->net->stats.bytes_out += size;
+    conn->loop->counts.bytes_out += size;
     conn->out_bytes += size;
     if (uv_write(&request->uv, &conn->uv.stream, bufs, bufs[1].base ? 2 : 1, on_written) < 0) {
         conn->writes--;
@@ -278,7 +280,7 @@ void bd_conn_write_static(struct bd_conn *conn, uint8_t *first, size_t first_byt
 
 size_t bd_conn_room_bytes(const struct bd_conn *conn, size_t most)
 {
-    const uint64_t stranger = conn->net->options.limits.hello_bytes;
+    const uint64_t stranger = conn->loop->serving->limits.hello_bytes;
     return conn->is_known || most < stranger ? most : (size_t)stranger;
 }
 
@@ -301,7 +303,7 @@ void bd_conn_finish(struct bd_conn *conn)
 static void spend(struct bd_conn *conn, double *patience_s, bool moves, double seconds,
                   uint64_t bytes)
 {
-    const struct bd_limits *limits = &conn->net->options.limits;
+    const struct bd_limits *limits = &conn->loop->serving->limits;
     const double most_s = (double)limits->idle_seconds;
     uint64_t rate = limits->slow_bytes_per_second;
     if (!moves || rate == 0) {
@@ -328,7 +330,7 @@ static void look_at_pace(struct bd_conn *conn, uint64_t now_ns, size_t unsent)
 
 static uint64_t proxy_patience_ns(const struct bd_conn *conn)
 {
-    return conn->net->options.limits.header_seconds * 1000000000u;
+    return conn->loop->serving->limits.header_seconds * 1000000000u;
 }
 
 void bd_conn_tick(struct bd_conn *conn)
@@ -398,12 +400,12 @@ static void name_pipe_peer(const struct bd_conn *conn, char *out, size_t size)
 
 static void name_tcp_peer(const struct bd_conn *conn, char *out, size_t size, bool *is_proxied)
 {
-    const struct bd_net_options *options = &conn->net->options;
+    const struct bd_serving *serving = conn->loop->serving;
     struct sockaddr_storage address = {0};
     int address_size = sizeof address;
     if (uv_tcp_getpeername(&conn->uv.tcp, (struct sockaddr *)&address, &address_size) == 0) {
         bd_sockaddr_stranger(&address, out, size);
-        *is_proxied |= bd_proxy_has_address(options->proxies, options->proxy_count, &address);
+        *is_proxied |= bd_proxy_has_address(serving->proxies, serving->proxy_count, &address);
     } else {
         snprintf(out, size, "?");
     }
@@ -418,7 +420,7 @@ static void name_peer(struct bd_conn *conn, bool is_proxied)
     else
         name_pipe_peer(conn, key, sizeof key);
     snprintf(proxy, sizeof proxy, "proxy:%s", key);
-    conn->origin = bd_client_get(conn->net->clients, is_proxied ? proxy : key);
+    conn->origin = bd_client_get(conn->loop->clients, is_proxied ? proxy : key);
     conn->client = conn->origin;
     bd_client_retain(conn->client);
     if (!is_proxied) return;
@@ -428,30 +430,30 @@ static void name_peer(struct bd_conn *conn, bool is_proxied)
 
 static void begin(struct bd_conn *conn)
 {
-    struct bd_net *net = conn->net;
+    struct bd_loop *loop = conn->loop;
     if (conn->uv.handle.type == UV_TCP) {
         uv_tcp_nodelay(&conn->uv.tcp, 1);
         uv_tcp_keepalive(&conn->uv.tcp, 1, KEEPALIVE_S); // notices a peer that vanished in silence
     }
     conn->begun_ns = conn->looked_ns = bd_clock_ns();
-    conn->in_patience_s = conn->out_patience_s = (double)net->options.limits.idle_seconds;
+    conn->in_patience_s = conn->out_patience_s = (double)loop->serving->limits.idle_seconds;
     conn->client->connections++;
     conn->state = BD_CONN_OPEN;
-    conn->next = net->conns;
+    conn->next = loop->conns;
     if (conn->next) conn->next->previous = conn;
-    net->conns = conn;
-    net->conn_count++;
-    bd_net_conn_joined(net);
+    loop->conns = conn;
+    loop->conn_count++;
+    bd_heartbeat_set(&loop->heart, true);
     bd_conn_read(conn, true);
 }
 
-static void init_handle(struct bd_net *net, struct bd_conn *conn, bool is_pipe)
+static void init_handle(struct bd_loop *loop, struct bd_conn *conn, bool is_pipe)
 {
-    conn->net = net;
+    conn->loop = loop;
     if (is_pipe)
-        uv_pipe_init(&net->loop, &conn->uv.pipe, 0);
+        uv_pipe_init(&loop->uv, &conn->uv.pipe, 0);
     else
-        uv_tcp_init(&net->loop, &conn->uv.tcp);
+        uv_tcp_init(&loop->uv, &conn->uv.tcp);
     conn->uv.handle.data = conn;
 }
 
@@ -465,31 +467,32 @@ static bool give_up(struct bd_conn *conn)
 // The limit that one more connection would pass; NULL: none.
 static const char *passed_limit(const struct bd_conn *conn)
 {
-    if (conn->net->conn_count >= conn->net->options.limits.connections) return "limit connections";
+    if (conn->loop->conn_count >= conn->loop->serving->limits.connections)
+        return "limit connections";
     return conn->proxy ? NULL : limit_of_client(conn, conn->client);
 }
 
-bool bd_conn_accept(struct bd_net *net, struct bd_conn *conn, uv_stream_t *listener, bool is_pipe,
+bool bd_conn_accept(struct bd_loop *loop, struct bd_conn *conn, uv_stream_t *listener, bool is_pipe,
                     bool is_proxied)
 {
-    init_handle(net, conn, is_pipe);
+    init_handle(loop, conn, is_pipe);
     if (uv_accept(listener, &conn->uv.stream) < 0) return give_up(conn);
     name_peer(conn, is_proxied);
     // Accepted and closed at once: the peer learns it now instead of waiting in the backlog.
     const char *limit = passed_limit(conn);
-    if (limit || net->draining) {
+    if (limit || loop->draining) {
         bd_log(BD_LOG_DEBUG, "net", "%s: a connection was closed at once (%s)", conn->client->key,
                limit ? limit : "draining");
-        bd_net_count_refusal(net);
+        loop->counts.requests_refused++;
         return give_up(conn);
     }
     begin(conn);
     return true;
 }
 
-bool bd_conn_open_fd(struct bd_net *net, struct bd_conn *conn, int fd)
+bool bd_conn_open_fd(struct bd_loop *loop, struct bd_conn *conn, int fd)
 {
-    init_handle(net, conn, true);
+    init_handle(loop, conn, true);
     if (uv_pipe_open(&conn->uv.pipe, fd) < 0) return give_up(conn);
     name_peer(conn, false);
     begin(conn);

@@ -19,7 +19,7 @@
 struct bd_client;
 struct bd_conn;
 struct bd_grant;
-struct bd_net;
+struct bd_loop;
 struct bd_peer;
 struct bd_proxy_header;
 struct bd_session;
@@ -60,7 +60,7 @@ union bd_socket {
 
 // The first member of each face's own struct.
 struct bd_conn {
-    struct bd_net *net;
+    struct bd_loop *loop;
     const struct bd_conn_ops *ops;
     union bd_socket uv;
     struct bd_client *client;      // whose requests these are now, and whom it counts for
@@ -92,19 +92,19 @@ struct bd_conn {
 // Frees it (ops->free) and returns false if it cannot be, or if there are too many connections.
 // `is_proxied`: whoever comes there is a proxy; at other places it may be by its address. Its
 // header comes first, and the face sees what is behind it.
-bool bd_conn_accept(struct bd_net *net, struct bd_conn *conn, uv_stream_t *listener, bool is_pipe,
+bool bd_conn_accept(struct bd_loop *loop, struct bd_conn *conn, uv_stream_t *listener, bool is_pipe,
                     bool is_proxied);
 // The same for a descriptor that is open already.
-bool bd_conn_open_fd(struct bd_net *net, struct bd_conn *conn, int fd);
+bool bd_conn_open_fd(struct bd_loop *loop, struct bd_conn *conn, int fd);
 
 // Who is at the other end of a Unix socket; false elsewhere. Free with bd_peer_finish.
 bool bd_conn_peer(const struct bd_conn *conn, struct bd_peer *out);
 
-// What comes now is asked by whoever has this grant: a token is one client wherever it is shown,
-// without one (NULL, or a user's) it is the address or user that connected. BD_ERR_BUSY, naming
+// What comes now is asked by whoever has this grant: a token, by its name, is one client wherever
+// it is shown; without one (NULL) it is the address or user that connected. BD_ERR_BUSY, naming
 // connections_per_client, if that token has too many; the connection is then whose it was.
 BD_MUST_CHECK
-enum bd_err bd_conn_identify(struct bd_conn *conn, const struct bd_grant *grant,
+enum bd_err bd_conn_identify(struct bd_conn *conn, const struct bd_grant *grant, const char *token,
                              struct bd_fault *fault);
 
 // Starts or stops reading. A stopped connection does not notice that its peer left.

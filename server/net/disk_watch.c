@@ -3,7 +3,7 @@
 #include "base/assert.h"
 #include "base/clock.h"
 #include "base/log.h"
-#include "net/net_internal.h"
+#include "net/commits.h"
 #include "scene/blobs.h"
 #include "scene/journal.h"
 
@@ -20,22 +20,22 @@ static uint64_t collect_every_ns(uint64_t blob_seconds)
 
 static void look(uv_work_t *work)
 {
-    struct bd_net *net = work->data;
-    atomic_store(&net->disk.began_ns, bd_clock_ns());
-    net->disk.found = bd_journal_is_in_place(net->options.journal);
-    atomic_store(&net->disk.began_ns, 0);
-    atomic_store(&net->disk.is_answered, true);
-    if (bd_clock_ns() < net->disk.collect_ns) return;
-    const uint64_t seconds = net->disk.blob_seconds;
-    uint32_t count = bd_blobs_collect(net->options.blobs, seconds);
+    struct bd_commits *commits = work->data;
+    atomic_store(&commits->disk.began_ns, bd_clock_ns());
+    commits->disk.found = bd_journal_is_in_place(commits->loop->serving->journal);
+    atomic_store(&commits->disk.began_ns, 0);
+    atomic_store(&commits->disk.is_answered, true);
+    if (bd_clock_ns() < commits->disk.collect_ns) return;
+    const uint64_t seconds = commits->disk.blob_seconds;
+    uint32_t count = bd_blobs_collect(commits->loop->serving->blobs, seconds);
     if (count) bd_log(BD_LOG_INFO, "net", "%u blobs were not used any more", count);
-    net->disk.collect_ns = bd_clock_ns() + collect_every_ns(seconds);
+    commits->disk.collect_ns = bd_clock_ns() + collect_every_ns(seconds);
 }
 
 static void look_back(uv_work_t *work, int status)
 {
-    struct bd_net *net = work->data;
-    struct bd_disk_watch *disk = &net->disk;
+    struct bd_commits *commits = work->data;
+    struct bd_disk_watch *disk = &commits->disk;
     BD_ASSERT_CMP(status, ==, 0);
     disk->is_looking = false;
     if (disk->found == disk->is_in_place) return;
@@ -48,38 +48,40 @@ static void look_back(uv_work_t *work, int status)
 
 static void on_timer(uv_timer_t *timer)
 {
-    struct bd_net *net = timer->data;
-    struct bd_disk_watch *disk = &net->disk;
+    struct bd_commits *commits = timer->data;
+    struct bd_disk_watch *disk = &commits->disk;
     if (disk->is_looking) return;
     disk->is_looking = true;
-    disk->blob_seconds = net->options.limits.blob_seconds;
-    bd_blobs_set_reserve(net->options.blobs, net->options.limits.disk_reserve_bytes);
+    disk->blob_seconds = commits->loop->serving->limits.blob_seconds;
+    bd_blobs_set_reserve(commits->loop->serving->blobs,
+                         commits->loop->serving->limits.disk_reserve_bytes);
     disk->asked_ns = bd_clock_ns();
     atomic_store(&disk->is_answered, false);
-    int result = uv_queue_work(&net->loop, &disk->work, look, look_back);
+    int result = uv_queue_work(&commits->loop->uv, &disk->work, look, look_back);
     BD_ASSERT_CMP(result, ==, 0);
 }
 
-void bd_disk_watch_begin(struct bd_net *net)
+void bd_disk_watch_begin(struct bd_commits *commits)
 {
-    struct bd_disk_watch *disk = &net->disk;
-    uv_timer_init(&net->loop, &disk->timer);
-    disk->timer.data = disk->work.data = net;
+    struct bd_disk_watch *disk = &commits->disk;
+    uv_timer_init(&commits->loop->uv, &disk->timer);
+    disk->timer.data = disk->work.data = commits;
     disk->is_in_place = true;
     atomic_init(&disk->began_ns, 0);
     atomic_init(&disk->is_answered, true);
-    bd_blobs_set_reserve(net->options.blobs, net->options.limits.disk_reserve_bytes);
+    bd_blobs_set_reserve(commits->loop->serving->blobs,
+                         commits->loop->serving->limits.disk_reserve_bytes);
     uv_timer_start(&disk->timer, on_timer, BD_DISK_WATCH_MS, BD_DISK_WATCH_MS);
 }
 
-void bd_disk_watch_close(struct bd_net *net)
+void bd_disk_watch_close(struct bd_commits *commits)
 {
-    uv_close((uv_handle_t *)&net->disk.timer, NULL);
+    uv_close((uv_handle_t *)&commits->disk.timer, NULL);
 }
 
-const char *bd_disk_watch_trouble(const struct bd_net *net)
+const char *bd_disk_watch_trouble(const struct bd_commits *commits)
 {
-    const struct bd_disk_watch *disk = &net->disk;
+    const struct bd_disk_watch *disk = &commits->disk;
     if (!disk->is_in_place) return MOVED;
     const uint64_t now_ns = bd_clock_ns(), began_ns = atomic_load(&disk->began_ns);
     const bool is_silent = began_ns && now_ns - began_ns > BD_DISK_SILENT_MS * 1000000ull;

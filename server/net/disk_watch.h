@@ -12,7 +12,7 @@
 #include <stdint.h>
 #include <uv.h>
 
-struct bd_net;
+struct bd_commits;
 
 #define BD_DISK_WATCH_MS 1000
 // A disk that has not answered for so long is said to be gone.
@@ -32,10 +32,10 @@ struct bd_disk_watch {
     uint64_t blob_seconds;         // the limit as it was when that began
 };
 
-void bd_disk_watch_begin(struct bd_net *net);
-void bd_disk_watch_close(struct bd_net *net);
+void bd_disk_watch_begin(struct bd_commits *commits);
+void bd_disk_watch_close(struct bd_commits *commits);
 
 // NULL, or why no edit can be kept.
-const char *bd_disk_watch_trouble(const struct bd_net *net);
+const char *bd_disk_watch_trouble(const struct bd_commits *commits);
 
 #endif

@@ -38,6 +38,6 @@ void bd_edit_wait_for_disk(struct bd_edit_work *work, struct bd_batch *batch,
     work->answer = answer;
     work->waiter.done = on_committed;
     batch->user = &work->waiter;
-    bd_commit_soon(work->command->net);
+    bd_commit_soon(work->command->commands->commits);
     bd_edit_work_leave(work);
 }

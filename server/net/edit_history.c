@@ -41,7 +41,7 @@ static void stage_read(struct bd_edit_work *work)
                                            &command->fault);
     if (!command->err)
         command->err =
-            bd_store_stage(command->net->options.store, &change, &batch, &command->fault);
+            bd_store_stage(command->loop->serving->store, &change, &batch, &command->fault);
     if (command->err == BD_ERR_BAD_INPUT && work->is_mine) refuse_unfit(work);
     if (bd_edit_stop_here(work)) return;
     if (command->time_ms) batch->time_ms = command->time_ms;
@@ -51,7 +51,7 @@ static void stage_read(struct bd_edit_work *work)
 static void read_delta_on_pool(struct bd_journal_turn *turn)
 {
     struct bd_edit_work *work = bd_edit_work_of_turn(turn);
-    work->command->err = bd_edit_work_read_past(work, turn->net->options.journal);
+    work->command->err = bd_edit_work_read_past(work, turn->commits->loop->serving->journal);
 }
 
 // What others laid may have become durable by itself meanwhile: what was read does not fit then.
@@ -59,12 +59,12 @@ static bool begin_again(struct bd_edit_work *work)
 {
     const struct bd_scene *head;
     uint64_t revision;
-    if (bd_store_head(work->command->net->options.store, work->place.scene_id, &head, &revision,
+    if (bd_store_head(work->command->loop->serving->store, work->place.scene_id, &head, &revision,
                       NULL) ||
         revision == work->head_revision)
         return false;
     bd_delta_finish(&work->delta);
-    bd_net_release_scene(work->command->net, &work->base);
+    bd_release_scene(work->command->loop, &work->base);
     work->command->err = BD_ERR_OK;
     work->place.has_begun = false;
     return true;
@@ -73,9 +73,9 @@ static bool begin_again(struct bd_edit_work *work)
 static void read_delta_back(struct bd_journal_turn *turn)
 {
     struct bd_edit_work *work = bd_edit_work_of_turn(turn);
-    struct bd_net *net = turn->net;
+    struct bd_commits *commits = turn->commits;
     if (!begin_again(work) && !bd_edit_stop_here(work)) stage_read(work);
-    bd_edits_go_on(net);
+    bd_edits_go_on(commits);
 }
 
 // Published: it begins anew, once all who wait are asked. Refused: nothing is taken back from
@@ -101,11 +101,11 @@ static bool settle(struct bd_edit_work *work)
     struct bd_batch *batch = NULL, *last = NULL;
     do {
         last = batch ? batch : last;
-        command->err = bd_store_stage_commit(command->net->options.store, work->place.scene_id,
+        command->err = bd_store_stage_commit(command->loop->serving->store, work->place.scene_id,
                                              work->is_mine ? work->author : NULL, NULL, &batch,
                                              &command->fault);
     } while (!command->err && batch);
-    if (last) bd_commit_soon(command->net);
+    if (last) bd_commit_soon(command->commands->commits);
     if (command->err || !last) return false;
     work->waiter.done = on_settled;
     last->user = &work->waiter;
@@ -115,7 +115,7 @@ static bool settle(struct bd_edit_work *work)
 static bool begin_past(struct bd_edit_work *work, uint64_t base_revision)
 {
     struct bd_command *command = work->command;
-    const struct bd_store *store = command->net->options.store;
+    const struct bd_store *store = command->loop->serving->store;
     const struct bd_scene *head = NULL;
     if (bd_store_is_busy(store, work->place.scene_id)) return false;
     if (settle(work)) return true;
@@ -134,7 +134,7 @@ static bool begin_past(struct bd_edit_work *work, uint64_t base_revision)
     work->base = bd_scene_retain((struct bd_scene *)head);
     work->turn.on_pool = read_delta_on_pool;
     work->turn.back = read_delta_back;
-    bd_journal_turn_take(command->net, &work->turn);
+    bd_journal_turn_take(command->commands->commits, &work->turn);
     return true;
 }
 
@@ -176,10 +176,10 @@ static void read_replay_on_pool(uv_work_t *pool)
 static void read_replay_back(uv_work_t *pool, int status)
 {
     struct bd_command *command = pool->data;
-    struct bd_net *net = command->net;
+    struct bd_commits *commits = command->commands->commits;
     BD_ASSERT_CMP(status, ==, 0);
     if (!bd_edit_stop_here(command->edit)) stage_read(command->edit);
-    bd_edits_go_on(net);
+    bd_edits_go_on(commits);
 }
 
 bool bd_edit_begin_replay(struct bd_edit_work *work)
@@ -187,7 +187,7 @@ bool bd_edit_begin_replay(struct bd_edit_work *work)
     struct bd_command *command = work->command;
     const struct bd_scene *head = NULL;
     uint64_t revision;
-    command->err = bd_store_head(command->net->options.store, work->place.scene_id, &head,
+    command->err = bd_store_head(command->loop->serving->store, work->place.scene_id, &head,
                                  &revision, &command->fault);
     if (!command->err) command->err = bd_edit_replay_check(work, revision);
     if (bd_edit_stop_here(work)) return true;
@@ -201,7 +201,7 @@ bool bd_edit_begin_replay(struct bd_edit_work *work)
 bool bd_edit_begin_commit(struct bd_edit_work *work)
 {
     struct bd_command *command = work->command;
-    struct bd_store *store = command->net->options.store;
+    struct bd_store *store = command->loop->serving->store;
     struct bd_batch *batch = NULL;
     enum bd_err err = bd_store_stage_commit(store, work->place.scene_id, work->author,
                                             work->client_edit_id, &batch, &command->fault);
@@ -226,7 +226,7 @@ bool bd_edit_begin_name(struct bd_edit_work *work)
     const Bounced__RevisionName *request = command->envelope->revision_name;
     struct bd_batch *batch = NULL;
     command->err =
-        bd_store_stage_name(command->net->options.store, work->place.scene_id, request->name,
+        bd_store_stage_name(command->loop->serving->store, work->place.scene_id, request->name,
                             request->revision, request->remove, &batch, &command->fault);
     if (!bd_edit_stop_here(work)) bd_edit_wait_for_disk(work, batch, bd_answer_done());
     return true;

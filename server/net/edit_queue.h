@@ -11,7 +11,7 @@
 #include "base/err.h"
 #include "scene/store.h"
 
-struct bd_net;
+struct bd_commits;
 
 // Part of whoever waits for the turn of a scene.
 struct bd_edit_place {
@@ -24,11 +24,11 @@ struct bd_edit_place {
 };
 
 // At the end of the queue; may begin before this returns.
-void bd_edit_queue_join(struct bd_net *net, struct bd_edit_place *place);
+void bd_edit_queue_join(struct bd_commits *commits, struct bd_edit_place *place);
 // Whatever became of it: whoever comes after it on the scene may begin.
-void bd_edit_queue_leave(struct bd_net *net, struct bd_edit_place *place);
+void bd_edit_queue_leave(struct bd_commits *commits, struct bd_edit_place *place);
 
 // Something was committed: those who waited for that are asked again.
-void bd_edits_go_on(struct bd_net *net);
+void bd_edits_go_on(struct bd_commits *commits);
 
 #endif

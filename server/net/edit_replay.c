@@ -57,8 +57,8 @@ static enum bd_err find_bytes(struct bd_command *command, struct bd_blob_map *ma
 {
     const char *blob = command->envelope->scene_replay->blob;
     if (blob)
-        return bd_net_map_blob(bd_grant_blobs(&command->net->options, command->grant), "blob", blob,
-                               map, &command->fault);
+        return bd_net_map_blob(bd_grant_blobs(command->loop->serving->blobs, command->grant),
+                               "blob", blob, map, &command->fault);
     *map = (struct bd_blob_map){command->payload, command->payload_bytes};
     return BD_ERR_OK;
 }
@@ -119,7 +119,8 @@ static enum bd_err check_growth(struct bd_edit_work *work)
 enum bd_err bd_edit_replay_read(struct bd_edit_work *work)
 {
     struct bd_command *command = work->command;
-    struct finding finding = {.blobs = bd_grant_blobs(&command->net->options, command->grant)};
+    struct finding finding = {.blobs =
+                                  bd_grant_blobs(command->loop->serving->blobs, command->grant)};
     struct bd_blob_map map;
     enum bd_err err = find_bytes(command, &map);
     if (err) return err;
@@ -135,7 +136,8 @@ enum bd_err bd_edit_replay_read(struct bd_edit_work *work)
 
 static enum bd_err read_scene(struct bd_command *command)
 {
-    struct finding finding = {.blobs = bd_grant_blobs(&command->net->options, command->grant)};
+    struct finding finding = {.blobs =
+                                  bd_grant_blobs(command->loop->serving->blobs, command->grant)};
     struct bd_blob_map map;
     enum bd_err err = find_bytes(command, &map);
     if (err) return err;

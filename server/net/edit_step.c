@@ -13,6 +13,7 @@
 #include "net/edit_history.h"
 #include "net/edit_reply.h"
 #include "net/edit_work.h"
+#include "net/idle_commit.h"
 
 // --- batches --------------------------------------------------------------------------------
 
@@ -27,7 +28,7 @@ static void stage_durable(struct bd_edit_work *work, const Bounced__EditBatch *r
                                            .author = work->author,
                                            .delta = &work->delta};
     struct bd_batch *batch;
-    command->err = bd_store_stage(command->net->options.store, &change, &batch, &command->fault);
+    command->err = bd_store_stage(command->loop->serving->store, &change, &batch, &command->fault);
     if (bd_edit_stop_here(work)) return;
     bd_edit_wait_for_disk(work, batch, bd_edit_reply_of_batch(batch, work));
 }
@@ -36,14 +37,14 @@ static void lay_transient(struct bd_edit_work *work)
 {
     struct bd_command *command = work->command;
     const struct bd_store_entry *entry;
-    command->err = bd_store_lay(command->net->options.store, work->place.scene_id, work->author,
+    command->err = bd_store_lay(command->loop->serving->store, work->place.scene_id, work->author,
                                 &work->delta, &entry, &command->fault);
     if (bd_edit_stop_here(work)) return;
     struct bd_answer answer = bd_edit_reply_of_entry(entry, work);
-    bd_edit_watch_quiet(command->net);
-    const struct bd_scene_change change = {
+    bd_idle_commit_watch(command->commands->commits);
+    const struct bd_live_change change = {
         .kind = "transient", .delta = &work->delta, .author = work->author};
-    bd_net_scene_changed(command->net, work->place.scene_id, &change);
+    bd_live_changed(command->commands->live, work->place.scene_id, &change);
     bd_edit_end(work, answer);
 }
 
@@ -60,7 +61,7 @@ static enum bd_err check_transient_base(const struct bd_store_entry *entry,
 static enum bd_err find_base(struct bd_edit_work *work, const struct bd_scene **out)
 {
     struct bd_command *command = work->command;
-    const struct bd_store *store = command->net->options.store;
+    const struct bd_store *store = command->loop->serving->store;
     const struct bd_store_entry *entry;
     uint64_t revision;
     if (!work->is_transient)
@@ -103,17 +104,17 @@ static void read_in_background(struct bd_background *work)
 static void read_in_background_back(struct bd_background *work)
 {
     struct bd_command *command = work->user;
-    struct bd_net *net = command->net;
+    struct bd_commits *commits = command->commands->commits;
     command->err = bd_command_check_background(command);
     stage_batch(command->edit);
-    bd_edits_go_on(net);
+    bd_edits_go_on(commits);
 }
 
 static void begin_in_background(struct bd_command *command, enum bd_background_lane lane)
 {
     command->background = (struct bd_background){
         .user = command, .lane = lane, .run = read_in_background, .back = read_in_background_back};
-    bd_background_start(command->net, &command->background);
+    bd_background_start(command->loop, &command->background);
 }
 
 static void read_stream_on_pool(uv_work_t *pool)
@@ -125,10 +126,10 @@ static void read_stream_on_pool(uv_work_t *pool)
 static void read_stream_back(uv_work_t *pool, int status)
 {
     struct bd_command *command = pool->data;
-    struct bd_net *net = command->net;
+    struct bd_commits *commits = command->commands->commits;
     BD_ASSERT_CMP(status, ==, 0);
     stage_batch(command->edit);
-    bd_edits_go_on(net);
+    bd_edits_go_on(commits);
 }
 
 // A stream of vertices is short, as a message is, and is to be seen soon; a blob may be anything.
@@ -167,8 +168,9 @@ static void read_answer_on_pool(struct bd_journal_turn *turn)
     struct bd_command *command = work->command;
     struct bd_journal_edit edit;
     work->is_repeated = false;
-    enum bd_err err = bd_journal_find_edit(turn->net->options.journal, work->place.scene_id,
-                                           work->client_edit_id, &edit, &command->fault);
+    enum bd_err err =
+        bd_journal_find_edit(turn->commits->loop->serving->journal, work->place.scene_id,
+                             work->client_edit_id, &edit, &command->fault);
     if (err == BD_ERR_NOT_FOUND) return; // it only looked like it
     command->err = err;
     if (err) return;
@@ -181,9 +183,9 @@ static bool begin_new(struct bd_edit_work *work);
 static void read_answer_back(struct bd_journal_turn *turn)
 {
     struct bd_edit_work *work = bd_edit_work_of_turn(turn);
-    struct bd_net *net = turn->net;
+    struct bd_commits *commits = turn->commits;
     if (bd_edit_stop_here(work)) {
-        bd_edits_go_on(net);
+        bd_edits_go_on(commits);
         return;
     }
     if (work->is_repeated) {
@@ -193,7 +195,7 @@ static void read_answer_back(struct bd_journal_turn *turn)
     } else if (!begin_new(work)) {
         work->place.has_begun = false;
     }
-    bd_edits_go_on(net);
+    bd_edits_go_on(commits);
 }
 
 // --- the way in -----------------------------------------------------------------------------
@@ -231,7 +233,7 @@ static bool begin(struct bd_edit_place *place)
     uint64_t revision = 0;
     if (bd_edit_stop_here(work)) return true;
     if (makes_revision(work) && work->client_edit_id[0]) {
-        enum bd_err err = bd_store_find_edit(command->net->options.store, place->scene_id,
+        enum bd_err err = bd_store_find_edit(command->loop->serving->store, place->scene_id,
                                              work->client_edit_id, &revision, &command->fault);
         if (err == BD_ERR_BUSY) return false;
         command->err = err;
@@ -240,7 +242,7 @@ static bool begin(struct bd_edit_place *place)
     if (revision == 0) return begin_new(work);
     work->turn.on_pool = read_answer_on_pool;
     work->turn.back = read_answer_back;
-    bd_journal_turn_take(command->net, &work->turn);
+    bd_journal_turn_take(command->commands->commits, &work->turn);
     return true;
 }
 
@@ -252,5 +254,5 @@ void bd_command_edit(struct bd_command *command)
     if (bd_command_stop_here(command)) return;
     work->place.begin = begin;
     work->is_queued = true;
-    bd_edit_queue_join(command->net, &work->place);
+    bd_edit_queue_join(command->commands->commits, &work->place);
 }

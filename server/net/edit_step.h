@@ -10,8 +10,4 @@
 // The command's request, to its answer. It is answered once what it asks for is on the disk.
 void bd_command_edit(struct bd_command *command);
 
-// What lies transient on a scene for a second, and nobody adds to it, is committed (edit_quiet.c).
-// Called now and then; `all`: whatever its age, before the end.
-void bd_edit_commit_quiet(struct bd_net *net, bool all);
-
 #endif

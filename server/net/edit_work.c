@@ -121,12 +121,12 @@ enum bd_err bd_edit_work_create(struct bd_command *command, struct bd_edit_work 
     return err;
 }
 
-static void release_op(struct bd_net *net, struct bd_edit_op *op)
+static void release_op(struct bd_loop *loop, struct bd_edit_op *op)
 {
     if (op->kind == BD_EDIT_IMPORT) {
         struct bd_scene *scene = (struct bd_scene *)op->import.scene;
         op->import.scene = NULL;
-        bd_net_release_scene(net, &scene);
+        bd_release_scene(loop, &scene);
     }
     bd_edit_heavy_release(op);
 }
@@ -135,11 +135,11 @@ void bd_edit_work_destroy(struct bd_edit_work **work)
 {
     struct bd_edit_work *gone = *work;
     if (!gone) return;
-    struct bd_net *net = gone->command->net;
-    for (size_t i = 0; i < gone->op_count; i++) release_op(net, &gone->ops[i]);
+    struct bd_loop *loop = gone->command->loop;
+    for (size_t i = 0; i < gone->op_count; i++) release_op(loop, &gone->ops[i]);
     free(gone->ops);
     free(gone->ids);
-    bd_net_release_scene(net, &gone->base);
+    bd_release_scene(loop, &gone->base);
     bd_delta_finish(&gone->delta);
     bd_answer_finish(&gone->answer);
     free(gone);
@@ -150,7 +150,7 @@ void bd_edit_work_leave(struct bd_edit_work *work)
 {
     if (!work->is_queued) return;
     work->is_queued = false;
-    bd_edit_queue_leave(work->command->net, &work->place);
+    bd_edit_queue_leave(work->command->commands->commits, &work->place);
 }
 
 // --- a batch --------------------------------------------------------------------------------
@@ -174,13 +174,13 @@ enum bd_err bd_edit_work_read_heavy(struct bd_edit_work *work)
 {
     struct bd_command *command = work->command;
     const Bounced__EditBatch *batch = command->envelope->edit_batch;
-    const struct bd_net_options *options = &command->net->options;
-    struct bd_edit_budget budget = bd_edit_budget(&options->limits, work->quota_bytes);
+    const struct bd_serving *serving = command->loop->serving;
+    struct bd_edit_budget budget = bd_edit_budget(&serving->limits, work->quota_bytes);
     const struct bd_edit_heavy_inputs inputs = {
-        .blobs = bd_grant_blobs(&command->net->options, command->grant),
-        .limits = &options->limits,
+        .blobs = bd_grant_blobs(command->loop->serving->blobs, command->grant),
+        .limits = &serving->limits,
         .budget = &budget,
-        .import_pool = command->net->import_pool,
+        .import_pool = command->commands->import_pool,
         .base = work->base,
         .payload = command->payload,
         .payload_bytes = command->payload_bytes};

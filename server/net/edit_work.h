@@ -61,7 +61,4 @@ enum bd_err bd_edit_work_read_heavy(struct bd_edit_work *work);
 BD_MUST_CHECK
 enum bd_err bd_edit_work_read_past(struct bd_edit_work *work, struct bd_journal *journal);
 
-// Something was laid transient: quiet is to be looked for (edit_quiet.c).
-void bd_edit_watch_quiet(struct bd_net *net);
-
 #endif

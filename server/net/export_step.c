@@ -15,7 +15,7 @@
 
 static void write_beside_loop(struct bd_command *command)
 {
-    const uint64_t reply_bytes = command->net->options.limits.reply_bytes;
+    const uint64_t reply_bytes = command->loop->serving->limits.reply_bytes;
     const uint64_t bytes_max = reply_bytes < BD_GLB_BYTES_MAX ? reply_bytes : BD_GLB_BYTES_MAX;
     command->notes = calloc(1, sizeof *command->notes);
     BD_ASSERT(command->notes);
@@ -70,7 +70,7 @@ static void read_past_on_pool(struct bd_journal_turn *turn)
 {
     struct bd_command *command = ((struct past_work *)turn)->command;
     const Bounced__SceneExport *request = command->envelope->scene_export;
-    struct bd_journal *journal = turn->net->options.journal;
+    struct bd_journal *journal = turn->commits->loop->serving->journal;
     command->revision = request->revision;
     if (request->name)
         command->err = bd_revision_find_name(journal, request->scene, request->name,
@@ -93,7 +93,7 @@ static void read_past(struct bd_command *command)
     BD_ASSERT(work);
     *work = (struct past_work){.turn = {.on_pool = read_past_on_pool, .back = read_past_back},
                                .command = command};
-    bd_journal_turn_take(command->net, &work->turn);
+    bd_journal_turn_take(command->commands->commits, &work->turn);
 }
 
 // --- the way in -----------------------------------------------------------------------------
@@ -114,7 +114,7 @@ void bd_command_export(struct bd_command *command)
     const struct bd_store_entry *entry;
     command->err = check(request, &command->fault);
     if (!command->err)
-        command->err = bd_store_get(command->net->options.store,
+        command->err = bd_store_get(command->loop->serving->store,
                                     request->scene ? request->scene : "", &entry, &command->fault);
     if (bd_command_stop_here(command)) return;
     if (request->has_revision || request->name) {

@@ -9,7 +9,7 @@
 #include "net/client.h"
 #include "sched/sched.h"
 
-struct bd_net;
+struct bd_live;
 
 // Who comes first. Among equals those whose turn it is (bd_job_request.turn).
 enum {
@@ -19,17 +19,17 @@ enum {
 };
 
 struct bd_frame_job {
-    struct bd_net *net;
+    struct bd_live *live;
     void *user;
     void (*ended)(struct bd_frame_job *job); // on the loop
-    struct bd_frame_job *next;               // net->ended
+    struct bd_frame_job *next;               // live->ended
 };
 
 // On the render thread: only enqueues.
 void bd_frame_job_done(void *user, struct bd_job *job);
 
-// On the loop, when net->frames_ended was rung.
-void bd_frame_jobs_collect(struct bd_net *net);
+// On the loop, when live->frames_ended was rung.
+void bd_frame_jobs_collect(struct bd_live *live);
 
 // Requests of one client take turns with those of others.
 static inline uint64_t bd_client_turn(const struct bd_client *client)

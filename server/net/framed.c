@@ -4,9 +4,9 @@
 #include <unistd.h>
 
 #include "base/assert.h"
-#include "net/net_internal.h"
-#include "net/peer.h"
+#include "net/auth.h"
 #include "net/session.h"
+#include "net/sessions.h"
 #include "protocol/framing.h"
 
 struct bd_framed {
@@ -76,42 +76,34 @@ static const struct bd_conn_ops framed_ops = {
     .free = on_free,
 };
 
-static struct bd_framed *create(const struct bd_net *net)
+static struct bd_framed *create(const struct bd_sessions *sessions)
 {
     struct bd_framed *framed = calloc(1, sizeof *framed);
     BD_ASSERT(framed);
     framed->conn.ops = &framed_ops;
-    bd_decoder_init(&framed->decoder, net->options.limits.message_bytes,
-                    net->options.limits.header_bytes);
-    bd_decoder_bound(&framed->decoder, net->options.limits.hello_bytes, "hello_bytes");
+    const struct bd_limits *limits = &sessions->loop->serving->limits;
+    bd_decoder_init(&framed->decoder, limits->message_bytes, limits->header_bytes);
+    bd_decoder_bound(&framed->decoder, limits->hello_bytes, "hello_bytes");
     return framed;
 }
 
-const struct bd_grant *bd_framed_grant_of_user(const struct bd_conn *conn)
+void bd_framed_accept(struct bd_sessions *sessions, uv_stream_t *listener, bool is_pipe,
+                      bool is_proxied)
 {
-    struct bd_peer peer;
-    if (!bd_conn_peer(conn, &peer)) return NULL;
-    const struct bd_grant *grant = bd_tokens_find_peer(conn->net->tokens, &peer, geteuid());
-    bd_peer_finish(&peer);
-    return grant;
-}
-
-void bd_framed_accept(struct bd_net *net, uv_stream_t *listener, bool is_pipe, bool is_proxied)
-{
-    struct bd_framed *framed = create(net);
-    if (!bd_conn_accept(net, &framed->conn, listener, is_pipe, is_proxied)) return;
+    struct bd_framed *framed = create(sessions);
+    if (!bd_conn_accept(sessions->loop, &framed->conn, listener, is_pipe, is_proxied)) return;
     // A proxy on a Unix socket is no user: it asks for others.
     struct bd_session_start start = {.face = &face, .is_user = is_pipe && !is_proxied};
-    if (start.is_user) start.grant = bd_framed_grant_of_user(&framed->conn);
-    bd_session_begin(&framed->conn, &start);
+    if (start.is_user) start.grant = bd_access_of_user(sessions->access, &framed->conn);
+    bd_session_begin(sessions, &framed->conn, &start);
 }
 
-bool bd_framed_open_private(struct bd_net *net, int fd)
+bool bd_framed_open_private(struct bd_sessions *sessions, int fd)
 {
-    struct bd_framed *framed = create(net);
-    if (!bd_conn_open_fd(net, &framed->conn, fd)) return false;
+    struct bd_framed *framed = create(sessions);
+    if (!bd_conn_open_fd(sessions->loop, &framed->conn, fd)) return false;
     const struct bd_session_start start = {
         .face = &face, .is_private = true, .grant = &bd_grant_of_all};
-    bd_session_begin(&framed->conn, &start);
+    bd_session_begin(sessions, &framed->conn, &start);
     return true;
 }

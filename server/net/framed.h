@@ -10,15 +10,13 @@
 
 struct bd_conn;
 struct bd_grant;
-struct bd_net;
+struct bd_sessions;
 
-// What the user at the other end of a Unix socket may do; NULL: nothing, unless a token says so.
-const struct bd_grant *bd_framed_grant_of_user(const struct bd_conn *conn);
-
-void bd_framed_accept(struct bd_net *net, uv_stream_t *listener, bool is_pipe, bool is_proxied);
+void bd_framed_accept(struct bd_sessions *sessions, uv_stream_t *listener, bool is_pipe,
+                      bool is_proxied);
 
 // The private daemon's one connection: trusted, and never silent for too long. False if the
 // descriptor is no stream socket.
-bool bd_framed_open_private(struct bd_net *net, int fd);
+bool bd_framed_open_private(struct bd_sessions *sessions, int fd);
 
 #endif

@@ -98,7 +98,7 @@ static const llhttp_settings_t parser_settings = {
 
 static void begin_request(struct bd_http *http)
 {
-    bd_http_head_begin(&http->head, http->conn.net->options.limits.head_bytes);
+    bd_http_head_begin(&http->head, http->conn.loop->serving->limits.head_bytes);
     free(http->body);
     http->body = NULL;
     http->body_bytes = 0;
@@ -247,7 +247,7 @@ static void on_bytes(struct bd_conn *conn, const uint8_t *bytes, size_t size)
 void bd_http_next(struct bd_http *http)
 {
     if (http->conn.state != BD_CONN_OPEN) return;
-    if (!http->keep_alive || http->conn.net->draining) {
+    if (!http->keep_alive || http->conn.loop->draining) {
         bd_conn_finish(&http->conn);
         return;
     }
@@ -265,7 +265,7 @@ static bool is_between_requests(const struct bd_http *http)
 static uint64_t patience_s(const struct bd_conn *conn)
 {
     const struct bd_http *http = (const struct bd_http *)conn;
-    const struct bd_limits *limits = &conn->net->options.limits;
+    const struct bd_limits *limits = &conn->loop->serving->limits;
     if (bd_conn_unsent_bytes(conn) > 0) return limits->idle_seconds;
     switch (http->phase) {
     case BD_HTTP_PHASE_HEAD:
@@ -341,12 +341,13 @@ static const struct bd_conn_ops http_ops = {
     .free = bd_http_free,
 };
 
-void bd_http_accept(struct bd_net *net, uv_stream_t *listener)
+void bd_http_accept(const struct bd_web *web, uv_stream_t *listener)
 {
     struct bd_http *http = calloc(1, sizeof *http);
     BD_ASSERT(http);
     http->conn.ops = &http_ops;
-    if (!bd_conn_accept(net, &http->conn, listener, false, false)) return;
+    http->web = web;
+    if (!bd_conn_accept(web->sessions->loop, &http->conn, listener, false, false)) return;
     struct sockaddr_storage local = {0};
     int size = sizeof local;
     uv_tcp_getsockname(&http->conn.uv.tcp, (struct sockaddr *)&local, &size);

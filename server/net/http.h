@@ -10,8 +10,8 @@
 
 #include <uv.h>
 
-struct bd_net;
+struct bd_web;
 
-void bd_http_accept(struct bd_net *net, uv_stream_t *listener);
+void bd_http_accept(const struct bd_web *web, uv_stream_t *listener);
 
 #endif

@@ -48,16 +48,16 @@ static uint64_t most_bytes_of(const struct bd_http *http)
 
 void bd_http_begin_body(struct bd_http *http)
 {
-    http->conn.net->stats.requests++;
+    http->conn.loop->counts.requests++;
     if (bd_http_check_head(http)) {
         http->has_refusal = true;
         return;
     }
     if (http->head.values[BD_HTTP_EXPECT] && has_body(http)) send_continue(http);
     if (bd_http_has_long_body(http))
-        http->spool =
-            bd_spool_create(http->conn.net, bd_grant_blobs(&http->conn.net->options, http->grant),
-                            most_bytes_of(http), &spool_events, http);
+        http->spool = bd_spool_create(http->conn.loop,
+                                      bd_grant_blobs(http->conn.loop->serving->blobs, http->grant),
+                                      most_bytes_of(http), &spool_events, http);
 }
 
 void bd_http_take_body(struct bd_http *http, const uint8_t *bytes, size_t size)

@@ -19,7 +19,7 @@ static enum bd_err check_blob_name(struct bd_http *http)
 
 static enum bd_err check_body_size(struct bd_http *http)
 {
-    const struct bd_limits *limits = &http->conn.net->options.limits;
+    const struct bd_limits *limits = &http->conn.loop->serving->limits;
     bool is_long = bd_http_has_long_body(http);
     uint64_t most = is_long ? limits->blob_bytes : limits->message_bytes;
     uint64_t size = http->parser.content_length;
@@ -33,16 +33,17 @@ static enum bd_err check_body_size(struct bd_http *http)
 // Who asks, and how often.
 static enum bd_err check_rate(struct bd_http *http, const struct bd_http_guard *guard)
 {
-    struct bd_net *net = http->conn.net;
+    struct bd_loop *loop = http->conn.loop;
     bool has_token;
     const struct bd_grant *grant = bd_http_guard_grant(guard, &http->head, &has_token);
-    enum bd_err err = bd_conn_identify(&http->conn, grant, &http->refusal.fault);
+    enum bd_err err =
+        bd_conn_identify(&http->conn, grant, bd_grant_token(grant), &http->refusal.fault);
     if (err) return err;
     if (!grant && has_token)
-        return bd_client_take_failed_login(net->clients, http->conn.origin, &http->refusal.fault);
+        return bd_client_take_failed_login(loop->clients, http->conn.origin, &http->refusal.fault);
     if (http->target.route == BD_HTTP_ROUTE_HEALTH || http->target.route == BD_HTTP_ROUTE_READY)
         return BD_ERR_OK;
-    return bd_client_take_request(net->clients, http->conn.client, &http->refusal.fault);
+    return bd_client_take_request(loop->clients, http->conn.client, &http->refusal.fault);
 }
 
 static enum bd_err check_version(struct bd_http *http)
@@ -81,11 +82,11 @@ static enum bd_role role_for(const struct bd_http *http)
 
 enum bd_err bd_http_check_head(struct bd_http *http)
 {
-    const struct bd_net *net = http->conn.net;
-    struct bd_http_guard guard = {.public_names = net->options.public_names,
+    const struct bd_access *access = http->web->sessions->access;
+    struct bd_http_guard guard = {.public_names = http->web->public_names,
                                   .local_host = http->local_host,
-                                  .tokens = net->tokens,
-                                  .cookies = net->cookies,
+                                  .tokens = access->tokens,
+                                  .cookies = access->cookies,
                                   .needs_token = needs_token(http->target.route),
                                   .wants_bearer = is_login(http),
                                   .changes = changes_something(http)};

@@ -6,11 +6,12 @@
 #include <llhttp.h>
 
 #include "net/command.h"
+#include "net/conn.h"
 #include "net/http.h"
 #include "net/http_head.h"
 #include "net/http_route.h"
-#include "net/net_internal.h"
 #include "net/spool.h"
+#include "net/web.h"
 
 enum bd_http_phase {
     BD_HTTP_PHASE_HEAD, // until the empty line
@@ -23,6 +24,7 @@ struct bd_websocket;
 
 struct bd_http {
     struct bd_conn conn;
+    const struct bd_web *web;
     llhttp_t parser;
     struct bd_http_lines lines;
     size_t fed; // bytes of the request that is coming

@@ -131,7 +131,7 @@ static void send_message(struct bd_http *http, int status, const ProtobufCMessag
 void bd_http_send_fault(struct bd_http *http, const struct bd_http_refusal *refusal)
 {
     struct bd_answer answer = bd_answer_error(&refusal->fault);
-    bd_net_count_refusal(http->conn.net);
+    http->conn.loop->counts.requests_refused++;
     send_message(http, refusal->status ? refusal->status : bd_err_http_status(refusal->fault.err),
                  &answer.envelope->error->base);
     bd_answer_finish(&answer);

@@ -26,7 +26,7 @@ static const struct bd_command_events command_events = {on_answer, NULL};
 
 static void start(struct bd_http *http, struct bd_answer request, struct bd_command_body *body)
 {
-    struct bd_command_start start = {.net = http->conn.net,
+    struct bd_command_start start = {.commands = http->web->sessions->commands,
                                      .client = http->conn.client,
                                      .grant = http->grant,
                                      .envelope = request.envelope,
@@ -107,9 +107,9 @@ static void look_for_blob(struct bd_http *http)
 static void send_ready(struct bd_http *http)
 {
     struct bd_sched_stats stats;
-    bd_sched_stats(http->conn.net->options.sched, &stats);
-    const char *trouble = bd_disk_watch_trouble(http->conn.net);
-    const bool ready = stats.device_ok && !http->conn.net->draining && !trouble;
+    bd_sched_stats(http->conn.loop->serving->sched, &stats);
+    const char *trouble = bd_disk_watch_trouble(http->web->sessions->commands->commits);
+    const bool ready = stats.device_ok && !http->conn.loop->draining && !trouble;
     json_t *json = json_pack("{s:b, s:{s:s, s:s, s:b}, s:{s:b, s:s*}}", "ready", ready, "device",
                              "name", stats.device_name, "class", stats.device_class, "software",
                              stats.software, "journal", "ok", !trouble, "reason", trouble);
@@ -121,7 +121,7 @@ static void send_ready(struct bd_http *http)
 
 static void send_metrics(struct bd_http *http)
 {
-    char *text = bd_net_metrics_text(http->conn.net);
+    char *text = bd_net_metrics_text(http->conn.loop);
     bd_http_send_text(http, 200, "text/plain; version=0.0.4; charset=utf-8", text);
     free(text);
 }

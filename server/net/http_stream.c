@@ -129,7 +129,7 @@ static void on_bytes(struct bd_conn *conn, const uint8_t *bytes, size_t size)
 
 static uint64_t patience_s(const struct bd_conn *conn)
 {
-    return bd_conn_unsent_bytes(conn) > 0 ? conn->net->options.limits.idle_seconds : 0;
+    return bd_conn_unsent_bytes(conn) > 0 ? conn->loop->serving->limits.idle_seconds : 0;
 }
 
 static void on_written(struct bd_conn *conn)
@@ -143,7 +143,7 @@ static void on_tick(struct bd_conn *conn)
 {
     struct bd_http_stream *stream = of(conn);
     uint64_t now_ns = bd_clock_ns();
-    uint64_t quiet_ns = conn->net->options.limits.keep_alive_seconds * 1000000000u;
+    uint64_t quiet_ns = conn->loop->serving->limits.keep_alive_seconds * 1000000000u;
     if (!stream->is_watching || now_ns - stream->said_ns < quiet_ns) return;
     if (bd_conn_unsent_bytes(conn) > 0) return;
     stream->said_ns = now_ns;
@@ -207,7 +207,7 @@ static void take_over(struct bd_http *http, struct bd_http_stream *stream, const
 static enum bd_err open_view(struct bd_http *http, struct bd_http_stream *stream,
                              struct bd_fault *fault)
 {
-    struct bd_view_start start = {.net = http->conn.net,
+    struct bd_view_start start = {.live = http->web->sessions->commands->live,
                                   .client = http->conn.client,
                                   .scene = http->target.id,
                                   .credits = 1,
@@ -223,7 +223,7 @@ static enum bd_err open_view(struct bd_http *http, struct bd_http_stream *stream
     if (render->environment)
         err = bd_fault_set(fault, BD_ERR_USAGE, "environment",
                            "an environment comes with a file; a held scene has its own");
-    if (!err) err = bd_store_get(http->conn.net->options.store, http->target.id, &entry, fault);
+    if (!err) err = bd_store_get(http->conn.loop->serving->store, http->target.id, &entry, fault);
     if (!err && !bd_grant_covers(http->grant, entry->name))
         err = bd_fault_set(fault, BD_ERR_NOT_FOUND, "scene", "there is no scene \"%.64s\"",
                            http->target.id);
@@ -252,7 +252,8 @@ void bd_http_begin_events(struct bd_http *http)
     struct bd_http_stream *stream = create(http);
     struct bd_fault fault;
     stream->watch = (struct bd_watch){.grant = http->grant, .event = on_event, .user = stream};
-    if (bd_watch_begin(&stream->watch, http->conn.net, http->target.id, &fault)) {
+    if (bd_watch_begin(&stream->watch, http->web->sessions->commands->live, http->target.id,
+                       &fault)) {
         refuse(http, stream, &fault);
         return;
     }

@@ -19,7 +19,7 @@ static enum bd_err map_multipart(struct bd_command *command, struct bd_import_fi
     uint32_t part_count;
     enum bd_err err = bd_multipart_parse(import->maps[0].bytes, import->maps[0].size_bytes,
                                          command->body.boundary,
-                                         (uint32_t)command->net->options.limits.scene_files + 1,
+                                         (uint32_t)command->loop->serving->limits.scene_files + 1,
                                          &parts, &part_count, &command->fault);
     if (err) return err;
     free(import->files);
@@ -58,7 +58,7 @@ static enum bd_err map_body(struct bd_command *command, struct bd_import_files *
 static enum bd_err map_files(struct bd_command *command, struct bd_import_files *import)
 {
     if (command->body.upload) return map_body(command, import);
-    struct bd_blobs *blobs = bd_grant_blobs(&command->net->options, command->grant);
+    struct bd_blobs *blobs = bd_grant_blobs(command->loop->serving->blobs, command->grant);
     if (command->envelope->body_case == BOUNCED__ENVELOPE__BODY_SCENE_ADD) {
         enum bd_err err = bd_blobs_check_room(blobs, 0, &command->fault);
         if (err) return err;
@@ -81,15 +81,15 @@ static const Bounced__Environment *environment_of(const Bounced__Envelope *envel
 static void import_files(struct bd_command *command, const struct bd_import_files *import,
                          const struct bd_net_environment *sky)
 {
-    struct bd_net *net = command->net;
-    struct bd_import_limits limits = bd_import_limits_of(&net->options.limits);
+    struct bd_commands *commands = command->commands;
+    struct bd_import_limits limits = bd_import_limits_of(&command->loop->serving->limits);
     uint8_t key[BD_SHA256_BYTES];
     const struct bd_environment *environment = sky ? &sky->environment : NULL;
     bd_import_cache_key(import->files, import->file_count, environment, key);
-    command->scene = bd_import_cache_get(net->import_cache, key);
+    command->scene = bd_import_cache_get(commands->import_cache, key);
     if (command->scene) return;
-    command->err = bd_import_under(net->import_pool, import->files, import->file_count, &limits,
-                                   environment, &command->scene, &command->fault);
+    command->err = bd_import_under(commands->import_pool, import->files, import->file_count,
+                                   &limits, environment, &command->scene, &command->fault);
     if (command->err) return;
     if (sky && sky->negative_count)
         bd_scene_flag(command->scene, "environment_negative: %llu texels raised to 0",
@@ -98,7 +98,7 @@ static void import_files(struct bd_command *command, const struct bd_import_file
     for (uint32_t i = 0; i < import->file_count; i++) file_bytes += import->files[i].size_bytes;
     const struct bd_sky_map *map = sky ? sky->environment.map : NULL;
     if (map) file_bytes += (uint64_t)map->width_px * map->height_px * 3 * sizeof *map->rgb;
-    bd_import_cache_put(net->import_cache, key, file_bytes, command->scene);
+    bd_import_cache_put(commands->import_cache, key, file_bytes, command->scene);
 }
 
 static void import_beside_loop(struct bd_command *command)
@@ -110,8 +110,8 @@ static void import_beside_loop(struct bd_command *command)
     command->err = map_files(command, &import);
     if (!command->err && environment)
         command->err = bd_net_environment_read(
-            environment, bd_grant_blobs(&command->net->options, command->grant),
-            command->net->import_pool, &command->net->options.limits, &sky, &command->fault);
+            environment, bd_grant_blobs(command->loop->serving->blobs, command->grant),
+            command->commands->import_pool, &command->loop->serving->limits, &sky, &command->fault);
     if (!command->err && sky.turns_alone)
         command->err = bd_fault_set(&command->fault, BD_ERR_USAGE, "environment.rotation",
                                     "there is no environment to turn: radiance, a map, or both");
@@ -130,7 +130,7 @@ static size_t file_table_size(const Bounced__Envelope *envelope)
 
 void bd_command_import(struct bd_command *command, void (*then)(struct bd_command *command))
 {
-    uint64_t files_max = command->net->options.limits.scene_files;
+    uint64_t files_max = command->loop->serving->limits.scene_files;
     if (file_table_size(command->envelope) > files_max)
         command->err = bd_fault_set(&command->fault, BD_ERR_LIMIT, "scene_files",
                                     "the table has more than %llu files (limit scene_files)",

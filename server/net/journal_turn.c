@@ -1,9 +1,9 @@
 #include "net/journal_turn.h"
 
 #include "base/assert.h"
-#include "net/net_internal.h"
+#include "net/commits.h"
 
-static void begin_next(struct bd_net *net);
+static void begin_next(struct bd_commits *commits);
 
 static void on_pool(uv_work_t *work)
 {
@@ -14,34 +14,34 @@ static void on_pool(uv_work_t *work)
 static void back(uv_work_t *work, int status)
 {
     struct bd_journal_turn *turn = work->data;
-    struct bd_net *net = turn->net;
+    struct bd_commits *commits = turn->commits;
     BD_ASSERT_CMP(status, ==, 0);
-    net->journal_turns = turn->next;
+    commits->turns = turn->next;
     turn->back(turn); // it may be gone after this
-    begin_next(net);
+    begin_next(commits);
 }
 
-static void begin_next(struct bd_net *net)
+static void begin_next(struct bd_commits *commits)
 {
-    struct bd_journal_turn *turn = net->journal_turns;
+    struct bd_journal_turn *turn = commits->turns;
     if (!turn || turn->work.data) return;
     turn->work.data = turn;
-    int result = uv_queue_work(&net->loop, &turn->work, on_pool, back);
+    int result = uv_queue_work(&commits->loop->uv, &turn->work, on_pool, back);
     BD_ASSERT_CMP(result, ==, 0);
 }
 
-void bd_journal_turn_take(struct bd_net *net, struct bd_journal_turn *turn)
+void bd_journal_turn_take(struct bd_commits *commits, struct bd_journal_turn *turn)
 {
-    turn->net = net;
+    turn->commits = commits;
     turn->next = NULL;
     turn->work.data = NULL; // not begun
-    struct bd_journal_turn **last = &net->journal_turns;
+    struct bd_journal_turn **last = &commits->turns;
     while (*last) last = &(*last)->next;
     *last = turn;
-    begin_next(net);
+    begin_next(commits);
 }
 
-bool bd_journal_turn_is_taken(const struct bd_net *net)
+bool bd_journal_turn_is_taken(const struct bd_commits *commits)
 {
-    return net->journal_turns != NULL;
+    return commits->turns != NULL;
 }

@@ -8,11 +8,11 @@
 #include <stdbool.h>
 #include <uv.h>
 
-struct bd_net;
+struct bd_commits;
 
 // Part of whoever takes the turn, who keeps it until `back`.
 struct bd_journal_turn {
-    struct bd_net *net;
+    struct bd_commits *commits;
     void (*on_pool)(struct bd_journal_turn *turn);
     void (*back)(struct bd_journal_turn *turn); // on the loop; may free it, or take it again
     uv_work_t work;
@@ -20,9 +20,9 @@ struct bd_journal_turn {
 };
 
 // Queues it behind those that wait.
-void bd_journal_turn_take(struct bd_net *net, struct bd_journal_turn *turn);
+void bd_journal_turn_take(struct bd_commits *commits, struct bd_journal_turn *turn);
 
 // Whether anything waits or runs.
-bool bd_journal_turn_is_taken(const struct bd_net *net);
+bool bd_journal_turn_is_taken(const struct bd_commits *commits);
 
 #endif

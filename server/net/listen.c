@@ -12,6 +12,7 @@
 #include "base/assert.h"
 #include "base/log.h"
 #include "net/address.h"
+#include "net/auth.h"
 #include "net/conn.h"
 #include "net/framed.h"
 #include "net/http.h"
@@ -29,9 +30,9 @@ struct bd_listener {
 
 static bool is_proxied(const struct bd_listener *listener)
 {
-    const struct bd_net_options *options = &listener->net->options;
+    const struct bd_serving *serving = &listener->net->options.serving;
     return listener->address.is_unix &&
-           bd_proxy_has_path(options->proxies, options->proxy_count, listener->address.path);
+           bd_proxy_has_path(serving->proxies, serving->proxy_count, listener->address.path);
 }
 
 static void on_connection(uv_stream_t *stream, int status)
@@ -40,9 +41,10 @@ static void on_connection(uv_stream_t *stream, int status)
     if (status < 0)
         bd_log(BD_LOG_WARN, "net", "a connection cannot be accepted: %s", uv_strerror(status));
     else if (listener->is_http)
-        bd_http_accept(listener->net, stream);
+        bd_http_accept(&listener->net->web, stream);
     else
-        bd_framed_accept(listener->net, stream, listener->address.is_unix, is_proxied(listener));
+        bd_framed_accept(&listener->net->sessions, stream, listener->address.is_unix,
+                         is_proxied(listener));
 }
 
 // A socket file that nobody answers on was left by a process that was killed.
@@ -65,7 +67,7 @@ static enum bd_err bind_unix(struct bd_listener *listener, struct bd_fault *faul
 {
     const struct bd_net_options *options = &listener->net->options;
     const char *path = listener->address.path;
-    uv_pipe_init(&listener->net->loop, &listener->uv.pipe, 0);
+    uv_pipe_init(&listener->net->loop.uv, &listener->uv.pipe, 0);
     remove_dead_socket(path);
     mode_t mask = umask(0177);
     int result = uv_pipe_bind(&listener->uv.pipe, path);
@@ -83,7 +85,7 @@ static enum bd_err bind_unix(struct bd_listener *listener, struct bd_fault *faul
 static enum bd_err bind_tcp(struct bd_listener *listener, const char *text, struct bd_fault *fault)
 {
     const struct sockaddr *address = (const struct sockaddr *)&listener->address.inet;
-    uv_tcp_init(&listener->net->loop, &listener->uv.tcp);
+    uv_tcp_init(&listener->net->loop.uv, &listener->uv.tcp);
     int result = uv_tcp_bind(&listener->uv.tcp, address, 0);
     if (result == 0) return BD_ERR_OK;
     return bd_fault_set(fault, BD_ERR_IO, "listen", "%s: %s", text, uv_strerror(result));
@@ -104,7 +106,7 @@ static void warn_of_closed_door(const struct bd_listener *listener)
 {
     const struct bd_net *net = listener->net;
     if (!listener->address.is_unix || net->options.socket_mode != BD_NET_SOCKET_MODE) return;
-    if (bd_tokens_name_users(net->tokens))
+    if (bd_tokens_name_users(net->access.tokens))
         bd_log(BD_LOG_WARN, "net",
                "the token file names users, but %s is for the daemon's own alone (--socket-mode)",
                listener->address.path);
@@ -119,8 +121,8 @@ enum bd_err bd_listen_refuse_proxy(struct bd_fault *fault)
 static enum bd_err check_reach(const struct bd_net *net, const struct bd_address *address,
                                const char *text, struct bd_fault *fault)
 {
-    if (bd_tokens_needed(net->tokens)) return BD_ERR_OK;
-    if (net->options.proxy_count > 0) return bd_listen_refuse_proxy(fault);
+    if (bd_tokens_needed(net->access.tokens)) return BD_ERR_OK;
+    if (net->options.serving.proxy_count > 0) return bd_listen_refuse_proxy(fault);
     if (bd_address_is_local(address)) return BD_ERR_OK;
     return bd_fault_set(fault, BD_ERR_USAGE, "listen",
                         "%s can be reached from other machines: that needs --token-file", text);

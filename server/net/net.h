@@ -14,12 +14,7 @@
 #include <sys/types.h>
 
 #include "base/err.h"
-#include "net/proxy.h"
-#include "protocol/limits.h"
-#include "scene/blobs.h"
-#include "scene/journal.h"
-#include "scene/store.h"
-#include "sched/sched.h"
+#include "net/serving.h"
 
 #define BD_NET_LISTEN_MAX      8
 #define BD_NET_PUBLIC_NAME_MAX 16
@@ -34,10 +29,8 @@ struct bd_net_options {
     mode_t socket_mode;                     // of the files of Unix sockets
     bool has_socket_group;                  // they belong to socket_group, not to our own
     gid_t socket_group;
-    const char *public_names[BD_NET_PUBLIC_NAME_MAX];  // Host names beside our addresses
-    struct bd_proxy_range proxies[BD_PROXY_RANGE_MAX]; // whose connections begin with a header
-    uint32_t proxy_count;
-    struct bd_limits limits;
+    const char *public_names[BD_NET_PUBLIC_NAME_MAX]; // Host names beside our addresses
+    struct bd_serving serving;
     const char *import_program; // for bd_import; NULL = this one
     // What main was given, to be read again at SIGHUP; NULL: SIGHUP changes nothing.
     int argc;
@@ -49,13 +42,6 @@ struct bd_net_options {
         int sandbox; // enum bd_sandbox
         bool quick_code;
     } fixed; // what others were given, for a word about what a reload cannot change
-    // Borrowed for as long as the net lives.
-    struct bd_sched *sched;
-    struct bd_blobs *blobs;
-    struct bd_store *store;
-    struct bd_journal *journal;
-    // One JSON array of devices, malloc'ed; runs on libuv's pool. NULL: only the one in use.
-    char *(*list_devices)(void);
 };
 
 struct bd_net;

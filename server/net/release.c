@@ -4,7 +4,7 @@
 #include <uv.h>
 
 #include "base/assert.h"
-#include "net/net_internal.h"
+#include "net/loop.h"
 
 // Less is given up within a millisecond.
 #define LARGE_BYTES (8u << 20)
@@ -33,7 +33,7 @@ static bool is_heavy(const struct bd_scene *scene)
            bd_scene_bytes(scene) >= LARGE_BYTES;
 }
 
-void bd_net_release_scene(struct bd_net *net, struct bd_scene **scene)
+void bd_release_scene(struct bd_loop *loop, struct bd_scene **scene)
 {
     if (!*scene || !is_heavy(*scene)) {
         bd_scene_release(scene);
@@ -44,6 +44,6 @@ void bd_net_release_scene(struct bd_net *net, struct bd_scene **scene)
     release->scene = *scene;
     release->work.data = release;
     *scene = NULL;
-    int result = uv_queue_work(&net->loop, &release->work, release_on_pool, release_back);
+    int result = uv_queue_work(&loop->uv, &release->work, release_on_pool, release_back);
     BD_ASSERT_CMP(result, ==, 0);
 }

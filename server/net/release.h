@@ -6,10 +6,10 @@
 #ifndef BD_NET_RELEASE_H
 #define BD_NET_RELEASE_H
 
-struct bd_net;
+struct bd_loop;
 struct bd_scene;
 
 // Nulls; takes NULL.
-void bd_net_release_scene(struct bd_net *net, struct bd_scene **scene);
+void bd_release_scene(struct bd_loop *loop, struct bd_scene **scene);
 
 #endif

@@ -109,10 +109,10 @@ static void apply(struct bd_net *net, const struct bd_options *fresh)
 {
     struct bd_net_options *running = &net->options;
     say_fixed(running, fresh);
-    apply_limits(&running->limits, &fresh->limits);
+    apply_limits(&running->serving.limits, &fresh->limits);
     memcpy(running->public_names, fresh->public_names, sizeof running->public_names);
-    memcpy(running->proxies, fresh->proxies, sizeof running->proxies);
-    running->proxy_count = fresh->proxy_count;
+    memcpy(running->serving.proxies, fresh->proxies, sizeof running->serving.proxies);
+    running->serving.proxy_count = fresh->proxy_count;
     running->token_file = fresh->token_file;
 }
 
@@ -121,7 +121,7 @@ static void apply(struct bd_net *net, const struct bd_options *fresh)
 static uint32_t end_conns(struct bd_net *net)
 {
     uint32_t count = 0;
-    for (struct bd_conn *conn = net->conns; conn;) {
+    for (struct bd_conn *conn = net->loop.conns; conn;) {
         struct bd_conn *next = conn->next;
         if (conn->grant && conn->grant->is_revoked) {
             // What finishes is on its way to say why.
@@ -141,14 +141,15 @@ static enum bd_err read_tokens(struct bd_net *net, const struct bd_options *fres
         return bd_fault_set(fault, BD_ERR_USAGE, "token-file",
                             "token-file: with it or without it is a restart's affair");
     if (fresh->proxy_count > 0 && !fresh->token_file) return bd_listen_refuse_proxy(fault);
-    return fresh->token_file ? bd_tokens_reload(net->tokens, fresh->token_file, fault) : BD_ERR_OK;
+    return fresh->token_file ? bd_tokens_reload(net->access.tokens, fresh->token_file, fault)
+                             : BD_ERR_OK;
 }
 
 void bd_net_reload(struct bd_net *net)
 {
     struct bd_options fresh;
     struct bd_fault fault;
-    if (net->draining || !net->options.argv) return;
+    if (net->loop.draining || !net->options.argv) return;
     enum bd_err err = bd_options_read(&fresh, net->options.argc, net->options.argv, &fault);
     if (!err) err = read_tokens(net, &fresh, &fault);
     if (err) {
@@ -158,9 +159,9 @@ void bd_net_reload(struct bd_net *net)
     }
     apply(net, &fresh);
     // Sessions first: those of its connections would wait for another.
-    bd_sessions_revoke(net);
+    bd_sessions_revoke(&net->sessions);
     const uint32_t closed = end_conns(net);
-    bd_cookies_revoke(net->cookies);
+    bd_cookies_revoke(net->access.cookies);
     bd_options_finish(&net->reloaded); // whose texts were in use until now
     net->reloaded = fresh;
     bd_log(BD_LOG_INFO, "net", "reload: tokens and options are read again; %u connections closed",

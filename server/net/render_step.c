@@ -18,7 +18,7 @@ static void encode_on_pool(uv_work_t *work)
     const struct bd_frame_encode frame = {.options = &command->options,
                                           .result = bd_job_result(command->job),
                                           .revision = command->revision,
-                                          .bytes_max = command->net->options.limits.reply_bytes};
+                                          .bytes_max = command->loop->serving->limits.reply_bytes};
     command->err = bd_frame_encode(&frame, &command->encoded, &command->encode_ms, &command->fault);
 }
 
@@ -55,26 +55,26 @@ static void answer_frame(struct bd_command *command)
         answer.payload_type = bd_encode_content_type(format);
         encoded->bytes = (struct bd_bytes){0};
     }
-    bd_net_count_frame(command->net, &bd_job_result(command->job)->report);
+    bd_counts_frame(&command->loop->counts, &bd_job_result(command->job)->report);
     if (command->has_frame_key &&
-        bd_frame_cache_put(command->net->frame_cache, command->frame_key, &answer))
+        bd_frame_cache_put(command->commands->frame_cache, command->frame_key, &answer))
         name_frame(command, &answer);
     bd_command_end(command, &answer);
 }
 
 bool bd_command_render_remembered(struct bd_command *command, const struct bd_store_entry *entry)
 {
-    struct bd_net *net = command->net;
     const Bounced__FrameRequest *request = command->envelope->render->frame;
     if (!command->may_remember || !request || !bd_frame_cache_may_keep(request)) return false;
     struct bd_sched_stats device;
     struct bd_answer answer;
-    bd_sched_stats(net->options.sched, &device);
+    bd_sched_stats(command->loop->serving->sched, &device);
     if (!device.device_ok) return false;
     bd_frame_cache_key(request, entry, &device, command->frame_key);
     command->has_frame_key = true;
-    if (!bd_frame_cache_get(net->frame_cache, command->frame_key, &answer)) return false;
-    net->stats.frames_remembered++;
+    if (!bd_frame_cache_get(command->commands->frame_cache, command->frame_key, &answer))
+        return false;
+    command->loop->counts.frames_remembered++;
     name_frame(command, &answer);
     Bounced__ReportTime *time = answer.envelope->render_reply->report->time_ms;
     if (time) BD_SET(time, total, bd_ms_since(command->start_ns));
@@ -149,9 +149,9 @@ void bd_command_render(struct bd_command *command)
                                      .turn = bd_client_turn(command->client),
                                      .done = bd_frame_job_done,
                                      .user = &command->frame_job};
-    command->frame_job = (struct bd_frame_job){command->net, command, frame_ended, NULL};
+    command->frame_job = (struct bd_frame_job){command->commands->live, command, frame_ended, NULL};
     bd_command_progress(command, "queue");
     command->err =
-        bd_sched_submit(command->net->options.sched, &request, &command->job, &command->fault);
+        bd_sched_submit(command->loop->serving->sched, &request, &command->job, &command->fault);
     if (bd_command_stop_here(command)) return;
 }

@@ -15,7 +15,7 @@ static void on_scene_added(struct bd_commit_waiter *waiter, const struct bd_batc
     const struct bd_store_entry *entry;
     if (err) command->fault = *fault;
     if (!err)
-        err = bd_store_get(command->net->options.store, batch->scene_id, &entry, &command->fault);
+        err = bd_store_get(command->loop->serving->store, batch->scene_id, &entry, &command->fault);
     command->err = err;
     // A cancel comes too late: the scene is there.
     if (err) {
@@ -41,14 +41,14 @@ void bd_command_scene_add(struct bd_command *command, const char *name)
     command->err = bd_command_check_new_scene(command, name, &command->fault);
     if (bd_command_stop_here(command)) return;
     command->err = bd_store_stage_add_at(
-        command->net->options.store, command->scene, name, command->grant->name,
+        command->loop->serving->store, command->scene, name, command->grant->name,
         command->revision ? command->revision : 1, &batch, &command->fault);
     if (bd_command_stop_here(command)) return;
     if (command->time_ms) batch->time_ms = command->time_ms;
     struct bd_edit_work *work = work_of_scene(command);
     work->waiter.done = on_scene_added;
     batch->user = &work->waiter;
-    bd_commit_soon(command->net);
+    bd_commit_soon(command->commands->commits);
 }
 
 void bd_command_scene_remove(struct bd_command *command)
@@ -56,7 +56,7 @@ void bd_command_scene_remove(struct bd_command *command)
     const char *id = command->envelope->scene_remove->id;
     struct bd_batch *batch;
     command->err =
-        bd_store_stage_remove(command->net->options.store, id ? id : "", &batch, &command->fault);
+        bd_store_stage_remove(command->loop->serving->store, id ? id : "", &batch, &command->fault);
     if (bd_command_stop_here(command)) return;
     bd_edit_wait_for_disk(work_of_scene(command), batch, bd_answer_done());
 }

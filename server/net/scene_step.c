@@ -15,7 +15,7 @@
 
 void bd_command_scene_list(struct bd_command *command)
 {
-    const struct bd_store *store = command->net->options.store;
+    const struct bd_store *store = command->loop->serving->store;
     Bounced__SceneListReply *reply = malloc(sizeof *reply);
     BD_ASSERT(reply);
     bounced__scene_list_reply__init(reply);
@@ -33,8 +33,8 @@ void bd_command_scene_get(struct bd_command *command)
 {
     const Bounced__SceneGet *request = command->envelope->scene_get;
     const struct bd_store_entry *entry;
-    command->err = bd_store_get(command->net->options.store, request->id ? request->id : "", &entry,
-                                &command->fault);
+    command->err = bd_store_get(command->loop->serving->store, request->id ? request->id : "",
+                                &entry, &command->fault);
     if (bd_command_stop_here(command)) return;
     struct bd_answer answer = bd_answer_scene(entry);
     if (request->objects) bd_scene_objects_fill(answer.envelope->scene, entry->scene);
@@ -104,7 +104,7 @@ static void log_on_pool(struct bd_journal_turn *turn)
     struct log_work *work = (struct log_work *)turn;
     struct bd_command *command = work->command;
     const Bounced__SceneLog *request = command->envelope->scene_log;
-    struct bd_journal *journal = turn->net->options.journal;
+    struct bd_journal *journal = turn->commits->loop->serving->journal;
     uint64_t oldest = 0;
     command->err = bd_journal_each_edit(journal, request->scene, request->after, work->limit,
                                         add_entry, work->reply, &command->fault);
@@ -133,7 +133,7 @@ void bd_command_scene_log(struct bd_command *command)
     const Bounced__SceneLog *request = command->envelope->scene_log;
     const struct bd_store_entry *entry;
     const uint32_t limit = request->has_limit ? request->limit : LOG_LIMIT_DEFAULT;
-    command->err = bd_store_get(command->net->options.store, request->scene ? request->scene : "",
+    command->err = bd_store_get(command->loop->serving->store, request->scene ? request->scene : "",
                                 &entry, &command->fault);
     if (!command->err && (limit == 0 || limit > LOG_LIMIT_MAX))
         command->err = bd_fault_set(&command->fault, BD_ERR_USAGE, "limit",
@@ -149,5 +149,5 @@ void bd_command_scene_log(struct bd_command *command)
                               .command = command,
                               .limit = limit,
                               .reply = reply};
-    bd_journal_turn_take(command->net, &work->turn);
+    bd_journal_turn_take(command->commands->commits, &work->turn);
 }

@@ -5,7 +5,6 @@
 #include "base/assert.h"
 #include "base/clock.h"
 #include "base/log.h"
-#include "net/framed.h"
 #include "net/session_internal.h"
 #include "protocol/wire.h"
 
@@ -60,7 +59,7 @@ void bd_session_send_fault(struct bd_session *session, uint64_t request_id,
                            const struct bd_fault *fault)
 {
     struct bd_answer answer = bd_answer_error(fault);
-    bd_net_count_refusal(session->net);
+    session->loop->counts.requests_refused++;
     bd_session_send(session, request_id, &answer);
 }
 
@@ -145,7 +144,7 @@ static enum bd_err check_request(const struct bd_session *session, uint64_t id,
         bd_session_has_watch(session, id))
         return bd_fault_set(fault, BD_ERR_CONFLICT, "request_id",
                             "request %llu is under way already", (unsigned long long)id);
-    if (session->request_count >= session->net->options.limits.requests_per_connection)
+    if (session->request_count >= session->loop->serving->limits.requests_per_connection)
         return bd_fault_set(fault, BD_ERR_BUSY, "requests_per_connection",
                             "%u requests are under way on this connection (limit "
                             "requests_per_connection)",
@@ -165,7 +164,7 @@ static void start_command(struct bd_session *session, Bounced__Envelope *envelop
     session->request_count++;
     bool progress =
         envelope->body_case == BOUNCED__ENVELOPE__BODY_RENDER && envelope->render->progress;
-    struct bd_command_start start = {.net = session->net,
+    struct bd_command_start start = {.commands = session->sessions->commands,
                                      .client = session->client,
                                      .grant = session->grant,
                                      .payload = message->payload,
@@ -193,12 +192,12 @@ static void cancel(struct bd_session *session, const Bounced__Envelope *envelope
 static enum bd_err take_request(struct bd_session *session, const Bounced__Envelope *envelope,
                                 struct bd_fault *fault)
 {
-    struct bd_net *net = session->net;
+    struct bd_sessions *sessions = session->sessions;
     if (envelope->body_case == BOUNCED__ENVELOPE__BODY_CANCEL) return BD_ERR_OK;
-    net->stats.requests++;
+    sessions->loop->counts.requests++;
     // Whose it is, hello says itself.
     if (envelope->body_case == BOUNCED__ENVELOPE__BODY_HELLO) return BD_ERR_OK;
-    return bd_client_take_request(net->clients, session->client, fault);
+    return bd_client_take_request(sessions->loop->clients, session->client, fault);
 }
 
 // True if a request may be taken; otherwise it has been answered. The bucket comes first: a flood
@@ -286,7 +285,7 @@ void bd_session_give_up(struct bd_session *session, const struct bd_fault *fault
 uint64_t bd_session_patience_s(const struct bd_conn *conn)
 {
     const struct bd_session *session = conn->session;
-    const struct bd_limits *limits = &session->net->options.limits;
+    const struct bd_limits *limits = &session->loop->serving->limits;
     if (!session->greeted && !session->is_private) return limits->header_seconds;
     if (bd_conn_unsent_bytes(conn) > 0) return limits->idle_seconds;
     // While we compute, or hold it back from sending, silence is not its fault.
@@ -319,11 +318,13 @@ void bd_session_drain(struct bd_conn *conn)
 
 // --- its life -------------------------------------------------------------------------------
 
-void bd_session_begin(struct bd_conn *conn, const struct bd_session_start *start)
+void bd_session_begin(struct bd_sessions *sessions, struct bd_conn *conn,
+                      const struct bd_session_start *start)
 {
     struct bd_session *session = calloc(1, sizeof *session);
     BD_ASSERT(session);
-    *session = (struct bd_session){.net = conn->net,
+    *session = (struct bd_session){.sessions = sessions,
+                                   .loop = sessions->loop,
                                    .client = conn->client,
                                    .conn = conn,
                                    .face = start->face,
@@ -331,10 +332,10 @@ void bd_session_begin(struct bd_conn *conn, const struct bd_session_start *start
                                    .says_goodbye = start->says_goodbye,
                                    .grant = start->grant,
                                    .is_user = start->is_user,
-                                   .next = conn->net->sessions};
+                                   .next = sessions->list};
     bd_client_retain(session->client);
     session->kept_end = &session->kept;
-    conn->session = conn->net->sessions = session;
+    conn->session = sessions->list = session;
     conn->clock_runs = !start->is_private;
 }
 
@@ -364,7 +365,7 @@ void bd_session_leave_conn(struct bd_session *session)
 void bd_session_gone(struct bd_conn *conn)
 {
     struct bd_session *session = conn->session;
-    const struct bd_limits *limits = &conn->net->options.limits;
+    const struct bd_limits *limits = &conn->loop->serving->limits;
     if (!session) return; // another connection has it
     bd_session_leave_conn(session);
     if (bd_session_may_be_resumed(session, conn))
@@ -377,7 +378,7 @@ void bd_session_gone(struct bd_conn *conn)
 static bool is_over(const struct bd_session *session)
 {
     if (session->has_ended || session->conn) return false;
-    return session->net->draining || bd_clock_ns() > session->parked_until_ns;
+    return session->loop->draining || bd_clock_ns() > session->parked_until_ns;
 }
 
 // A user's line may be as it was while another, which comes before it, is new.
@@ -386,16 +387,16 @@ static bool is_out(const struct bd_session *session)
     const struct bd_grant *grant = session->grant;
     if (!grant || grant->is_revoked) return grant != NULL;
     const bool is_by_user = session->is_user && !grant->is_token && session->conn;
-    return is_by_user && bd_framed_grant_of_user(session->conn) != grant;
+    return is_by_user && bd_access_of_user(session->sessions->access, session->conn) != grant;
 }
 
-void bd_sessions_revoke(struct bd_net *net)
+void bd_sessions_revoke(struct bd_sessions *sessions)
 {
     struct bd_fault fault;
     bd_fault_set(&fault, BD_ERR_UNAUTHORIZED, "token",
                  "the token is not one of ours any more, or has other rights: begin again");
     // Giving up sends and closes, and takes nobody out of the list.
-    for (struct bd_session *session = net->sessions; session; session = session->next) {
+    for (struct bd_session *session = sessions->list; session; session = session->next) {
         if (session->has_ended || !is_out(session)) continue;
         session->is_resumable = false;
         if (session->conn)
@@ -405,9 +406,9 @@ void bd_sessions_revoke(struct bd_net *net)
     }
 }
 
-void bd_sessions_sweep(struct bd_net *net)
+void bd_sessions_sweep(struct bd_sessions *sessions)
 {
-    for (struct bd_session **at = &net->sessions; *at;) {
+    for (struct bd_session **at = &sessions->list; *at;) {
         struct bd_session *session = *at;
         if (is_over(session)) bd_session_end(session);
         if (!session->has_ended) {

@@ -15,7 +15,7 @@
 #include "net/conn.h"
 #include "protocol/framing.h"
 
-struct bd_net;
+struct bd_sessions;
 struct bd_session;
 
 // How a face carries envelopes.
@@ -37,7 +37,8 @@ struct bd_session_start {
 };
 
 // A new session on an open connection, as conn->session.
-void bd_session_begin(struct bd_conn *conn, const struct bd_session_start *start);
+void bd_session_begin(struct bd_sessions *sessions, struct bd_conn *conn,
+                      const struct bd_session_start *start);
 
 // One message arrived. It may end the connection.
 void bd_session_message(struct bd_session *session, const struct bd_message *message);
@@ -61,9 +62,9 @@ void bd_session_gone(struct bd_conn *conn);
 
 // Those whose grant is revoked end, and say why where they have a connection: it closes. Those that
 // wait for one are gone.
-void bd_sessions_revoke(struct bd_net *net);
+void bd_sessions_revoke(struct bd_sessions *sessions);
 
 // Frees sessions that have ended. Not from within one of their callbacks.
-void bd_sessions_sweep(struct bd_net *net);
+void bd_sessions_sweep(struct bd_sessions *sessions);
 
 #endif

@@ -22,7 +22,7 @@ static enum bd_err check_version(const Bounced__Hello *hello, struct bd_fault *f
 static enum bd_err refuse_user(const struct bd_session *session, struct bd_fault *fault)
 {
     const char *key = session->client->key;
-    if (bd_tokens_needed(session->net->tokens))
+    if (bd_tokens_needed(session->sessions->access->tokens))
         return bd_fault_set(fault, BD_ERR_UNAUTHORIZED, "token",
                             "a token is needed: the token file has no line for you, %s", key);
     return bd_fault_set(fault, BD_ERR_FORBIDDEN, "uid",
@@ -34,7 +34,7 @@ static enum bd_err refuse_user(const struct bd_session *session, struct bd_fault
 static enum bd_err refuse_token(const struct bd_session *session, const Bounced__Hello *hello,
                                 struct bd_fault *fault)
 {
-    struct bd_clients *clients = session->net->clients;
+    struct bd_clients *clients = session->loop->clients;
     enum bd_err err = hello->token
                           ? bd_client_take_failed_login(clients, session->conn->origin, fault)
                           : bd_client_take_request(clients, session->conn->client, fault);
@@ -47,7 +47,7 @@ static enum bd_err refuse_token(const struct bd_session *session, const Bounced_
 static enum bd_err become(struct bd_session *session, const struct bd_grant *grant,
                           struct bd_fault *fault)
 {
-    enum bd_err err = bd_conn_identify(session->conn, grant, fault);
+    enum bd_err err = bd_conn_identify(session->conn, grant, bd_grant_token(grant), fault);
     if (err) return err;
     session->grant = grant;
     bd_client_retain(session->conn->client);
@@ -59,14 +59,14 @@ static enum bd_err become(struct bd_session *session, const struct bd_grant *gra
 static enum bd_err check_hello(struct bd_session *session, const Bounced__Hello *hello,
                                struct bd_fault *fault)
 {
-    const struct bd_tokens *tokens = session->net->tokens;
+    const struct bd_tokens *tokens = session->sessions->access->tokens;
     const struct bd_grant *grant = session->grant;
     if (!grant && session->is_user && !(hello->token && bd_tokens_needed(tokens)))
         return refuse_user(session, fault);
     if (!grant) grant = bd_tokens_find(tokens, hello->token);
     if (!grant) return refuse_token(session, hello, fault);
     enum bd_err err = become(session, grant, fault);
-    if (!err) err = bd_client_take_request(session->net->clients, session->client, fault);
+    if (!err) err = bd_client_take_request(session->loop->clients, session->client, fault);
     return err ? err : check_version(hello, fault);
 }
 
@@ -100,7 +100,7 @@ static void add_capabilities(Bounced__HelloReply *reply)
         reply->capabilities[reply->n_capabilities++] = bd_answer_text(names[i]);
 }
 
-static struct bd_answer hello_reply(const struct bd_net *net)
+static struct bd_answer hello_reply(const struct bd_sessions *sessions)
 {
     Bounced__HelloReply *reply = malloc(sizeof *reply);
     BD_ASSERT(reply);
@@ -109,10 +109,10 @@ static struct bd_answer hello_reply(const struct bd_net *net)
     BD_SET(reply, min, BD_PROTOCOL_VERSION_MIN);
     BD_SET(reply, max, BD_PROTOCOL_VERSION_MAX);
     add_capabilities(reply);
-    add_limits(reply, &net->options.limits);
+    add_limits(reply, &sessions->loop->serving->limits);
     reply->build = bd_answer_text(BD_VERSION);
     struct bd_sched_stats stats;
-    bd_sched_stats(net->options.sched, &stats);
+    bd_sched_stats(sessions->loop->serving->sched, &stats);
     reply->device = bd_device_message(&stats);
     return bd_answer_of(BOUNCED__ENVELOPE__BODY_HELLO_REPLY, reply);
 }
@@ -146,7 +146,7 @@ void bd_session_welcome(struct bd_session *session, uint64_t request_id,
     session->greeted = true;
     session->conn->clock_runs = false;
     session->conn->is_known = true;
-    struct bd_answer answer = hello_reply(session->net);
+    struct bd_answer answer = hello_reply(session->sessions);
     Bounced__HelloReply *reply = answer.envelope->hello_reply;
     add_author(reply, session);
     // Where the end of a stream is all the goodbye there is, who means to come back says so.

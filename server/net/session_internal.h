@@ -5,8 +5,8 @@
 
 #include "base/hash.h"
 #include "net/command.h"
-#include "net/net_internal.h"
 #include "net/session.h"
+#include "net/sessions.h"
 
 struct bd_session_request; // under way
 struct bd_session_upload;  // a blob on its way in
@@ -15,7 +15,8 @@ struct bd_session_view;
 struct bd_session_watch;
 
 struct bd_session {
-    struct bd_net *net;
+    struct bd_sessions *sessions;
+    struct bd_loop *loop; // theirs
     struct bd_client *client;
     struct bd_conn *conn; // NULL once it is gone
     const struct bd_session_face *face;
@@ -37,7 +38,7 @@ struct bd_session {
     uint32_t view_count, view_number;
     struct bd_session_watch *watches;
     uint32_t watch_count;
-    struct bd_session *next; // net->sessions
+    struct bd_session *next; // bd_sessions.list
 };
 
 // Sends under this id and takes what is in `answer`.

@@ -38,7 +38,7 @@ static void forget(struct bd_session *session, struct bd_session_kept **at)
     struct bd_session_kept *kept = *at;
     *at = kept->next;
     if (!kept->next) session->kept_end = at;
-    session->net->kept_bytes -= bytes_of(kept);
+    session->sessions->kept_bytes -= bytes_of(kept);
     free(kept->head);
     free(kept->payload);
     free(kept);
@@ -54,7 +54,7 @@ void bd_session_forget_kept(struct bd_session *session)
 static bool has_arrived(const struct bd_session *session, const struct bd_session_kept *kept)
 {
     const struct bd_conn *conn = session->conn;
-    uint64_t patience_ns = session->net->options.limits.resume_seconds * 1000000000u;
+    uint64_t patience_ns = session->loop->serving->limits.resume_seconds * 1000000000u;
     return conn && kept->was_sent && conn->heard_ns > kept->sent_ns + patience_ns &&
            conn->out_bytes - bd_conn_unsent_bytes(conn) >= kept->sent_until;
 }
@@ -91,18 +91,18 @@ static void append(struct bd_session *session, const struct unit *unit)
     if (session->conn) mark_sent(session, kept);
     *session->kept_end = kept;
     session->kept_end = &kept->next;
-    session->net->kept_bytes += bytes_of(kept);
+    session->sessions->kept_bytes += bytes_of(kept);
 }
 
-static bool has_room(const struct bd_net *net, uint64_t size)
+static bool has_room(const struct bd_sessions *sessions, uint64_t size)
 {
-    return net->kept_bytes + size <= net->options.limits.resume_bytes;
+    return sessions->kept_bytes + size <= sessions->loop->serving->limits.resume_bytes;
 }
 
 // What was sent has most likely arrived: it makes room, oldest first.
 static void forget_sent(struct bd_session *session, uint64_t size, bool is_payload)
 {
-    for (struct bd_session_kept **at = &session->kept; *at && !has_room(session->net, size);)
+    for (struct bd_session_kept **at = &session->kept; *at && !has_room(session->sessions, size);)
         if ((*at)->was_sent && ((*at)->payload != NULL) == is_payload)
             forget(session, at);
         else
@@ -112,18 +112,18 @@ static void forget_sent(struct bd_session *session, uint64_t size, bool is_paylo
 // False if it has a payload, and resume_bytes no room for it.
 static bool keep(struct bd_session *session, const struct unit *unit)
 {
-    struct bd_net *net = session->net;
+    struct bd_sessions *sessions = session->sessions;
     bool is_small = unit->payload_bytes == 0;
     uint64_t size = sizeof(struct bd_session_kept) + unit->head_bytes + unit->payload_bytes;
-    if (!is_small && size > net->options.limits.resume_bytes) return false;
+    if (!is_small && size > sessions->loop->serving->limits.resume_bytes) return false;
     bd_session_forget_arrived(session);
     forget_sent(session, size, true);
     // One that has no other way to its client comes before others' that had; so does a small one.
     if (is_small || !session->conn)
-        for (struct bd_session *other = net->sessions; other; other = other->next)
+        for (struct bd_session *other = sessions->list; other; other = other->next)
             forget_sent(other, size, true);
     forget_sent(session, size, false);
-    if (!is_small && !has_room(net, size)) return false;
+    if (!is_small && !has_room(sessions, size)) return false;
     append(session, unit);
     return true;
 }

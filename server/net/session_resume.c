@@ -44,26 +44,26 @@ static struct bd_session *find_resumable(const struct bd_session *asker, const c
     uint8_t digest[BD_SHA256_BYTES];
     bd_sha256_of(token, strlen(token), digest);
     struct bd_session *found = NULL;
-    for (struct bd_session *session = asker->net->sessions; session; session = session->next)
+    for (struct bd_session *session = asker->sessions->list; session; session = session->next)
         if (session != asker && session->is_resumable && !session->has_ended &&
             session->grant == asker->grant && is_named(session, digest))
             found = session;
     return found;
 }
 
-static uint32_t count_waiting(const struct bd_net *net)
+static uint32_t count_waiting(const struct bd_sessions *sessions)
 {
     uint32_t count = 0;
-    for (const struct bd_session *session = net->sessions; session; session = session->next)
+    for (const struct bd_session *session = sessions->list; session; session = session->next)
         count += session->parked_until_ns != 0 && !session->has_ended;
     return count;
 }
 
 bool bd_session_may_be_resumed(const struct bd_session *session, const struct bd_conn *conn)
 {
-    const struct bd_net *net = session->net;
-    return session->is_resumable && conn->state == BD_CONN_CLOSED && !net->draining &&
-           count_waiting(net) < net->options.limits.resumable_sessions;
+    const struct bd_sessions *sessions = session->sessions;
+    return session->is_resumable && conn->state == BD_CONN_CLOSED && !sessions->loop->draining &&
+           count_waiting(sessions) < sessions->loop->serving->limits.resumable_sessions;
 }
 
 // The connection changes its session: the one that it began with has done nothing yet.
@@ -91,7 +91,7 @@ static void take_over(struct bd_session *session, struct bd_session *old)
 
 bool bd_session_resume(struct bd_session *session, uint64_t request_id, const Bounced__Hello *hello)
 {
-    if (session->greeted || !hello->resume || !hello->resume[0] || session->net->draining)
+    if (session->greeted || !hello->resume || !hello->resume[0] || session->loop->draining)
         return false;
     struct bd_session *old = find_resumable(session, hello->resume);
     if (!old) return false;

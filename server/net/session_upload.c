@@ -69,7 +69,7 @@ static struct bd_session_upload *find_upload(const struct bd_session *session, c
 static enum bd_err check_first_piece(const struct bd_session *session, const Bounced__BlobPut *put,
                                      struct bd_fault *fault)
 {
-    uint64_t most = session->net->options.limits.blob_bytes;
+    uint64_t most = session->loop->serving->limits.blob_bytes;
     enum bd_err err = bd_grant_check_role(session->grant, BD_ROLE_EDIT, fault);
     if (err) return err;
     if (!put->blob || strncmp(put->blob, "sha256:", 7) != 0 ||
@@ -80,7 +80,7 @@ static enum bd_err check_first_piece(const struct bd_session *session, const Bou
         return bd_fault_set(fault, BD_ERR_LIMIT, "blob_bytes",
                             "a blob of %llu bytes is above the limit blob_bytes of %llu",
                             (unsigned long long)put->size_bytes, (unsigned long long)most);
-    if (session->upload_count >= session->net->options.limits.uploads_per_connection)
+    if (session->upload_count >= session->loop->serving->limits.uploads_per_connection)
         return bd_fault_set(fault, BD_ERR_BUSY, "uploads_per_connection",
                             "%u uploads are under way on this connection (limit "
                             "uploads_per_connection)",
@@ -96,9 +96,9 @@ static struct bd_session_upload *begin_upload(struct bd_session *session,
     upload->session = session;
     upload->size_bytes = put->size_bytes;
     snprintf(upload->blob, sizeof upload->blob, "%s", put->blob);
-    upload->spool =
-        bd_spool_create(session->net, bd_grant_blobs(&session->net->options, session->grant),
-                        session->grant->bytes_max, &upload_events, upload);
+    upload->spool = bd_spool_create(session->loop,
+                                    bd_grant_blobs(session->loop->serving->blobs, session->grant),
+                                    session->grant->bytes_max, &upload_events, upload);
     upload->next = session->uploads;
     session->uploads = upload;
     session->upload_count++;

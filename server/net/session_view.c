@@ -101,7 +101,7 @@ static const struct bd_view_events events = {on_frame, on_end, has_room};
 static enum bd_err read_credits(const struct bd_session *session, const Bounced__ViewOpen *open,
                                 uint32_t *out, struct bd_fault *fault)
 {
-    uint64_t most = session->net->options.limits.view_credits;
+    uint64_t most = session->loop->serving->limits.view_credits;
     *out = open->has_credits ? open->credits : CREDITS_USUAL;
     if (*out > most && !open->has_credits) *out = (uint32_t)most;
     if (*out >= 1 && *out <= most) return BD_ERR_OK;
@@ -114,15 +114,15 @@ static enum bd_err check_open(const struct bd_session *session, const Bounced__V
                               struct bd_fault *fault)
 {
     const struct bd_store_entry *entry;
-    uint64_t most = session->net->options.limits.views_per_connection;
+    uint64_t most = session->loop->serving->limits.views_per_connection;
     const char *scene = open->scene ? open->scene : "";
-    if (session->net->draining)
+    if (session->loop->draining)
         return bd_fault_set(fault, BD_ERR_BUSY, "", "the server is shutting down");
     if (session->view_count >= most)
         return bd_fault_set(fault, BD_ERR_BUSY, "views_per_connection",
                             "%u views are open on this connection (limit views_per_connection)",
                             session->view_count);
-    enum bd_err err = bd_store_get(session->net->options.store, scene, &entry, fault);
+    enum bd_err err = bd_store_get(session->loop->serving->store, scene, &entry, fault);
     if (!err && !bd_grant_covers(session->grant, entry->name))
         err = bd_fault_set(fault, BD_ERR_NOT_FOUND, "scene", "there is no scene \"%.64s\"", scene);
     return err;
@@ -132,7 +132,7 @@ static enum bd_err open_view(struct bd_session_view *view, const Bounced__ViewOp
                              struct bd_fault *fault)
 {
     struct bd_session *session = view->session;
-    struct bd_view_start start = {.net = session->net,
+    struct bd_view_start start = {.live = session->sessions->commands->live,
                                   .client = session->client,
                                   .scene = open->scene ? open->scene : "",
                                   .frame = open->frame,

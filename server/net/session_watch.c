@@ -61,12 +61,12 @@ void bd_session_flush_watches(struct bd_session *session)
 
 static enum bd_err begin(struct bd_session_watch *watch, const char *scene, struct bd_fault *fault)
 {
-    if (watch->session->watch_count >= watch->session->net->options.limits.watches_per_connection)
+    if (watch->session->watch_count >= watch->session->loop->serving->limits.watches_per_connection)
         return bd_fault_set(fault, BD_ERR_BUSY, "watches_per_connection",
                             "%u watches are open on this connection (limit "
                             "watches_per_connection)",
                             watch->session->watch_count);
-    return bd_watch_begin(&watch->watch, watch->session->net, scene, fault);
+    return bd_watch_begin(&watch->watch, watch->session->sessions->commands->live, scene, fault);
 }
 
 void bd_session_watch(struct bd_session *session, const Bounced__Envelope *envelope)

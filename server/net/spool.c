@@ -6,7 +6,7 @@
 #include <uv.h>
 
 #include "base/assert.h"
-#include "net/net_internal.h"
+#include "net/loop.h"
 
 #define FULL_BYTES (1u << 20)
 
@@ -18,7 +18,7 @@ struct bytes {
 };
 
 struct bd_spool {
-    struct bd_net *net;
+    struct bd_loop *loop;
     struct bd_blobs *blobs;
     uint64_t most_bytes;
     const struct bd_spool_events *events;
@@ -36,12 +36,12 @@ struct bd_spool {
     struct bd_fault fault;
 };
 
-struct bd_spool *bd_spool_create(struct bd_net *net, struct bd_blobs *blobs, uint64_t most_bytes,
+struct bd_spool *bd_spool_create(struct bd_loop *loop, struct bd_blobs *blobs, uint64_t most_bytes,
                                  const struct bd_spool_events *events, void *user)
 {
     struct bd_spool *spool = calloc(1, sizeof *spool);
     BD_ASSERT(spool);
-    spool->net = net;
+    spool->loop = loop;
     spool->blobs = blobs;
     spool->most_bytes = most_bytes;
     spool->events = events;
@@ -106,7 +106,7 @@ static void work_on(struct bd_spool *spool)
     spool->pending = swap;
     spool->commits = spool->wish == WISH_COMMIT;
     spool->is_working = true;
-    int result = uv_queue_work(&spool->net->loop, &spool->work, write_on_pool, write_back);
+    int result = uv_queue_work(&spool->loop->uv, &spool->work, write_on_pool, write_back);
     BD_ASSERT_CMP(result, ==, 0);
 }
 

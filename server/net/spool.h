@@ -15,7 +15,7 @@
 #include "base/err.h"
 #include "scene/blobs.h"
 
-struct bd_net;
+struct bd_loop;
 struct bd_spool;
 
 struct bd_spool_events {
@@ -27,7 +27,7 @@ struct bd_spool_events {
 };
 
 // Into `blobs`, whose owner may have no more than `most_bytes`.
-struct bd_spool *bd_spool_create(struct bd_net *net, struct bd_blobs *blobs, uint64_t most_bytes,
+struct bd_spool *bd_spool_create(struct bd_loop *loop, struct bd_blobs *blobs, uint64_t most_bytes,
                                  const struct bd_spool_events *events, void *user);
 
 // Copies. Nothing happens after a failure: `ended` tells it.

@@ -8,49 +8,23 @@
 #include "base/clock.h"
 #include "net/conn.h"
 
-static void count_pass(struct bd_net_stats *stats, const char *name, double ms, bool ran)
-{
-    uint32_t i = 0;
-    while (i < stats->pass_count && strcmp(stats->passes[i].name, name) != 0) i++;
-    if (i == BD_NET_PASS_NAME_MAX) return; // the list of names is fixed and shorter
-    if (i == stats->pass_count)
-        snprintf(stats->passes[stats->pass_count++].name, sizeof stats->passes[i].name, "%s", name);
-    stats->passes[i].seconds += ms * 1e-3;
-    stats->passes[i].ran += ran;
-    stats->passes[i].reused += !ran;
-}
-
-void bd_net_count_frame(struct bd_net *net, const struct bd_report *report)
-{
-    net->stats.frames++;
-    for (uint32_t i = 0; i < report->pass_count; i++)
-        if (report->passes[i].state != BD_PASS_PLANNED)
-            count_pass(&net->stats, report->passes[i].name, report->passes[i].ms,
-                       report->passes[i].state == BD_PASS_RAN);
-}
-
-void bd_net_count_refusal(struct bd_net *net)
-{
-    net->stats.requests_refused++;
-}
-
 // Of slow and stalled peers: what credits and room let through.
-static uint64_t sum_unsent_bytes(const struct bd_net *net)
+static uint64_t sum_unsent_bytes(const struct bd_loop *loop)
 {
     uint64_t sum = 0;
-    for (const struct bd_conn *conn = net->conns; conn; conn = conn->next)
+    for (const struct bd_conn *conn = loop->conns; conn; conn = conn->next)
         sum += bd_conn_unsent_bytes(conn);
     return sum;
 }
 
-struct bd_answer bd_answer_stats(struct bd_net *net)
+struct bd_answer bd_answer_stats(const struct bd_loop *loop)
 {
     struct bd_sched_stats sched;
-    bd_sched_stats(net->options.sched, &sched);
+    bd_sched_stats(loop->serving->sched, &sched);
     Bounced__StatsReply *reply = malloc(sizeof *reply);
     BD_ASSERT(reply);
     bounced__stats_reply__init(reply);
-    BD_SET(reply, uptime_seconds, bd_ms_since(net->start_ns) * 1e-3);
+    BD_SET(reply, uptime_seconds, bd_ms_since(loop->counts.start_ns) * 1e-3);
     BD_SET(reply, jobs_done, sched.jobs_done);
     BD_SET(reply, jobs_failed, sched.jobs_failed);
     BD_SET(reply, jobs_cancelled, sched.jobs_cancelled);
@@ -61,12 +35,12 @@ struct bd_answer bd_answer_stats(struct bd_net *net)
     BD_SET(reply, gpu_memory_peak_mib, sched.gpu_memory_peak_mib);
     BD_SET(reply, gpu_memory_limit_mib, sched.gpu_memory_limit_mib);
     BD_SET(reply, render_seconds, sched.render_seconds);
-    BD_SET(reply, scenes, bd_store_count(net->options.store));
-    BD_SET(reply, connections, net->conn_count);
-    BD_SET(reply, requests, net->stats.requests);
-    BD_SET(reply, requests_refused, net->stats.requests_refused);
+    BD_SET(reply, scenes, bd_store_count(loop->serving->store));
+    BD_SET(reply, connections, loop->conn_count);
+    BD_SET(reply, requests, loop->counts.requests);
+    BD_SET(reply, requests_refused, loop->counts.requests_refused);
     BD_SET(reply, reference_memory_mib, sched.reference_memory_mib);
-    BD_SET(reply, unsent_bytes, sum_unsent_bytes(net));
+    BD_SET(reply, unsent_bytes, sum_unsent_bytes(loop));
     return bd_answer_of(BOUNCED__ENVELOPE__BODY_STATS_REPLY, reply);
 }
 
@@ -101,19 +75,19 @@ static void write_stalls(FILE *out, const char *name, const char *help,
             (unsigned long long)count);
 }
 
-static void write_all_stalls(FILE *out, const struct bd_net *net,
+static void write_all_stalls(FILE *out, const struct bd_loop *loop,
                              const struct bd_sched_stats *sched)
 {
     uint64_t now_ns = bd_clock_ns();
     write_stalls(out, "loop_stall",
                  "How late a timer of 5 ms came on the loop, while anybody was connected.",
-                 &net->heart.stalls);
+                 &loop->heart.stalls);
     write_gauge(out, "loop_stall_seconds_max", "The longest of the last one to two minutes.",
-                bd_stalls_longest_s(&net->heart.stalls, now_ns));
+                bd_stalls_longest_s(&loop->heart.stalls, now_ns));
     write_stalls(out, "loop_work", "Processor time of the loop from each such timer to the next.",
-                 &net->heart.work);
+                 &loop->heart.work);
     write_gauge(out, "loop_work_seconds_max", "The longest of the last one to two minutes.",
-                bd_stalls_longest_s(&net->heart.work, now_ns));
+                bd_stalls_longest_s(&loop->heart.work, now_ns));
     write_stalls(out, "render_stall",
                  "How long the render thread worked without looking for cancels and other frames.",
                  &sched->render_stalls);
@@ -141,7 +115,7 @@ static void write_device(FILE *out, const struct bd_sched_stats *sched)
     fprintf(out, "\",software=\"%d\"} 1\n", sched->software);
 }
 
-static void write_passes(FILE *out, const struct bd_net_stats *stats)
+static void write_passes(FILE *out, const struct bd_counts *stats)
 {
     fputs("# HELP bounced_pass_seconds_total Device time by pass.\n"
           "# TYPE bounced_pass_seconds_total counter\n",
@@ -178,30 +152,31 @@ static void write_jobs(FILE *out, const struct bd_sched_stats *sched)
                 sched->gpu_memory_limit_mib * 1048576);
 }
 
-char *bd_net_metrics_text(struct bd_net *net)
+char *bd_net_metrics_text(const struct bd_loop *loop)
 {
     struct bd_sched_stats sched;
-    bd_sched_stats(net->options.sched, &sched);
+    bd_sched_stats(loop->serving->sched, &sched);
     char *text = NULL;
     size_t size = 0;
     FILE *out = open_memstream(&text, &size);
     BD_ASSERT(out);
-    write_gauge(out, "uptime_seconds", "Since start.", bd_ms_since(net->start_ns) * 1e-3);
+    write_gauge(out, "uptime_seconds", "Since start.", bd_ms_since(loop->counts.start_ns) * 1e-3);
     write_device(out, &sched);
     write_jobs(out, &sched);
-    write_counter(out, "requests_total", "Requests, both faces.", (double)net->stats.requests);
+    write_counter(out, "requests_total", "Requests, both faces.", (double)loop->counts.requests);
     write_counter(out, "requests_refused_total", "Requests answered by an error.",
-                  (double)net->stats.requests_refused);
+                  (double)loop->counts.requests_refused);
     write_counter(out, "frames_remembered_total", "Frames answered as they were sent before.",
-                  (double)net->stats.frames_remembered);
-    write_counter(out, "received_bytes_total", "Bytes from clients.", (double)net->stats.bytes_in);
-    write_counter(out, "sent_bytes_total", "Bytes to clients.", (double)net->stats.bytes_out);
-    write_gauge(out, "connections", "Open connections.", net->conn_count);
+                  (double)loop->counts.frames_remembered);
+    write_counter(out, "received_bytes_total", "Bytes from clients.",
+                  (double)loop->counts.bytes_in);
+    write_counter(out, "sent_bytes_total", "Bytes to clients.", (double)loop->counts.bytes_out);
+    write_gauge(out, "connections", "Open connections.", loop->conn_count);
     write_gauge(out, "unsent_bytes", "Bytes that wait for peers to read them.",
-                (double)sum_unsent_bytes(net));
-    write_gauge(out, "scenes", "Scenes held.", bd_store_count(net->options.store));
-    write_all_stalls(out, net, &sched);
-    write_passes(out, &net->stats);
+                (double)sum_unsent_bytes(loop));
+    write_gauge(out, "scenes", "Scenes held.", bd_store_count(loop->serving->store));
+    write_all_stalls(out, loop, &sched);
+    write_passes(out, &loop->counts);
     int result = fclose(out);
     BD_ASSERT_CMP(result, ==, 0);
     return text;

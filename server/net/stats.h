@@ -6,13 +6,11 @@
 #define BD_NET_STATS_H
 
 #include "net/answer.h"
-#include "net/net_internal.h"
+#include "net/loop.h"
 
-void bd_net_count_frame(struct bd_net *net, const struct bd_report *report);
-
-struct bd_answer bd_answer_stats(struct bd_net *net);
+struct bd_answer bd_answer_stats(const struct bd_loop *loop);
 
 // Prometheus text format 0.0.4. The caller frees.
-char *bd_net_metrics_text(struct bd_net *net);
+char *bd_net_metrics_text(const struct bd_loop *loop);
 
 #endif

@@ -5,8 +5,8 @@
 
 #include "base/assert.h"
 #include "base/log.h"
+#include "net/commits.h"
 #include "net/journal_turn.h"
-#include "net/net_internal.h"
 #include "net/release.h"
 #include "scene/store_journal.h"
 
@@ -27,7 +27,7 @@ struct bd_upkeep {
 static void on_pool(struct bd_journal_turn *turn)
 {
     struct bd_upkeep *upkeep = (struct bd_upkeep *)turn;
-    struct bd_journal *journal = turn->net->options.journal;
+    struct bd_journal *journal = turn->commits->loop->serving->journal;
     upkeep->is_done = true;
     switch (upkeep->phase) {
     case PHASE_SNAPSHOT:
@@ -44,20 +44,20 @@ static void on_pool(struct bd_journal_turn *turn)
     }
 }
 
-static void drop_first(struct bd_net *net)
+static void drop_first(struct bd_commits *commits)
 {
-    struct bd_upkeep *first = net->upkeep;
-    net->upkeep = first->next;
-    bd_net_release_scene(net, &first->scene);
+    struct bd_upkeep *first = commits->upkeep;
+    commits->upkeep = first->next;
+    bd_release_scene(commits->loop, &first->scene);
     free(first);
 }
 
 // With the one under way those that wait for it, if the daemon ends.
-static void finish(struct bd_net *net)
+static void finish(struct bd_commits *commits)
 {
-    drop_first(net);
-    while (net->upkeep && net->draining) drop_first(net);
-    if (net->upkeep) bd_journal_turn_take(net, &net->upkeep->turn);
+    drop_first(commits);
+    while (commits->upkeep && commits->loop->draining) drop_first(commits);
+    if (commits->upkeep) bd_journal_turn_take(commits, &commits->upkeep->turn);
 }
 
 // A scene that was removed meanwhile has no history to look after.
@@ -73,12 +73,12 @@ static void back(struct bd_journal_turn *turn)
     if (upkeep->err && !is_removed(upkeep))
         bd_log(BD_LOG_WARN, "net", "upkeep of the journal put off: %s", upkeep->fault.message);
     bool is_over = upkeep->is_done && upkeep->phase == PHASE_COLLECT;
-    if (upkeep->err || is_over || turn->net->draining) {
-        finish(turn->net);
+    if (upkeep->err || is_over || turn->commits->loop->draining) {
+        finish(turn->commits);
         return;
     }
     if (upkeep->is_done) upkeep->phase++;
-    bd_journal_turn_take(turn->net, turn);
+    bd_journal_turn_take(turn->commits, turn);
 }
 
 static bool is_due(const struct bd_batch *batch)
@@ -101,12 +101,12 @@ static struct bd_upkeep *create(const struct bd_batch *batch)
 }
 
 // Of one scene the last snapshot, and one collection after removals, which each upkeep ends with.
-static bool has_waiting(struct bd_net *net, const struct bd_batch *batch)
+static bool has_waiting(struct bd_commits *commits, const struct bd_batch *batch)
 {
-    for (struct bd_upkeep *u = net->upkeep->next; u; u = u->next) {
+    for (struct bd_upkeep *u = commits->upkeep->next; u; u = u->next) {
         if (!batch->after) return true;
         if (!u->scene || strcmp(u->scene_id, batch->scene_id) != 0) continue;
-        bd_net_release_scene(net, &u->scene);
+        bd_release_scene(commits->loop, &u->scene);
         u->scene = bd_scene_retain(batch->after);
         u->revision = batch->revision;
         return true;
@@ -114,14 +114,14 @@ static bool has_waiting(struct bd_net *net, const struct bd_batch *batch)
     return false;
 }
 
-void bd_upkeep_after(struct bd_net *net, const struct bd_batch *batch)
+void bd_upkeep_after(struct bd_commits *commits, const struct bd_batch *batch)
 {
-    if (!is_due(batch) || net->draining) return;
-    if (!net->upkeep) {
-        net->upkeep = create(batch);
-        bd_journal_turn_take(net, &net->upkeep->turn);
-    } else if (!has_waiting(net, batch)) {
-        struct bd_upkeep *last = net->upkeep;
+    if (!is_due(batch) || commits->loop->draining) return;
+    if (!commits->upkeep) {
+        commits->upkeep = create(batch);
+        bd_journal_turn_take(commits, &commits->upkeep->turn);
+    } else if (!has_waiting(commits, batch)) {
+        struct bd_upkeep *last = commits->upkeep;
         while (last->next) last = last->next;
         last->next = create(batch);
     }

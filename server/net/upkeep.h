@@ -9,9 +9,9 @@
 
 #include "scene/store.h"
 
-struct bd_net;
+struct bd_commits;
 
 // A batch has been published: begins what is due after it, or has it wait for those under way.
-void bd_upkeep_after(struct bd_net *net, const struct bd_batch *batch);
+void bd_upkeep_after(struct bd_commits *commits, const struct bd_batch *batch);
 
 #endif

@@ -9,7 +9,6 @@
 #include "base/clock.h"
 #include "net/frame_encode.h"
 #include "net/frame_job.h"
-#include "net/stats.h"
 #include "net/view_cost.h"
 #include "net/view_plan.h"
 #include "net/view_steps.h"
@@ -20,11 +19,11 @@
 #define FPS_MAX       1000.0
 
 struct bd_view {
-    struct bd_net *net;
+    struct bd_live *live;
     struct bd_client *client;
     const struct bd_view_events *events;
     void *user;
-    struct bd_view *previous, *next; // net->views
+    struct bd_view *previous, *next; // live->views
     bool is_closed;                  // freed once its frame came back
     char scene_id[BD_SCENE_ID_BYTES];
     struct bd_frame_options options;
@@ -57,9 +56,9 @@ static void free_view(struct bd_view *view)
     if (view->previous)
         view->previous->next = view->next;
     else
-        view->net->views = view->next;
+        view->live->views = view->next;
     if (view->next) view->next->previous = view->previous;
-    view->net->view_count--;
+    view->live->view_count--;
     bd_client_release(&view->client);
     free(view);
 }
@@ -132,7 +131,7 @@ static void judge(struct bd_view *view, const struct bd_report *report, struct b
 {
     const struct bd_frame_request *frame = &view->options.frame;
     const uint32_t step = view->state.running_step;
-    const uint64_t most_s = view->net->options.limits.view_refine_seconds;
+    const uint64_t most_s = view->live->loop->serving->limits.view_refine_seconds;
     bd_view_cost_learn(&view->cost, report, !bd_view_step_adds_sub_frames(frame, step));
     const double next_ms = next_step_ms(view);
     enum bd_view_why why = bd_view_why_final(&view->state, bd_view_has_step(frame, step + 1),
@@ -170,7 +169,7 @@ static void send_frame(struct bd_view *view)
     frame.credits = state->credits;
     view->encoded.bytes = (struct bd_bytes){0};
     view->replaced = 0;
-    bd_net_count_frame(view->net, report);
+    bd_counts_frame(&view->live->loop->counts, report);
     view->events->frame(view->user, &frame);
     bd_bytes_finish(&frame.bytes);
 }
@@ -232,7 +231,8 @@ static void encode_on_pool(uv_work_t *work)
     const struct bd_frame_encode frame = {.options = &view->running,
                                           .result = bd_job_result(view->job),
                                           .revision = view->revision,
-                                          .bytes_max = view->net->options.limits.reply_bytes};
+                                          .bytes_max =
+                                              view->live->loop->serving->limits.reply_bytes};
     view->err = bd_frame_encode(&frame, &view->encoded, &view->encode_ms, &view->fault);
 }
 
@@ -248,7 +248,7 @@ static void job_ended(struct bd_frame_job *frame_job)
     }
     view->state.has_rendered = true;
     view->work.data = view;
-    int queued = uv_queue_work(&view->net->loop, &view->work, encode_on_pool, encode_back);
+    int queued = uv_queue_work(&view->live->loop->uv, &view->work, encode_on_pool, encode_back);
     BD_ASSERT_CMP(queued, ==, 0);
 }
 
@@ -264,10 +264,10 @@ static enum bd_err submit(struct bd_view *view, const struct bd_store_entry *ent
                                      .turn = bd_client_turn(view->client),
                                      .done = bd_frame_job_done,
                                      .user = &view->frame_job};
-    view->frame_job = (struct bd_frame_job){view->net, view, job_ended, NULL};
+    view->frame_job = (struct bd_frame_job){view->live, view, job_ended, NULL};
     view->revision = entry->revision;
     view->transient = entry->transient;
-    return bd_sched_submit(view->net->options.sched, &request, &view->job, fault);
+    return bd_sched_submit(view->live->loop->serving->sched, &request, &view->job, fault);
 }
 
 static void begin(struct bd_view *view, uint32_t step_index)
@@ -285,7 +285,8 @@ static void begin(struct bd_view *view, uint32_t step_index)
                      &view->running.frame);
     view->running_ns = view->wanted_ns;
     view->running_sequence = view->sequence;
-    enum bd_err err = bd_store_get(view->net->options.store, view->scene_id, &entry, &fault);
+    enum bd_err err =
+        bd_store_get(view->live->loop->serving->store, view->scene_id, &entry, &fault);
     if (!err) err = submit(view, entry, &fault);
     if (err) frame_failed(view, &fault);
 }
@@ -300,37 +301,37 @@ static void stop(struct bd_view *view)
 
 static void on_timer(uv_timer_t *timer);
 
-static void arm(struct bd_net *net)
+static void arm(struct bd_live *live)
 {
     uint64_t soonest_ns = 0;
-    for (const struct bd_view *view = net->views; view; view = view->next)
+    for (const struct bd_view *view = live->views; view; view = view->next)
         if (view->wake_ns && (!soonest_ns || view->wake_ns < soonest_ns))
             soonest_ns = view->wake_ns;
     if (!soonest_ns) return;
     uint64_t now_ns = bd_clock_ns();
     uint64_t wait_ms = soonest_ns > now_ns ? (soonest_ns - now_ns + 999999) / 1000000 : 0;
-    uv_update_time(&net->loop);
-    uv_timer_start(&net->view_timer, on_timer, wait_ms, 0);
+    uv_update_time(&live->loop->uv);
+    uv_timer_start(&live->view_timer, on_timer, wait_ms, 0);
 }
 
 // A view's step may end it, and with it whatever its opener closes: walked anew after each.
-static struct bd_view *find_due(const struct bd_net *net, uint64_t now_ns)
+static struct bd_view *find_due(const struct bd_live *live, uint64_t now_ns)
 {
-    struct bd_view *view = net->views;
+    struct bd_view *view = live->views;
     while (view && !(view->wake_ns && view->wake_ns <= now_ns)) view = view->next;
     return view;
 }
 
 static void on_timer(uv_timer_t *timer)
 {
-    struct bd_net *net = timer->data;
+    struct bd_live *live = timer->data;
     uint64_t now_ns = bd_clock_ns();
     struct bd_view *view;
-    while ((view = find_due(net, now_ns)) != NULL) {
+    while ((view = find_due(live, now_ns)) != NULL) {
         view->wake_ns = 0;
         step(view);
     }
-    arm(net);
+    arm(live);
 }
 
 static void step(struct bd_view *view)
@@ -343,7 +344,7 @@ static void step(struct bd_view *view)
     case BD_VIEW_REST:
         break;
     case BD_VIEW_WAIT:
-        arm(view->net);
+        arm(view->live);
         break;
     case BD_VIEW_BEGIN:
         begin(view, decision.step);
@@ -354,15 +355,15 @@ static void step(struct bd_view *view)
     }
 }
 
-void bd_views_begin(struct bd_net *net)
+void bd_views_begin(struct bd_live *live)
 {
-    uv_timer_init(&net->loop, &net->view_timer);
-    net->view_timer.data = net;
+    uv_timer_init(&live->loop->uv, &live->view_timer);
+    live->view_timer.data = live;
 }
 
-void bd_views_finish(struct bd_net *net)
+void bd_views_finish(struct bd_live *live)
 {
-    uv_close((uv_handle_t *)&net->view_timer, NULL);
+    uv_close((uv_handle_t *)&live->view_timer, NULL);
 }
 
 // --- what changes ---------------------------------------------------------------------------
@@ -380,11 +381,11 @@ static void change(struct bd_view *view)
     step(view);
 }
 
-void bd_views_scene_changed(struct bd_net *net, const char *scene_id, bool is_removed)
+void bd_views_scene_changed(struct bd_live *live, const char *scene_id, bool is_removed)
 {
     struct bd_fault fault;
     bd_fault_set(&fault, BD_ERR_NOT_FOUND, "scene", "the scene was removed");
-    for (struct bd_view *view = net->views; view;) {
+    for (struct bd_view *view = live->views; view;) {
         struct bd_view *next = view->next;
         bool is_ours = !view->is_closed && strcmp(view->scene_id, scene_id) == 0;
         if (is_ours && is_removed)
@@ -427,10 +428,10 @@ static enum bd_err refuse_what_no_view_has(const Bounced__FrameRequest *request,
     return BD_ERR_OK;
 }
 
-static enum bd_err check_options(const struct bd_net *net, const struct bd_store_entry *entry,
+static enum bd_err check_options(const struct bd_live *live, const struct bd_store_entry *entry,
                                  const struct bd_frame_options *options, struct bd_fault *fault)
 {
-    const struct bd_limits *limits = &net->options.limits;
+    const struct bd_limits *limits = &live->loop->serving->limits;
     const struct bd_frame_limits frame_limits = {.side_px_max = (uint32_t)limits->image_side_px,
                                                  .pixel_count_max = limits->image_pixels,
                                                  .reply_bytes_max = limits->reply_bytes};
@@ -443,7 +444,7 @@ static enum bd_err check_options(const struct bd_net *net, const struct bd_store
     return bd_fault_set(fault, BD_ERR_USAGE, "camera", "%.63s: no such camera", frame->camera);
 }
 
-static enum bd_err read_frame(const struct bd_net *net, const struct bd_store_entry *entry,
+static enum bd_err read_frame(const struct bd_live *live, const struct bd_store_entry *entry,
                               const Bounced__FrameRequest *frame, struct bd_frame_options *out,
                               struct bd_fault *fault)
 {
@@ -453,7 +454,7 @@ static enum bd_err read_frame(const struct bd_net *net, const struct bd_store_en
     if (!frame || !frame->encoding) out->encode.format = BD_ENCODE_JPEG;
     if ((!frame || !frame->encoding) && frame && frame->n_layers > 1)
         return bd_fault_set(fault, BD_ERR_USAGE, "layers", "jpg holds one layer, exr all of them");
-    return check_options(net, entry, out, fault);
+    return check_options(live, entry, out, fault);
 }
 
 static enum bd_err read_rate(double frames_per_second, uint64_t *interval_ns,
@@ -468,7 +469,7 @@ static enum bd_err read_rate(double frames_per_second, uint64_t *interval_ns,
 
 static enum bd_err check_client(const struct bd_view_start *start, struct bd_fault *fault)
 {
-    uint64_t most = start->net->options.limits.views_per_client;
+    uint64_t most = start->live->loop->serving->limits.views_per_client;
     if (start->client->views < most) return BD_ERR_OK;
     return bd_fault_set(fault, BD_ERR_BUSY, "views_per_client",
                         "%u views of this client are open (limit views_per_client)",
@@ -478,22 +479,22 @@ static enum bd_err check_client(const struct bd_view_start *start, struct bd_fau
 enum bd_err bd_view_open(const struct bd_view_start *start, struct bd_view **out,
                          struct bd_fault *fault)
 {
-    struct bd_net *net = start->net;
+    struct bd_live *live = start->live;
     const struct bd_store_entry *entry = NULL;
     struct bd_frame_options options;
     uint64_t interval_ns = 0;
     enum bd_err err = check_client(start, fault);
-    if (!err) err = bd_store_get(net->options.store, start->scene, &entry, fault);
-    if (!err) err = read_frame(net, entry, start->frame, &options, fault);
+    if (!err) err = bd_store_get(live->loop->serving->store, start->scene, &entry, fault);
+    if (!err) err = read_frame(live, entry, start->frame, &options, fault);
     if (!err) err = read_rate(start->frames_per_second, &interval_ns, fault);
     if (err) return err;
     struct bd_view *view = calloc(1, sizeof *view);
     BD_ASSERT(view);
-    *view = (struct bd_view){.net = net,
+    *view = (struct bd_view){.live = live,
                              .client = start->client,
                              .events = start->events,
                              .user = start->user,
-                             .next = net->views,
+                             .next = live->views,
                              .options = options,
                              .wanted_ns = bd_clock_ns(),
                              .state = {.refine = start->refine,
@@ -506,11 +507,11 @@ enum bd_err bd_view_open(const struct bd_view_start *start, struct bd_view **out
     bd_client_retain(view->client);
     view->client->views++;
     if (view->next) view->next->previous = view;
-    net->views = view;
-    net->view_count++;
+    live->views = view;
+    live->view_count++;
     // With the timer, and not from here: the opener has not answered yet.
     view->wake_ns = bd_clock_ns();
-    arm(net);
+    arm(live);
     *out = view;
     return BD_ERR_OK;
 }
@@ -521,13 +522,13 @@ enum bd_err bd_view_update(struct bd_view *view, const Bounced__ViewUpdate *upda
     struct bd_frame_options options = view->options;
     uint64_t interval_ns = view->state.interval_ns;
     const struct bd_store_entry *entry = NULL;
-    enum bd_err err = bd_store_get(view->net->options.store, view->scene_id, &entry, fault);
-    if (!err && update->frame) err = read_frame(view->net, entry, update->frame, &options, fault);
+    enum bd_err err = bd_store_get(view->live->loop->serving->store, view->scene_id, &entry, fault);
+    if (!err && update->frame) err = read_frame(view->live, entry, update->frame, &options, fault);
     if (!err && update->pose) {
         options.frame.camera[0] = 0;
         err = bd_pose_read(update->pose, &options.frame.pose, fault);
     }
-    if (!err && update->pose) err = check_options(view->net, entry, &options, fault);
+    if (!err && update->pose) err = check_options(view->live, entry, &options, fault);
     if (!err && update->has_frames_per_second)
         err = read_rate(update->frames_per_second, &interval_ns, fault);
     if (err) return err;

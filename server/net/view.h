@@ -9,7 +9,7 @@
 
 #include "net/answer.h"
 #include "net/frame_options.h"
-#include "net/net_internal.h"
+#include "net/live.h"
 
 struct bd_view;
 
@@ -39,7 +39,7 @@ struct bd_view_events {
 };
 
 struct bd_view_start {
-    struct bd_net *net;
+    struct bd_live *live;
     struct bd_client *client; // the view takes its own reference
     const char *scene;
     const Bounced__FrameRequest *frame; // NULL: every default
@@ -70,10 +70,10 @@ void bd_view_restart(struct bd_view *view);
 void bd_view_wake(struct bd_view *view);
 
 // A scene changed, or (`is_removed`) is no more.
-void bd_views_scene_changed(struct bd_net *net, const char *scene_id, bool is_removed);
+void bd_views_scene_changed(struct bd_live *live, const char *scene_id, bool is_removed);
 
 // The timer of all views.
-void bd_views_begin(struct bd_net *net);
-void bd_views_finish(struct bd_net *net);
+void bd_views_begin(struct bd_live *live);
+void bd_views_finish(struct bd_live *live);
 
 #endif

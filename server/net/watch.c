@@ -4,25 +4,26 @@
 #include <string.h>
 
 #include "base/hash.h"
+#include "net/auth.h"
 #include "net/view.h"
 
-enum bd_err bd_watch_begin(struct bd_watch *watch, struct bd_net *net, const char *scene,
+enum bd_err bd_watch_begin(struct bd_watch *watch, struct bd_live *live, const char *scene,
                            struct bd_fault *fault)
 {
     const struct bd_store_entry *entry = NULL;
     if (scene && scene[0]) {
-        enum bd_err err = bd_store_get(net->options.store, scene, &entry, fault);
+        enum bd_err err = bd_store_get(live->loop->serving->store, scene, &entry, fault);
         if (!err && !bd_grant_covers(watch->grant, entry->name))
             err = bd_fault_set(fault, BD_ERR_NOT_FOUND, "scene", "there is no scene \"%.64s\"",
                                scene);
         if (err) return err;
     }
-    watch->net = net;
+    watch->live = live;
     snprintf(watch->scene_id, sizeof watch->scene_id, "%s", entry ? entry->id : "");
     watch->previous = NULL;
-    watch->next = net->watches;
+    watch->next = live->watches;
     if (watch->next) watch->next->previous = watch;
-    net->watches = watch;
+    live->watches = watch;
     return BD_ERR_OK;
 }
 
@@ -31,7 +32,7 @@ void bd_watch_end(struct bd_watch *watch)
     if (watch->previous)
         watch->previous->next = watch->next;
     else
-        watch->net->watches = watch->next;
+        watch->live->watches = watch->next;
     if (watch->next) watch->next->previous = watch->previous;
 }
 
@@ -63,7 +64,7 @@ static char *read_only(const char *text)
     return text && text[0] ? (char *)(uintptr_t)text : NULL;
 }
 
-static void tell_origin(Bounced__SceneEvent *event, const struct bd_scene_change *change)
+static void tell_origin(Bounced__SceneEvent *event, const struct bd_live_change *change)
 {
     event->kind = read_only(change->kind);
     event->author = read_only(change->author);
@@ -72,12 +73,12 @@ static void tell_origin(Bounced__SceneEvent *event, const struct bd_scene_change
     event->of = change->of;
 }
 
-void bd_net_scene_changed(struct bd_net *net, const char *scene_id,
-                          const struct bd_scene_change *change)
+void bd_live_changed(struct bd_live *live, const char *scene_id,
+                     const struct bd_live_change *change)
 {
     struct changes changes;
     const struct bd_store_entry *entry;
-    if (bd_store_get(net->options.store, scene_id, &entry, NULL)) return;
+    if (bd_store_get(live->loop->serving->store, scene_id, &entry, NULL)) return;
     char id[BD_SCENE_ID_BYTES], hash[8 + BD_SHA256_HEX] = "sha256:";
     snprintf(id, sizeof id, "%s", entry->id);
     bd_sha256_hex(entry->scene->content_sha256, hash + 7);
@@ -90,10 +91,10 @@ void bd_net_scene_changed(struct bd_net *net, const char *scene_id,
     event.has_transient = entry->transient > 0;
     event.transient = entry->transient;
     tell_changes(&event, change->delta, &changes);
-    for (struct bd_watch *watch = net->watches; watch;) {
+    for (struct bd_watch *watch = live->watches; watch;) {
         struct bd_watch *next = watch->next;
         if (hears(watch, entry)) watch->event(watch->user, &event);
         watch = next;
     }
-    bd_views_scene_changed(net, id, strcmp(change->kind, "removed") == 0);
+    bd_views_scene_changed(live, id, strcmp(change->kind, "removed") == 0);
 }

@@ -170,7 +170,7 @@ static void on_frame_start(wslay_event_context_ptr events,
     (void)events;
     struct bd_websocket *websocket = user;
     struct bd_fault fault;
-    const struct bd_limits *limits = &websocket->conn->net->options.limits;
+    const struct bd_limits *limits = &websocket->conn->loop->serving->limits;
     const bool is_known = websocket->conn->is_known;
     const uint64_t most = is_known ? limits->message_bytes : limits->hello_bytes;
     const char *name = is_known ? "message_bytes" : "hello_bytes";
@@ -214,7 +214,7 @@ static uint32_t header_bytes_of(const struct bd_websocket *websocket)
 
 static void check_header_length(struct bd_websocket *websocket)
 {
-    uint64_t most = websocket->conn->net->options.limits.header_bytes;
+    uint64_t most = websocket->conn->loop->serving->limits.header_bytes;
     struct bd_fault fault;
     if (websocket->used < LENGTH_BYTES || header_bytes_of(websocket) <= most) return;
     bd_fault_set(&fault, BD_ERR_LIMIT, "header_bytes",
@@ -295,7 +295,7 @@ static void on_tick(struct bd_conn *conn)
 {
     struct bd_websocket *websocket = of(conn);
     uint64_t now_ns = bd_clock_ns();
-    uint64_t idle_ns = conn->net->options.limits.idle_seconds * 1000000000u;
+    uint64_t idle_ns = conn->loop->serving->limits.idle_seconds * 1000000000u;
     if (conn->clock_runs) return; // hello comes first, and has a clock of its own
     bool is_asked = websocket->pinged_ns > conn->heard_ns;
     if (is_asked && now_ns - websocket->pinged_ns > idle_ns / 2) {
@@ -372,6 +372,6 @@ void bd_websocket_begin(struct bd_http *http)
     http->websocket = create(&http->conn);
     http->conn.ops = &websocket_ops;
     http->conn.is_known = false; // until hello, as on every face
-    bd_session_begin(&http->conn, &start);
+    bd_session_begin(http->web->sessions, &http->conn, &start);
     bd_conn_touch(&http->conn);
 }

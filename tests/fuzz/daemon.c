@@ -122,26 +122,26 @@ static char *list_devices(void)
     return strdup("[{\"name\":\"none\",\"in_use\":true}]");
 }
 
-static void open_rooms(struct bd_net_options *options)
+static void open_rooms(struct bd_serving *serving)
 {
     struct bd_fault fault = {0};
     const struct bd_sched_options sched = {
-        .queue_length_max = (uint32_t)options->limits.jobs_waiting,
-        .frame_limits = {.side_px_max = (uint32_t)options->limits.image_side_px,
-                         .pixel_count_max = options->limits.image_pixels}};
-    expect(bd_blobs_open(world.directory, &options->blobs, &fault), &fault);
-    options->store = bd_store_create((uint32_t)options->limits.scenes);
-    expect(bd_journal_open(world.directory, &options->journal, &fault), &fault);
-    expect(bd_store_load(options->store, options->journal, &fault), &fault);
-    expect(bd_sched_create(&sched, &options->sched, &fault), &fault);
+        .queue_length_max = (uint32_t)serving->limits.jobs_waiting,
+        .frame_limits = {.side_px_max = (uint32_t)serving->limits.image_side_px,
+                         .pixel_count_max = serving->limits.image_pixels}};
+    expect(bd_blobs_open(world.directory, &serving->blobs, &fault), &fault);
+    serving->store = bd_store_create((uint32_t)serving->limits.scenes);
+    expect(bd_journal_open(world.directory, &serving->journal, &fault), &fault);
+    expect(bd_store_load(serving->store, serving->journal, &fault), &fault);
+    expect(bd_sched_create(&sched, &serving->sched, &fault), &fault);
 }
 
-static void close_rooms(struct bd_net_options *options)
+static void close_rooms(struct bd_serving *serving)
 {
-    bd_sched_destroy(&options->sched);
-    bd_store_destroy(&options->store);
-    bd_journal_close(&options->journal);
-    bd_blobs_close(&options->blobs);
+    bd_sched_destroy(&serving->sched);
+    bd_store_destroy(&serving->store);
+    bd_journal_close(&serving->journal);
+    bd_blobs_close(&serving->blobs);
 }
 
 // Which port the system gave.
@@ -167,11 +167,11 @@ void daemon_begin(bool has_tokens)
                                             .socket_mode = BD_NET_SOCKET_MODE,
                                             .private_fd = -1,
                                             .token_file = has_tokens ? token_path : NULL,
-                                            .list_devices = list_devices};
-    set_limits(&world.options.limits);
-    open_rooms(&world.options);
+                                            .serving.list_devices = list_devices};
+    set_limits(&world.options.serving.limits);
+    open_rooms(&world.options.serving);
     expect(bd_net_create(&world.options, &world.net, &fault), &fault);
-    uv_walk(&world.net->loop, note_http, NULL);
+    uv_walk(&world.net->loop.uv, note_http, NULL);
 }
 
 void daemon_end(void)
@@ -180,16 +180,16 @@ void daemon_end(void)
     daemon_settle();
     // Sessions that could be resumed end, quiet is over, and closing connections lose patience.
     for (int i = 0; i < 3; i++) {
-        daemon_pass_ms(1000 * (world.options.limits.resume_seconds + 1));
+        daemon_pass_ms(1000 * (world.options.serving.limits.resume_seconds + 1));
         daemon_settle();
     }
-    BD_ASSERT_CMP(world.net->conn_count, ==, 0);
-    BD_ASSERT_CMP(world.net->command_count, ==, 0);
-    BD_ASSERT_CMP(world.net->view_count, ==, 0);
-    BD_ASSERT_CMP(world.net->kept_bytes, ==, 0);
+    BD_ASSERT_CMP(world.net->loop.conn_count, ==, 0);
+    BD_ASSERT_CMP(world.net->commands.count, ==, 0);
+    BD_ASSERT_CMP(world.net->live.view_count, ==, 0);
+    BD_ASSERT_CMP(world.net->sessions.kept_bytes, ==, 0);
     BD_ASSERT_CMP(pool_count(), ==, 0);
     bd_net_destroy(&world.net);
-    close_rooms(&world.options);
+    close_rooms(&world.options.serving);
     machine_end();
     sigaction(SIGINT, &world.old_int, NULL);
     sigaction(SIGTERM, &world.old_term, NULL);
@@ -202,7 +202,7 @@ void daemon_connect(uint32_t at, enum peer_kind kind)
     struct peer *peer = &world.peers[at];
     daemon_reset(at);
     // Once it drains it does not listen any more.
-    if (world.net->draining) return;
+    if (world.net->loop.draining) return;
     const bool is_http = kind == PEER_HTTP;
     int fd = socket(is_http ? AF_INET : AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
     BD_ASSERT(fd >= 0);
@@ -302,8 +302,9 @@ static void read_peer(struct peer *peer)
 static uint64_t progress(void)
 {
     const struct bd_net *net = world.net;
-    return net->stats.bytes_in + net->stats.bytes_out + net->stats.requests + world.received_bytes +
-           net->conn_count + net->command_count + net->view_count + pool_count();
+    return net->loop.counts.bytes_in + net->loop.counts.bytes_out + net->loop.counts.requests +
+           world.received_bytes + net->loop.conn_count + net->commands.count +
+           net->live.view_count + pool_count();
 }
 
 void daemon_pump(void)
@@ -313,7 +314,7 @@ void daemon_pump(void)
     for (int i = 0; i < PUMP_ROUNDS && quiet < 2; i++) {
         before = progress();
         pool_pass_ms(0); // timers that do not wait
-        uv_run(&world.net->loop, UV_RUN_NOWAIT);
+        uv_run(&world.net->loop.uv, UV_RUN_NOWAIT);
         for (uint32_t at = 0; at < DAEMON_PEERS; at++) read_peer(&world.peers[at]);
         quiet = progress() == before ? quiet + 1 : 0;
     }
@@ -333,7 +334,7 @@ void daemon_return_one(void)
 
 void daemon_end_frame(void)
 {
-    frames_end_one(world.options.sched);
+    frames_end_one(world.options.serving.sched);
     daemon_pump();
 }
 
@@ -343,7 +344,7 @@ void daemon_settle(void)
     for (int i = 0; i < SETTLE_ROUNDS; i++) {
         bool is_busy = pool_run_one();
         is_busy |= pool_return_one();
-        is_busy |= frames_end_one(world.options.sched);
+        is_busy |= frames_end_one(world.options.serving.sched);
         if (!is_busy) return;
         daemon_pump();
     }

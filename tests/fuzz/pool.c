@@ -120,7 +120,7 @@ int __wrap_uv_queue_work(uv_loop_t *loop, uv_work_t *request, uv_work_cb run,
 int __wrap_uv_timer_start(uv_timer_t *handle, uv_timer_cb fire, uint64_t wait_ms,
                           uint64_t repeat_ms);
 int __wrap_uv_signal_start(uv_signal_t *handle, uv_signal_cb fire, int number);
-void __wrap_bd_background_start(struct bd_net *net, struct bd_background *work);
+void __wrap_bd_background_start(struct bd_loop *loop, struct bd_background *work);
 
 int __wrap_uv_queue_work(uv_loop_t *loop, uv_work_t *request, uv_work_cb run, uv_after_work_cb back)
 {
@@ -130,9 +130,9 @@ int __wrap_uv_queue_work(uv_loop_t *loop, uv_work_t *request, uv_work_cb run, uv
 }
 
 // A thread of its own, where others have the pool.
-void __wrap_bd_background_start(struct bd_net *net, struct bd_background *work)
+void __wrap_bd_background_start(struct bd_loop *loop, struct bd_background *work)
 {
-    work->net = net;
+    work->loop = loop;
     if (work->begun) work->begun(work);
     push(&pool.waiting, (struct work){.background = work});
 }

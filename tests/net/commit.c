@@ -3,7 +3,7 @@
 
 #include "net/commit.h"
 
-#include "net/net_internal.h"
+#include "net/commits.h"
 #include "scene/store_journal.h"
 #include "tests/unit/scene/snapshots.h"
 
@@ -45,7 +45,7 @@ enum bd_err __wrap_bd_store_write(struct bd_journal *unused, const struct bd_bat
 
 struct waiter {
     struct bd_commit_waiter waiter; // first
-    struct bd_net *net;
+    struct bd_commits *commits;
     const char *scene_id;
     struct waiter *next;               // who edits as soon as this one has heard
     int32_t light;                     // -1: a name
@@ -55,14 +55,17 @@ struct waiter {
 };
 
 struct world {
-    struct bd_net net;
+    struct bd_serving serving;
+    struct bd_loop loop;
+    struct bd_live live;
+    struct bd_commits commits;
     char id[BD_SCENE_ID_BYTES];
 };
 
-static const struct bd_store_entry *entry_of(const struct bd_net *net, const char *id)
+static const struct bd_store_entry *entry_of(const struct bd_commits *commits, const char *id)
 {
     const struct bd_store_entry *entry;
-    assert_int_equal(bd_store_get(net->options.store, id, &entry, NULL), BD_ERR_OK);
+    assert_int_equal(bd_store_get(commits->loop->serving->store, id, &entry, NULL), BD_ERR_OK);
     return entry;
 }
 
@@ -76,15 +79,15 @@ static void on_done(struct bd_commit_waiter *commit_waiter, const struct bd_batc
     waiter->heard++;
     waiter->err = err;
     waiter->revision = batch->revision;
-    waiter->shown_revision = entry_of(waiter->net, waiter->scene_id)->revision;
+    waiter->shown_revision = entry_of(waiter->commits, waiter->scene_id)->revision;
     if (waiter->next) ask(waiter->next);
 }
 
 static struct bd_batch *stage_name(const struct waiter *waiter)
 {
     struct bd_batch *batch;
-    assert_int_equal(bd_store_stage_name(waiter->net->options.store, waiter->scene_id, "none", 0,
-                                         true, &batch, NULL),
+    assert_int_equal(bd_store_stage_name(waiter->commits->loop->serving->store, waiter->scene_id,
+                                         "none", 0, true, &batch, NULL),
                      BD_ERR_OK);
     return batch;
 }
@@ -92,7 +95,7 @@ static struct bd_batch *stage_name(const struct waiter *waiter)
 // The light becomes as bright as its number says.
 static struct bd_batch *stage_edit(const struct waiter *waiter)
 {
-    struct bd_store *store = waiter->net->options.store;
+    struct bd_store *store = waiter->commits->loop->serving->store;
     struct bd_delta delta = {0};
     const struct bd_scene *head;
     struct bd_batch *batch;
@@ -110,13 +113,13 @@ static void ask(struct waiter *waiter)
 {
     struct bd_batch *batch = waiter->light < 0 ? stage_name(waiter) : stage_edit(waiter);
     batch->user = &waiter->waiter;
-    bd_commit_soon(waiter->net);
+    bd_commit_soon(waiter->commits);
 }
 
 static struct waiter waiter_of(struct world *world, int32_t light, struct waiter *next)
 {
     return (struct waiter){.waiter = {on_done},
-                           .net = &world->net,
+                           .commits = &world->commits,
                            .scene_id = world->id,
                            .next = next,
                            .light = light};
@@ -124,8 +127,8 @@ static struct waiter waiter_of(struct world *world, int32_t light, struct waiter
 
 static void run(struct world *world)
 {
-    assert_int_equal(uv_run(&world->net.loop, UV_RUN_DEFAULT), 0);
-    assert_false(bd_commit_is_pending(&world->net));
+    assert_int_equal(uv_run(&world->loop.uv, UV_RUN_DEFAULT), 0);
+    assert_false(bd_commit_is_pending(&world->commits));
 }
 
 static int open_world(void **state)
@@ -135,14 +138,17 @@ static int open_world(void **state)
     struct bd_batch *batch;
     assert_true(world && scene);
     memset(&journal, 0, sizeof journal);
-    world->net.options.store = bd_store_create(4);
-    assert_int_equal(uv_loop_init(&world->net.loop), 0);
-    bd_commit_begin(&world->net);
-    assert_int_equal(bd_store_stage_add(world->net.options.store, scene, "two", "me", &batch, NULL),
+    world->serving.store = bd_store_create(4);
+    assert_int_equal(uv_loop_init(&world->loop.uv), 0);
+    world->loop.serving = &world->serving;
+    world->live.loop = world->commits.loop = &world->loop;
+    world->commits.live = &world->live;
+    bd_commit_begin(&world->commits);
+    assert_int_equal(bd_store_stage_add(world->serving.store, scene, "two", "me", &batch, NULL),
                      BD_ERR_OK);
     memcpy(world->id, batch->scene_id, sizeof world->id);
     bd_scene_release(&scene);
-    bd_commit_soon(&world->net);
+    bd_commit_soon(&world->commits);
     run(world);
     *state = world;
     return 0;
@@ -151,11 +157,11 @@ static int open_world(void **state)
 static int close_world(void **state)
 {
     struct world *world = *state;
-    bd_commit_close(&world->net);
-    uv_run(&world->net.loop, UV_RUN_DEFAULT);
-    assert_int_equal(uv_loop_close(&world->net.loop), 0);
-    bd_commit_finish(&world->net);
-    bd_store_destroy(&world->net.options.store);
+    bd_commit_close(&world->commits);
+    uv_run(&world->loop.uv, UV_RUN_DEFAULT);
+    assert_int_equal(uv_loop_close(&world->loop.uv), 0);
+    bd_commit_finish(&world->commits);
+    bd_store_destroy(&world->serving.store);
     free(world);
     return 0;
 }
@@ -168,7 +174,7 @@ static void who_hears_of_it_can_see_it(void **state)
     struct waiter first = waiter_of(world, 0, NULL), second = waiter_of(world, 1, NULL);
     ask(&first);
     ask(&second);
-    assert_int_equal(entry_of(&world->net, world->id)->revision, 1);
+    assert_int_equal(entry_of(&world->commits, world->id)->revision, 1);
     run(world);
     assert_true(first.heard == 1 && second.heard == 1 && !first.err && !second.err);
     assert_int_equal(first.revision, 2);
@@ -197,7 +203,7 @@ static void who_hears_of_a_failure_may_edit_at_once(void **state)
         assert_int_equal(again[i].err, BD_ERR_OK);
         assert_int_equal(again[i].revision, 2 + i);
     }
-    const struct bd_store_entry *entry = entry_of(&world->net, world->id);
+    const struct bd_store_entry *entry = entry_of(&world->commits, world->id);
     assert_int_equal(entry->revision, 3);
     assert_true(entry->scene->lights[0].intensity == 100);
     assert_true(entry->scene->lights[1].intensity == 101);
@@ -210,13 +216,13 @@ static void what_stands_on_a_failure_fails_with_it(void **state)
     struct waiter first = waiter_of(world, 0, NULL), second = waiter_of(world, 1, NULL);
     journal.fail_count = 1;
     ask(&first);
-    uv_run(&world->net.loop, UV_RUN_NOWAIT); // takes the first one
+    uv_run(&world->loop.uv, UV_RUN_NOWAIT); // takes the first one
     ask(&second);
     run(world);
     assert_true(first.heard == 1 && second.heard == 1);
     assert_int_equal(first.err, BD_ERR_IO);
     assert_int_equal(second.err, BD_ERR_IO);
-    assert_int_equal(entry_of(&world->net, world->id)->revision, 1);
+    assert_int_equal(entry_of(&world->commits, world->id)->revision, 1);
 }
 
 static void a_name_that_is_not_there_fails_alone(void **state)
@@ -231,7 +237,7 @@ static void a_name_that_is_not_there_fails_alone(void **state)
     assert_true(before.heard == 1 && name.heard == 1 && behind.heard == 1);
     assert_int_equal(name.err, BD_ERR_NOT_FOUND);
     assert_true(!before.err && !behind.err);
-    assert_int_equal(entry_of(&world->net, world->id)->revision, 3);
+    assert_int_equal(entry_of(&world->commits, world->id)->revision, 3);
 }
 
 int main(int argc, char **argv)

@@ -1,28 +1,28 @@
 // What lies transient becomes durable by itself, once nobody has added to it for a second.
 
+#include "net/idle_commit.h"
+
 #include "base/clock.h"
 #include "base/log.h"
 #include "net/commit.h"
-#include "net/edit_step.h"
-#include "net/edit_work.h"
+#include "net/commits.h"
 
 #define QUIET_NS 1000000000ull
 
 static void on_quiet(uv_timer_t *timer)
 {
-    bd_edit_commit_quiet(timer->data, false);
+    bd_idle_commit_run(timer->data, false);
 }
 
-static void look_in(struct bd_net *net, uint64_t wait_ns)
+static void look_in(struct bd_commits *commits, uint64_t wait_ns)
 {
-    net->quiet_timer.data = net;
-    uv_timer_start(&net->quiet_timer, on_quiet, wait_ns / 1000000 + 1, 0);
+    uv_timer_start(&commits->idle_timer, on_quiet, wait_ns / 1000000 + 1, 0);
 }
 
 // One timer for all scenes: a drag that put it off would do so for everybody.
-void bd_edit_watch_quiet(struct bd_net *net)
+void bd_idle_commit_watch(struct bd_commits *commits)
 {
-    if (!uv_is_active((uv_handle_t *)&net->quiet_timer)) look_in(net, QUIET_NS);
+    if (!uv_is_active((uv_handle_t *)&commits->idle_timer)) look_in(commits, QUIET_NS);
 }
 
 // What goes by itself is not worth a word: an edit on its way to the disk, a scene that leaves.
@@ -35,29 +35,30 @@ static void warn(const char *scene_id, const struct bd_fault *fault)
 
 // How long until the scene is to be looked at again; UINT64_MAX: there is no need. Each author's is
 // a batch by itself.
-static uint64_t commit_one(struct bd_net *net, const struct bd_store_entry *entry, bool all)
+static uint64_t commit_one(struct bd_commits *commits, const struct bd_store_entry *entry, bool all)
 {
     while (entry->transient_ns > 0) {
         struct bd_batch *batch = NULL;
         struct bd_fault fault = {0};
         const uint64_t quiet_ns = bd_clock_ns() - entry->transient_ns;
         if (!all && quiet_ns < QUIET_NS) return QUIET_NS - quiet_ns;
-        if (bd_store_stage_commit(net->options.store, entry->id, NULL, NULL, &batch, &fault)) {
+        if (bd_store_stage_commit(commits->loop->serving->store, entry->id, NULL, NULL, &batch,
+                                  &fault)) {
             warn(entry->id, &fault);
             return QUIET_NS;
         }
-        bd_commit_soon(net);
+        bd_commit_soon(commits);
     }
     return UINT64_MAX;
 }
 
-void bd_edit_commit_quiet(struct bd_net *net, bool all)
+void bd_idle_commit_run(struct bd_commits *commits, bool all)
 {
-    const struct bd_store *store = net->options.store;
+    const struct bd_store *store = commits->loop->serving->store;
     uint64_t soonest_ns = UINT64_MAX;
     for (uint32_t i = 0; i < bd_store_count(store); i++) {
-        uint64_t wait_ns = commit_one(net, bd_store_at(store, i), all);
+        uint64_t wait_ns = commit_one(commits, bd_store_at(store, i), all);
         if (wait_ns < soonest_ns) soonest_ns = wait_ns;
     }
-    if (soonest_ns != UINT64_MAX && !all) look_in(net, soonest_ns);
+    if (soonest_ns != UINT64_MAX && !all) look_in(commits, soonest_ns);
 }
