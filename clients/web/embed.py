@@ -1,4 +1,4 @@
-"""Writes the files of the viewer as a C table (server/net/viewer.h).
+"""Writes the files of the viewer as a C table (server/net/http/viewer.h).
 
 usage: embed.py SHADERS OUT.c OUT.d FOLDER
 
@@ -34,7 +34,7 @@ def table(folder, c_bytes):
         arrays.append(f'static const uint8_t {symbol}[] = {{\n{c_bytes(data)}}};\n')
         rows.append(f'    {{"{url}", "{media_type}", "\\"{etag}\\"", {symbol}, sizeof {symbol}}},\n')
         paths.append(path)
-    source = ('#include "net/viewer.h"\n' + ''.join(arrays) +
+    source = ('#include "net/http/viewer.h"\n' + ''.join(arrays) +
               'const struct bd_viewer_file bd_viewer_files[] = {\n' + ''.join(rows) +
               f'}};\nconst uint32_t bd_viewer_file_count = {len(rows)};\n')
     return source, paths

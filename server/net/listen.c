@@ -11,12 +11,12 @@
 
 #include "base/assert.h"
 #include "base/log.h"
-#include "net/address.h"
-#include "net/auth.h"
-#include "net/conn.h"
-#include "net/framed.h"
-#include "net/http.h"
+#include "net/access/auth.h"
+#include "net/http/http.h"
+#include "net/loop/address.h"
+#include "net/loop/conn.h"
 #include "net/net_internal.h"
+#include "net/session/framed.h"
 
 #define BACKLOG 128
 

@@ -9,21 +9,18 @@
 #include "base/assert.h"
 #include "base/clock.h"
 #include "base/log.h"
-#include "net/auth.h"
-#include "net/client.h"
-#include "net/command.h"
-#include "net/commit.h"
-#include "net/conn.h"
-#include "net/cookie.h"
-#include "net/frame_cache.h"
-#include "net/framed.h"
-#include "net/idle_commit.h"
-#include "net/import_cache.h"
+#include "net/access/auth.h"
+#include "net/access/cookie.h"
+#include "net/command/command.h"
+#include "net/commit/commit.h"
+#include "net/commit/idle_commit.h"
 #include "net/listen.h"
+#include "net/loop/client.h"
+#include "net/loop/conn.h"
 #include "net/net_internal.h"
 #include "net/reload.h"
-#include "net/session.h"
-#include "scene/import_pool.h"
+#include "net/session/framed.h"
+#include "net/session/session.h"
 
 // Once the patience of a drain is over, so long for the last answers to arrive.
 #define FAREWELL_NS 1000000000u
@@ -173,16 +170,7 @@ static void open_rooms(struct bd_net *net)
     net->access.cookies = bd_cookies_create(limits);
     bd_live_begin(&net->live, loop);
     bd_commits_begin(&net->commits, loop, &net->live);
-    net->commands = (struct bd_commands){
-        .loop = loop,
-        .live = &net->live,
-        .commits = &net->commits,
-        .import_cache = bd_import_cache_create(),
-        .frame_cache = bd_frame_cache_create(limits),
-        // As many as there may be at work at once.
-        .import_pool =
-            bd_import_pool_create(net->options.import_program, (uint32_t)limits->imports_at_once),
-    };
+    bd_commands_begin(&net->commands, &net->commits, net->options.import_program);
     net->sessions =
         (struct bd_sessions){.loop = loop, .access = &net->access, .commands = &net->commands};
     net->web =
@@ -241,14 +229,12 @@ void bd_net_destroy(struct bd_net **net_address)
     while (net->loop.conns) bd_conn_kill(net->loop.conns);
     close_handles(net);
     bd_background_finish(&net->loop);
-    bd_import_pool_destroy(&net->commands.import_pool);
     bd_commits_finish(&net->commits);
     bd_live_finish(&net->live);
     bd_sessions_sweep(&net->sessions);
     bd_clients_destroy(&net->loop.clients);
     bd_cookies_destroy(&net->access.cookies);
-    bd_import_cache_destroy(&net->commands.import_cache);
-    bd_frame_cache_destroy(&net->commands.frame_cache);
+    bd_commands_finish(&net->commands);
     bd_tokens_destroy(&net->access.tokens);
     bd_options_finish(&net->reloaded);
     free(net);

@@ -14,7 +14,7 @@
 #include <sys/types.h>
 
 #include "base/err.h"
-#include "net/serving.h"
+#include "net/loop/serving.h"
 
 #define BD_NET_LISTEN_MAX      8
 #define BD_NET_PUBLIC_NAME_MAX 16

@@ -4,9 +4,9 @@
 #ifndef BD_NET_INTERNAL_H
 #define BD_NET_INTERNAL_H
 
+#include "net/http/http.h"
 #include "net/net.h"
 #include "net/options.h"
-#include "net/web.h"
 
 struct bd_listener;
 

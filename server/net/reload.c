@@ -4,11 +4,11 @@
 #include <string.h>
 
 #include "base/log.h"
-#include "net/cookie.h"
+#include "net/access/cookie.h"
 #include "net/listen.h"
 #include "net/net_internal.h"
 #include "net/options.h"
-#include "net/session.h"
+#include "net/session/session.h"
 
 // --- limits ---------------------------------------------------------------------------------
 

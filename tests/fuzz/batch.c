@@ -4,8 +4,8 @@
 #include <string.h>
 
 #include "base/assert.h"
-#include "net/edit_decode.h"
-#include "net/edit_heavy.h"
+#include "net/command/edit_heavy.h"
+#include "net/wire/edit_decode.h"
 #include "protocol/json.h"
 #include "protocol/limits.h"
 #include "protocol/wire.h"

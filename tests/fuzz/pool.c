@@ -6,7 +6,7 @@
 
 #include "base/assert.h"
 #include "image/decode.h"
-#include "net/background.h"
+#include "net/loop/background.h"
 #include "scene/flat.h"
 #include "scene/gltf.h"
 #include "scene/sky_map.h"

@@ -1,4 +1,4 @@
-"""Holds the rooms of server/ to the table of who may include whom.
+"""Holds the rooms of server/ to the table of who may include and call whom.
 
 usage: layers.py SOURCE_ROOT
 
@@ -28,6 +28,30 @@ ROOMS = {
     'sched': ['frame', 'reference', 'scene', 'image'],
     'net': ['sched', 'frame', 'technique', 'scene', 'image', 'confine', 'protocol'],
 }
+# Rooms within a room, lowest first, with those that each may include; files beside them may include all.
+SUB_ROOMS = {
+    'net': {
+        'wire': [],  # messages: pure, any thread
+        'loop': [],
+        'access': ['loop'],
+        'live': ['access', 'loop', 'wire'],
+        'commit': ['live', 'loop'],
+        'command': ['commit', 'live', 'access', 'loop', 'wire'],
+        'session': ['command', 'live', 'access', 'loop', 'wire'],
+        'http': ['session', 'command', 'live', 'access', 'loop', 'wire'],
+    },
+}
+# Their doors: the headers that others include. The rest stays inside.
+DOORS = {
+    'net/wire': {'answer', 'device_list', 'edit_decode', 'frame_options', 'multipart', 'option_list', 'scene_objects', 'technique_list'},
+    'net/loop': {'loop', 'serving', 'client', 'conn', 'background', 'spool', 'release', 'address', 'peer'},
+    'net/access': {'access', 'auth', 'author', 'blob_rights', 'cookie'},
+    'net/live': {'live', 'view', 'watch', 'frame_job', 'frame_encode'},
+    'net/commit': {'commits', 'commit', 'edit_queue', 'idle_commit', 'journal_turn'},
+    'net/command': {'command', 'stats'},
+    'net/session': {'session', 'framed'},
+    'net/http': {'http'},
+}
 # What clients share with the daemon: rooms, and of one of them the journal and tables.
 CLIENT_ROOMS = {'clients', 'base', 'image', 'protocol'}
 CLIENT_HEADERS = {'scene/journal.h', 'scene/edit_kinds.h', 'scene/object_fields.h'}
@@ -49,6 +73,9 @@ DECODERS = {
                               'server/scene/gltf_reader.h'},
     'scene/gltf.h': {'server/scene/gltf.c', 'server/scene/import_child.c'},
 }
+# Functions of ours, at the beginning of a line.
+DECLARATION = re.compile(r'^(?!static|typedef)[a-z][\w \*]*?\b(bd_\w+)\([^;{}]*\)(?: BD_\w+\([^)]*\))?;', re.M)
+DEFINITION = re.compile(r'^(?!static)[a-z][\w \*]*?\b(bd_\w+)\([^;{}]*\)\n\{', re.M)
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
 # The C++ files.
 CPP_SHIM = re.compile(r'^server/(scene/[a-z_/]*gltf[a-z_]*|image/exr_lossy)\.(cc|cpp)$')
@@ -69,11 +96,31 @@ def includes(root, path):
                 yield number, found[1] == '"', found[2]
 
 
-def check_room_include(room, name):
+def sub_room_of(path):
+    """"wire" of "net/wire/answer.h"; "" of what lies beside the sub-rooms, and of rooms that have none."""
+    parts = path.split('/')
+    return parts[1] if len(parts) > 2 and parts[0] in SUB_ROOMS else ''
+
+
+def check_sub_include(room, own, name):
+    """The same of sub-rooms, `own` being that of the file."""
+    target = sub_room_of(name)
+    if own and name.split('/')[0] == room and target not in (own, *SUB_ROOMS[room][own]):
+        return f'{room}/{own}/ may not include {room}/{target or "what lies above it"}'
+    door = DOORS.get(f'{name.split("/")[0]}/{target}')
+    stem = os.path.splitext(os.path.basename(name))[0]
+    if target and (name.split('/')[0], target) != (room, own) and stem not in door:
+        return f'{name} stays in its room'
+    return None
+
+
+def check_room_include(room, own, name):
     """What is wrong with an include of `name` by `room`; None if nothing."""
     target = name.split('/')[0]
     if '/' not in name:
         return 'is named without its room'
+    if target in SUB_ROOMS and check_sub_include(room, own, name):
+        return check_sub_include(room, own, name)
     if target in (room, 'base', 'shared', 'kernel'):
         return None
     if target not in ROOMS and target != 'protocol':
@@ -95,6 +142,28 @@ def check_protocol_include(name):
     return 'the contract knows no room above it'
 
 
+def room_of(path):
+    """"net/wire" of "server/net/wire/answer.c", "gpu" of "server/gpu/list.c"."""
+    inside = os.path.dirname(os.path.relpath(path, 'server')).split('/')
+    return '/'.join(inside[:2] if inside[0] in SUB_ROOMS else inside[:1])
+
+
+def check_calls(root):
+    """What a room's header declares, that room defines: so calls go the ways of includes."""
+    declared, defined = {}, {}
+    for path in sources(root, 'server'):
+        with open(os.path.join(root, path), encoding='utf-8') as file:
+            text = file.read()
+        found, into = (DECLARATION, declared) if path.endswith('.h') else (DEFINITION, defined)
+        for name in found.findall(text):
+            into.setdefault(name, set()).add(path)
+    for name, headers in sorted(declared.items()):
+        homes = {room_of(path) for path in defined.get(name, ())}
+        for header in sorted(headers):
+            if homes and room_of(header) not in homes:
+                yield f'{header}: {name} is defined in {", ".join(sorted(homes))}'
+
+
 def check_file(root, path):
     parts = path.split(os.sep)
     room = parts[1] if parts[0] == 'server' and len(parts) > 2 else None
@@ -109,7 +178,7 @@ def check_file(root, path):
         elif quoted and room and path not in DECODERS.get(name, {path}):
             yield f'{path}:{number}: "{name}": only the import child decodes what clients send'
         elif quoted and room:
-            wrong = check_room_include(room, name)
+            wrong = check_room_include(room, sub_room_of('/'.join(parts[1:])), name)
             if wrong:
                 yield f'{path}:{number}: "{name}": {wrong}'
         elif quoted and parts[0] in ('clients', 'protocol'):
@@ -126,7 +195,7 @@ def check_tree(root):
             cpp = path.endswith(('.cc', '.cpp', '.cxx', '.hpp'))
             if cpp and not CPP_SHIM.match(path):
                 faults.append(f'{path}: C++ belongs to the shims around glTF and lossy EXR')
-    return faults
+    return faults + list(check_calls(root))
 
 
 def main():

@@ -6,8 +6,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "net/auth.h"
-#include "net/peer.h"
+#include "net/access/auth.h"
+#include "net/loop/peer.h"
 
 #include "../protocol/cmocka_all.h"
 

@@ -1,9 +1,9 @@
 // What one turn of the loop staged goes to the journal together, and what becomes of it: with the
 // real store and loop, and a journal that fails where a test says so.
 
-#include "net/commit.h"
+#include "net/commit/commit.h"
 
-#include "net/commits.h"
+#include "net/commit/commits.h"
 #include "scene/store_journal.h"
 #include "tests/unit/scene/snapshots.h"
 

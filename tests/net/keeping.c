@@ -7,7 +7,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "net/import_cache.h"
+#include "net/command/import_cache.h"
 #include "scene/blobs.h"
 #include "scene/data_dir.h"
 

@@ -5,14 +5,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "net/address.h"
-#include "net/auth.h"
-#include "net/client.h"
-#include "net/frame_options.h"
-#include "net/http_commands.h"
-#include "net/http_guard.h"
-#include "net/http_route.h"
-#include "net/multipart.h"
+#include "net/access/auth.h"
+#include "net/http/http_commands.h"
+#include "net/http/http_guard.h"
+#include "net/http/http_route.h"
+#include "net/loop/address.h"
+#include "net/loop/client.h"
+#include "net/wire/frame_options.h"
+#include "net/wire/multipart.h"
 
 #include "../protocol/cmocka_all.h"
 
@@ -113,7 +113,7 @@ static void routes(void **state)
     }
 }
 
-// What a connection does itself (net/session.h): no commands.
+// What a connection does itself (net/session/session.h): no commands.
 static bool is_of_connections(const char *name)
 {
     static const char *const names[] = {"hello",     "blob_put",    "cancel",     "scene_watch",

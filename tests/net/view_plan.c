@@ -1,14 +1,14 @@
 // What a view does next, state by state, and that its rules hold whatever happens.
 
-#include "net/view_plan.h"
+#include "net/live/view_plan.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/assert.h"
-#include "net/view_cost.h"
-#include "net/view_steps.h"
+#include "net/live/view_cost.h"
+#include "net/live/view_steps.h"
 
 #include "../protocol/cmocka_all.h"
 

@@ -1,0 +1,180 @@
+#include "net/command/edit_replay.h"
+
+#include <inttypes.h>
+#include <string.h>
+
+#include "base/assert.h"
+#include "net/access/blob_rights.h"
+#include "net/command/edit_step.h"
+#include "net/command/import_files.h"
+#include "net/command/scene_change.h"
+#include "scene/content_table.h"
+
+// Ids that a revision may pass over, of objects that came and went within it.
+#define SKIPPED_IDS_MAX 65536
+// So that revisions after it can be counted, and told in JSON.
+#define FIRST_REVISION_MAX (UINT64_C(1) << 53)
+
+// --- bytes and content ----------------------------------------------------------------------
+
+struct finding {
+    struct bd_blobs *blobs;
+    struct bd_content_table content;
+};
+
+static void know(void *user, const struct bd_content *content)
+{
+    struct finding *finding = user;
+    if (bd_content_sha256(content)) bd_content_table_put(&finding->content, content);
+}
+
+static void read_blob(struct finding *finding, const uint8_t sha256[32])
+{
+    char hex[BD_SHA256_HEX];
+    struct bd_blob_map map;
+    struct bd_content read = {0};
+    bd_sha256_hex(sha256, hex);
+    if (bd_blobs_map(finding->blobs, hex, &map, NULL)) return;
+    if (!bd_content_read(map.bytes, map.size_bytes, &read, NULL)) {
+        bd_content_table_put(&finding->content, &read);
+        bd_content_release(&read);
+    }
+    bd_blob_unmap(&map);
+}
+
+static bool find_content(void *user, const uint8_t sha256[32], struct bd_content *out)
+{
+    struct finding *finding = user;
+    if (!bd_content_table_get(&finding->content, sha256)) read_blob(finding, sha256);
+    const struct bd_content *known = bd_content_table_get(&finding->content, sha256);
+    if (!known || known->kind != out->kind) return false;
+    *out = bd_content_retain(known);
+    return true;
+}
+
+// The request's bytes: its payload, or a blob that stays mapped until `map` is unmapped.
+static enum bd_err find_bytes(struct bd_command *command, struct bd_blob_map *map)
+{
+    const char *blob = command->envelope->scene_replay->blob;
+    if (blob)
+        return bd_net_map_blob(bd_grant_blobs(command->loop->serving->blobs, command->grant),
+                               "blob", blob, map, &command->fault);
+    *map = (struct bd_blob_map){command->payload, command->payload_bytes};
+    return BD_ERR_OK;
+}
+
+static void leave_bytes(const struct bd_command *command, struct bd_blob_map *map)
+{
+    if (command->envelope->scene_replay->blob) bd_blob_unmap(map);
+}
+
+// --- onto a scene ---------------------------------------------------------------------------
+
+static bool find_kind(const char *name, enum bd_batch_kind *out)
+{
+    static const enum bd_batch_kind kinds[] = {BD_BATCH_EDIT, BD_BATCH_UNDO, BD_BATCH_REDO,
+                                               BD_BATCH_REVERT};
+    for (size_t i = 0; i < sizeof kinds / sizeof kinds[0]; i++)
+        if (strcmp(name, bd_batch_kind_name(kinds[i])) == 0) {
+            *out = kinds[i];
+            return true;
+        }
+    return false;
+}
+
+enum bd_err bd_edit_replay_check(struct bd_edit_work *work, uint64_t revision)
+{
+    struct bd_command *command = work->command;
+    const Bounced__SceneReplay *request = command->envelope->scene_replay;
+    if (request->revision != revision + 1)
+        return bd_fault_set(&command->fault, BD_ERR_CONFLICT, "revision",
+                            "the scene is at revision %" PRIu64 ", and %" PRIu64
+                            " does not follow it",
+                            revision, request->revision);
+    if (!find_kind(request->kind ? request->kind : "", &work->kind))
+        return bd_fault_set(&command->fault, BD_ERR_USAGE, "kind",
+                            "kind is edit, undo, redo or revert, not \"%.32s\"",
+                            request->kind ? request->kind : "");
+    if (request->of > revision)
+        return bd_fault_set(&command->fault, BD_ERR_USAGE, "of",
+                            "of is a revision before this one, not %" PRIu64, request->of);
+    work->of = request->of;
+    work->head_revision = revision;
+    work->message = request->message;
+    command->time_ms = request->time_ms;
+    return BD_ERR_OK;
+}
+
+// Slots cost memory, and a stranger's id may be any number.
+static enum bd_err check_growth(struct bd_edit_work *work)
+{
+    uint32_t growth = bd_delta_growth(work->base, &work->delta);
+    if (growth <= work->delta.count || growth - work->delta.count <= SKIPPED_IDS_MAX)
+        return BD_ERR_OK;
+    return bd_fault_set(&work->command->fault, BD_ERR_LIMIT, "payload",
+                        "the revision passes over %u ids, limit %u", growth - work->delta.count,
+                        SKIPPED_IDS_MAX);
+}
+
+enum bd_err bd_edit_replay_read(struct bd_edit_work *work)
+{
+    struct bd_command *command = work->command;
+    struct finding finding = {.blobs =
+                                  bd_grant_blobs(command->loop->serving->blobs, command->grant)};
+    struct bd_blob_map map;
+    enum bd_err err = find_bytes(command, &map);
+    if (err) return err;
+    bd_content_of_scene(work->base, know, &finding);
+    err = bd_delta_read(map.bytes, map.size_bytes, find_content, &finding, &work->delta,
+                        &command->fault);
+    bd_content_table_finish(&finding.content);
+    leave_bytes(command, &map);
+    return err ? err : check_growth(work);
+}
+
+// --- a new scene ----------------------------------------------------------------------------
+
+static enum bd_err read_scene(struct bd_command *command)
+{
+    struct finding finding = {.blobs =
+                                  bd_grant_blobs(command->loop->serving->blobs, command->grant)};
+    struct bd_blob_map map;
+    enum bd_err err = find_bytes(command, &map);
+    if (err) return err;
+    err = bd_flat_read_index(map.bytes, map.size_bytes, find_content, &finding, &command->scene,
+                             &command->fault);
+    if (!err) err = bd_scene_finish(command->scene, &command->fault);
+    bd_content_table_finish(&finding.content);
+    leave_bytes(command, &map);
+    return err;
+}
+
+static void read_scene_on_pool(uv_work_t *pool)
+{
+    struct bd_command *command = pool->data;
+    command->err = read_scene(command);
+}
+
+static void read_scene_back(uv_work_t *pool, int status)
+{
+    struct bd_command *command = pool->data;
+    const Bounced__SceneReplay *request = command->envelope->scene_replay;
+    BD_ASSERT_CMP(status, ==, 0);
+    if (bd_command_stop_here(command)) return;
+    command->revision = request->revision;
+    command->time_ms = request->time_ms;
+    bd_command_scene_add(command, request->name ? request->name : "");
+}
+
+void bd_command_replay(struct bd_command *command)
+{
+    const Bounced__SceneReplay *request = command->envelope->scene_replay;
+    if (request->revision == 0 || request->revision > FIRST_REVISION_MAX)
+        command->err = bd_fault_set(&command->fault, BD_ERR_USAGE, "revision",
+                                    "revision is the one to be made, from 1 to 2^53");
+    if (bd_command_stop_here(command)) return;
+    if (request->scene)
+        bd_command_edit(command);
+    else
+        bd_command_pool(command, read_scene_on_pool, read_scene_back);
+}

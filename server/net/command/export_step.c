@@ -1,0 +1,128 @@
+#include "net/command/export_step.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "base/assert.h"
+#include "base/hash.h"
+#include "net/command/command_internal.h"
+#include "net/command/revision_name.h"
+#include "net/commit/journal_turn.h"
+#include "scene/gltf_write.h"
+#include "scene/store_journal.h"
+
+// --- the file -------------------------------------------------------------------------------
+
+static void write_beside_loop(struct bd_command *command)
+{
+    const uint64_t reply_bytes = command->loop->serving->limits.reply_bytes;
+    const uint64_t bytes_max = reply_bytes < BD_GLB_BYTES_MAX ? reply_bytes : BD_GLB_BYTES_MAX;
+    command->notes = calloc(1, sizeof *command->notes);
+    BD_ASSERT(command->notes);
+    command->err = bd_gltf_write(command->scene, bytes_max, &command->encoded.bytes, command->notes,
+                                 &command->fault);
+    if (command->err == BD_ERR_LIMIT && bytes_max == reply_bytes)
+        snprintf(command->fault.field, sizeof command->fault.field, "reply_bytes");
+}
+
+static Bounced__SceneExportReply *reply_of(const struct bd_command *command)
+{
+    Bounced__SceneExportReply *reply = malloc(sizeof *reply);
+    char hex[BD_SHA256_HEX], hash[8 + BD_SHA256_HEX];
+    BD_ASSERT(reply);
+    bounced__scene_export_reply__init(reply);
+    BD_SET(reply, revision, command->revision);
+    if (command->transient) BD_SET(reply, transient, command->transient);
+    bd_sha256_hex(command->scene->content_sha256, hex);
+    snprintf(hash, sizeof hash, "sha256:%s", hex);
+    reply->hash = bd_answer_text(hash);
+    reply->flags = calloc(command->notes->count + (size_t)1, sizeof *reply->flags);
+    BD_ASSERT(reply->flags);
+    for (uint32_t i = 0; i < command->notes->count; i++)
+        reply->flags[reply->n_flags++] = bd_answer_text(command->notes->text[i]);
+    return reply;
+}
+
+static void answer_file(struct bd_command *command)
+{
+    struct bd_answer answer =
+        bd_answer_of(BOUNCED__ENVELOPE__BODY_SCENE_EXPORT_REPLY, reply_of(command));
+    answer.payload = command->encoded.bytes.data;
+    answer.payload_bytes = command->encoded.bytes.size_bytes;
+    answer.payload_type = "model/gltf-binary";
+    command->encoded.bytes = (struct bd_bytes){0};
+    bd_command_end(command, &answer);
+}
+
+static void write_file(struct bd_command *command)
+{
+    bd_command_background(command, "export", write_beside_loop, answer_file);
+}
+
+// --- the past -------------------------------------------------------------------------------
+
+struct past_work {
+    struct bd_journal_turn turn; // first
+    struct bd_command *command;
+};
+
+static void read_past_on_pool(struct bd_journal_turn *turn)
+{
+    struct bd_command *command = ((struct past_work *)turn)->command;
+    const Bounced__SceneExport *request = command->envelope->scene_export;
+    struct bd_journal *journal = turn->commits->loop->serving->journal;
+    command->revision = request->revision;
+    if (request->name)
+        command->err = bd_revision_find_name(journal, request->scene, request->name,
+                                             &command->revision, &command->fault);
+    if (!command->err)
+        command->err = bd_store_read_revision(journal, request->scene, command->revision,
+                                              &command->scene, &command->fault);
+}
+
+static void read_past_back(struct bd_journal_turn *turn)
+{
+    struct bd_command *command = ((struct past_work *)turn)->command;
+    free(turn);
+    if (!bd_command_stop_here(command)) write_file(command);
+}
+
+static void read_past(struct bd_command *command)
+{
+    struct past_work *work = calloc(1, sizeof *work);
+    BD_ASSERT(work);
+    *work = (struct past_work){.turn = {.on_pool = read_past_on_pool, .back = read_past_back},
+                               .command = command};
+    bd_journal_turn_take(command->commands->commits, &work->turn);
+}
+
+// --- the way in -----------------------------------------------------------------------------
+
+static enum bd_err check(const Bounced__SceneExport *request, struct bd_fault *fault)
+{
+    if (request->has_revision && request->name)
+        return bd_fault_set(fault, BD_ERR_USAGE, "revision",
+                            "an export names a revision or a name: one of them");
+    if (request->has_revision && request->revision == 0)
+        return bd_fault_set(fault, BD_ERR_USAGE, "revision", "revisions begin with 1");
+    return BD_ERR_OK;
+}
+
+void bd_command_export(struct bd_command *command)
+{
+    const Bounced__SceneExport *request = command->envelope->scene_export;
+    const struct bd_store_entry *entry;
+    command->err = check(request, &command->fault);
+    if (!command->err)
+        command->err = bd_store_get(command->loop->serving->store,
+                                    request->scene ? request->scene : "", &entry, &command->fault);
+    if (bd_command_stop_here(command)) return;
+    if (request->has_revision || request->name) {
+        read_past(command);
+        return;
+    }
+    command->scene = bd_scene_retain(entry->scene);
+    command->revision = entry->revision;
+    command->transient = entry->transient;
+    write_file(command);
+}

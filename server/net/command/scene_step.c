@@ -1,0 +1,153 @@
+#include "net/command/scene_step.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/assert.h"
+#include "net/commit/journal_turn.h"
+#include "net/wire/scene_objects.h"
+
+#define LOG_LIMIT_DEFAULT 100
+#define LOG_LIMIT_MAX     10000
+
+// --- what is there --------------------------------------------------------------------------
+
+void bd_command_scene_list(struct bd_command *command)
+{
+    const struct bd_store *store = command->loop->serving->store;
+    Bounced__SceneListReply *reply = malloc(sizeof *reply);
+    BD_ASSERT(reply);
+    bounced__scene_list_reply__init(reply);
+    reply->scenes = calloc(bd_store_count(store) + 1, sizeof *reply->scenes);
+    BD_ASSERT(reply->scenes);
+    const struct bd_store_entry *entry;
+    for (uint32_t i = 0; (entry = bd_store_at(store, i)); i++)
+        if (bd_grant_covers(command->grant, entry->name))
+            reply->scenes[reply->n_scenes++] = bd_scene_message(entry);
+    struct bd_answer answer = bd_answer_of(BOUNCED__ENVELOPE__BODY_SCENE_LIST_REPLY, reply);
+    bd_command_end(command, &answer);
+}
+
+void bd_command_scene_get(struct bd_command *command)
+{
+    const Bounced__SceneGet *request = command->envelope->scene_get;
+    const struct bd_store_entry *entry;
+    command->err = bd_store_get(command->loop->serving->store, request->id ? request->id : "",
+                                &entry, &command->fault);
+    if (bd_command_stop_here(command)) return;
+    struct bd_answer answer = bd_answer_scene(entry);
+    if (request->objects) bd_scene_objects_fill(answer.envelope->scene, entry->scene);
+    bd_command_end(command, &answer);
+}
+
+// --- the log --------------------------------------------------------------------------------
+
+struct log_work {
+    struct bd_journal_turn turn; // first
+    struct bd_command *command;
+    uint32_t limit;
+    Bounced__SceneLogReply *reply;
+};
+
+// Entries of the summary, one a line.
+static void add_changes(Bounced__LogEntry *entry, const struct bd_journal_bytes *summary)
+{
+    const char *at = summary->data, *end = at + summary->size;
+    size_t lines = 0;
+    for (const char *p = at; p < end; p++) lines += *p == '\n';
+    entry->changes = calloc(lines + 1, sizeof *entry->changes);
+    BD_ASSERT(entry->changes);
+    while (at < end) {
+        const char *stop = memchr(at, '\n', (size_t)(end - at));
+        size_t length = stop ? (size_t)(stop - at) : (size_t)(end - at);
+        entry->changes[entry->n_changes++] = strndup(at, length);
+        at += length + 1;
+    }
+}
+
+static void add_entry(void *user, const struct bd_journal_edit *edit)
+{
+    Bounced__SceneLogReply *reply = user;
+    Bounced__LogEntry *entry = malloc(sizeof *entry);
+    char hex[BD_SHA256_HEX], hash[8 + BD_SHA256_HEX];
+    BD_ASSERT(entry);
+    bounced__log_entry__init(entry);
+    BD_SET(entry, revision, edit->revision);
+    BD_SET(entry, time_ms, edit->time_ms);
+    if (edit->of) BD_SET(entry, of, edit->of);
+    entry->kind = bd_answer_text(edit->kind);
+    if (edit->client_edit_id[0]) entry->client_edit_id = bd_answer_text(edit->client_edit_id);
+    if (edit->message[0]) entry->message = bd_answer_text(edit->message);
+    if (edit->author[0]) entry->author = bd_answer_text(edit->author);
+    bd_sha256_hex(edit->snapshot_sha256, hex);
+    snprintf(hash, sizeof hash, "sha256:%s", hex);
+    entry->hash = bd_answer_text(hash);
+    add_changes(entry, &edit->summary);
+    reply->entries[reply->n_entries++] = entry;
+}
+
+static void add_name(void *user, const char *name, uint64_t revision)
+{
+    Bounced__SceneLogReply *reply = user;
+    for (size_t i = 0; i < reply->n_entries; i++) {
+        Bounced__LogEntry *entry = reply->entries[i];
+        if (entry->revision != revision) continue;
+        entry->names = realloc(entry->names, (entry->n_names + 1) * sizeof *entry->names);
+        BD_ASSERT(entry->names);
+        entry->names[entry->n_names++] = bd_answer_text(name);
+    }
+}
+
+static void log_on_pool(struct bd_journal_turn *turn)
+{
+    struct log_work *work = (struct log_work *)turn;
+    struct bd_command *command = work->command;
+    const Bounced__SceneLog *request = command->envelope->scene_log;
+    struct bd_journal *journal = turn->commits->loop->serving->journal;
+    uint64_t oldest = 0;
+    command->err = bd_journal_each_edit(journal, request->scene, request->after, work->limit,
+                                        add_entry, work->reply, &command->fault);
+    if (!command->err)
+        command->err =
+            bd_journal_each_name(journal, request->scene, add_name, work->reply, &command->fault);
+    if (!command->err)
+        command->err = bd_journal_oldest(journal, request->scene, &oldest, &command->fault);
+    BD_SET(work->reply, oldest, oldest);
+}
+
+static void log_back(struct bd_journal_turn *turn)
+{
+    struct log_work *work = (struct log_work *)turn;
+    struct bd_command *command = work->command;
+    struct bd_answer answer = bd_answer_of(BOUNCED__ENVELOPE__BODY_SCENE_LOG_REPLY, work->reply);
+    free(work);
+    if (bd_command_stop_here(command))
+        bd_answer_finish(&answer);
+    else
+        bd_command_end(command, &answer);
+}
+
+void bd_command_scene_log(struct bd_command *command)
+{
+    const Bounced__SceneLog *request = command->envelope->scene_log;
+    const struct bd_store_entry *entry;
+    const uint32_t limit = request->has_limit ? request->limit : LOG_LIMIT_DEFAULT;
+    command->err = bd_store_get(command->loop->serving->store, request->scene ? request->scene : "",
+                                &entry, &command->fault);
+    if (!command->err && (limit == 0 || limit > LOG_LIMIT_MAX))
+        command->err = bd_fault_set(&command->fault, BD_ERR_USAGE, "limit",
+                                    "limit goes from 1 to %d", LOG_LIMIT_MAX);
+    if (bd_command_stop_here(command)) return;
+    struct log_work *work = calloc(1, sizeof *work);
+    Bounced__SceneLogReply *reply = malloc(sizeof *reply);
+    BD_ASSERT(work && reply);
+    bounced__scene_log_reply__init(reply);
+    reply->entries = calloc(limit, sizeof *reply->entries);
+    BD_ASSERT(reply->entries);
+    *work = (struct log_work){.turn = {.on_pool = log_on_pool, .back = log_back},
+                              .command = command,
+                              .limit = limit,
+                              .reply = reply};
+    bd_journal_turn_take(command->commands->commits, &work->turn);
+}

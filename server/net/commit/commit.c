@@ -1,0 +1,199 @@
+#include "net/commit/commit.h"
+
+#include <stdlib.h>
+
+#include "base/assert.h"
+#include "base/log.h"
+#include "net/commit/commits.h"
+#include "net/commit/edit_queue.h"
+#include "net/commit/idle_commit.h"
+#include "net/commit/journal_turn.h"
+#include "net/commit/upkeep.h"
+#include "net/loop/release.h"
+#include "scene/store_journal.h"
+
+struct bd_commit {
+    struct bd_journal_turn turn; // first
+    struct bd_batch *first;      // what is on its way
+    struct bd_batch *refused;    // what of it cannot be kept, by a fault of its own
+    bool is_under_way;
+    enum bd_err err;
+    struct bd_fault fault;
+    uv_check_t after_poll; // when all that has arrived was looked at
+    uv_idle_t no_sleep;    // so that the poll before it does not wait
+};
+
+// --- what becomes of a batch ----------------------------------------------------------------
+
+static void tell(const struct bd_batch *batch, enum bd_err err, const struct bd_fault *fault)
+{
+    struct bd_commit_waiter *waiter = batch->user;
+    if (waiter) waiter->done(waiter, batch, err, fault);
+}
+
+static struct bd_scene *retain_shown(const struct bd_commits *commits, const char *scene_id)
+{
+    const struct bd_store_entry *entry;
+    if (bd_store_get(commits->loop->serving->store, scene_id, &entry, NULL)) return NULL;
+    return bd_scene_retain(entry->scene);
+}
+
+// First everybody can see it, then whoever asked hears so.
+static void publish(struct bd_commits *commits, struct bd_batch *batch)
+{
+    struct bd_scene *removed = NULL;
+    if (batch->kind == BD_BATCH_REMOVE) {
+        bd_live_changed(commits->live, batch->scene_id,
+                        &(struct bd_live_change){.kind = "removed"});
+        removed = retain_shown(commits, batch->scene_id);
+    }
+    bd_store_publish(commits->loop->serving->store, batch);
+    bd_release_scene(commits->loop, &removed);
+    const struct bd_live_change change = {.kind = batch->kind == BD_BATCH_ADD ? "added" : "edited",
+                                          .delta = &batch->forward,
+                                          .author = batch->author,
+                                          .batch = bd_batch_kind_name(batch->kind),
+                                          .of = batch->of};
+    if (batch->after) bd_live_changed(commits->live, batch->scene_id, &change);
+    tell(batch, BD_ERR_OK, NULL);
+    bd_upkeep_after(commits, batch);
+    bd_batch_free(&batch);
+}
+
+// The store hears of all of them before any client does: whoever hears it may stage the next edit
+// at once, which has to find heads that nothing else will take back. Each batch carries its fault.
+static void fail_list(struct bd_commits *commits, struct bd_batch *first)
+{
+    bool was_transient = false;
+    for (struct bd_batch *batch = first; batch; batch = batch->next) {
+        bd_store_fail(commits->loop->serving->store, batch);
+        was_transient |= batch->was_transient;
+    }
+    if (was_transient && !commits->loop->draining)
+        bd_idle_commit_watch(commits); // it lies there again
+    while (first) {
+        struct bd_batch *batch = first;
+        first = batch->next;
+        tell(batch, batch->fault.err, &batch->fault);
+        bd_batch_free(&batch);
+    }
+}
+
+static struct bd_batch **end_of(struct bd_batch **list)
+{
+    while (*list) list = &(*list)->next;
+    return list;
+}
+
+// What was staged on top of what cannot be kept cannot stand either.
+static void fail_all(struct bd_commits *commits, struct bd_batch *first,
+                     const struct bd_fault *fault)
+{
+    *end_of(&first) = bd_store_take_staged(commits->loop->serving->store);
+    for (struct bd_batch *batch = first; batch; batch = batch->next) batch->fault = *fault;
+    fail_list(commits, first);
+}
+
+// --- the turn -------------------------------------------------------------------------------
+
+// A name that is not there is one client's mistake and no reason to refuse everybody's edits. What
+// makes revisions was checked against the head: if the journal does not agree, none of it can
+// stand.
+static bool set_aside(struct bd_commit *commit, const struct bd_batch *faulty)
+{
+    if (!faulty || faulty->after) return false;
+    struct bd_batch **at = &commit->first;
+    while (*at != faulty) at = &(*at)->next;
+    struct bd_batch *batch = *at;
+    *at = batch->next;
+    batch->fault = commit->fault;
+    batch->next = commit->refused;
+    commit->refused = batch;
+    return true;
+}
+
+static void on_pool(struct bd_journal_turn *turn)
+{
+    struct bd_commit *commit = (struct bd_commit *)turn;
+    const struct bd_batch *faulty;
+    do {
+        faulty = NULL;
+        commit->err = bd_store_write(turn->commits->loop->serving->journal, commit->first, &faulty,
+                                     &commit->fault);
+    } while (commit->err && set_aside(commit, faulty));
+}
+
+static void back(struct bd_journal_turn *turn)
+{
+    struct bd_commit *commit = (struct bd_commit *)turn;
+    struct bd_commits *commits = turn->commits;
+    struct bd_batch *batch = commit->first, *refused = commit->refused;
+    commit->first = commit->refused = NULL;
+    commit->is_under_way = false;
+    if (commit->err) {
+        bd_log(BD_LOG_ERROR, "net", "edits refused: %s", commit->fault.message);
+        fail_all(commits, batch, &commit->fault);
+        batch = NULL;
+    }
+    fail_list(commits, refused);
+    while (batch) {
+        struct bd_batch *next = batch->next;
+        publish(commits, batch);
+        batch = next;
+    }
+    if (bd_store_has_staged(commits->loop->serving->store)) bd_commit_soon(commits);
+    bd_edits_go_on(commits);
+}
+
+static void on_idle(uv_idle_t *idle)
+{
+    (void)idle;
+}
+
+static void write_staged(uv_check_t *check)
+{
+    struct bd_commits *commits = check->data;
+    struct bd_commit *commit = commits->commit;
+    uv_check_stop(&commit->after_poll);
+    uv_idle_stop(&commit->no_sleep);
+    if (commit->is_under_way) return; // its end looks again
+    commit->first = bd_store_take_staged(commits->loop->serving->store);
+    if (!commit->first) return;
+    commit->is_under_way = true;
+    commit->turn.on_pool = on_pool;
+    commit->turn.back = back;
+    bd_journal_turn_take(commits, &commit->turn);
+}
+
+void bd_commit_soon(struct bd_commits *commits)
+{
+    uv_check_start(&commits->commit->after_poll, write_staged);
+    uv_idle_start(&commits->commit->no_sleep, on_idle);
+}
+
+bool bd_commit_is_pending(const struct bd_commits *commits)
+{
+    return commits->commit->is_under_way || bd_store_has_staged(commits->loop->serving->store);
+}
+
+void bd_commit_begin(struct bd_commits *commits)
+{
+    commits->commit = calloc(1, sizeof *commits->commit);
+    BD_ASSERT(commits->commit);
+    uv_check_init(&commits->loop->uv, &commits->commit->after_poll);
+    uv_idle_init(&commits->loop->uv, &commits->commit->no_sleep);
+    commits->commit->after_poll.data = commits;
+}
+
+void bd_commit_close(struct bd_commits *commits)
+{
+    BD_ASSERT(!commits->commit->is_under_way);
+    uv_close((uv_handle_t *)&commits->commit->after_poll, NULL);
+    uv_close((uv_handle_t *)&commits->commit->no_sleep, NULL);
+}
+
+void bd_commit_finish(struct bd_commits *commits)
+{
+    free(commits->commit);
+    commits->commit = NULL;
+}

@@ -1,0 +1,71 @@
+// What is asked for: method and path to a route, query to a frame.
+//
+// Thread: any.
+
+#ifndef BD_NET_HTTP_HTTP_ROUTE_H
+#define BD_NET_HTTP_HTTP_ROUTE_H
+
+#include <stdbool.h>
+
+#include "base/err.h"
+#include "base/hash.h"
+#include "net/http/http_guard.h"
+#include "protocol/bounced.pb-c.h"
+
+enum bd_http_route {
+    BD_HTTP_ROUTE_NONE,
+    BD_HTTP_ROUTE_HEALTH,
+    BD_HTTP_ROUTE_READY,
+    BD_HTTP_ROUTE_METRICS,
+    BD_HTTP_ROUTE_BLOB,
+    BD_HTTP_ROUTE_COMMAND, // by its row
+    BD_HTTP_ROUTE_FRAME,
+    BD_HTTP_ROUTE_RENDER,
+    BD_HTTP_ROUTE_SESSION,
+    BD_HTTP_ROUTE_SOCKET,
+    BD_HTTP_ROUTE_MJPEG,
+    BD_HTTP_ROUTE_EVENTS, // of a scene; of all, where the id is empty
+    BD_HTTP_ROUTE_VIEWER,
+};
+
+enum bd_http_method { BD_HTTP_GET, BD_HTTP_HEAD, BD_HTTP_POST, BD_HTTP_PUT, BD_HTTP_DELETE };
+
+struct bd_command_row;
+struct bd_viewer_file;
+
+struct bd_http_target {
+    enum bd_http_route route;
+    char id[72];                       // of a scene, or a blob's hexadecimal name
+    char extension[8];                 // of a frame
+    const struct bd_command_row *command; // the first with that path
+    const struct bd_viewer_file *file; // of the viewer
+    const char *query;                 // in the url, behind '?'; "" if there is none
+};
+
+// The route alone, before any check: health is asked for without a token.
+void bd_http_route_find(const char *url, struct bd_http_target *out);
+
+// Path unknown: 404. Method not offered there, or unknown (`method` < 0): 405. A query where none
+// is read: 400, with the name that it begins with.
+BD_MUST_CHECK
+enum bd_err bd_http_route_check(const struct bd_http_target *target, int method,
+                                struct bd_http_refusal *refusal);
+
+// Percent-decodes a part of a query in place. False for a broken escape, and for a zero byte, at
+// which a string would end early.
+BD_MUST_CHECK
+bool bd_http_query_decode(char *text);
+
+// The query of a frame or a one-shot render into a new message without a scene, to be freed by
+// free_unpacked with NULL. `extension` "" : from `encoding=`. Unknown names and bad numbers are
+// refused by name.
+BD_MUST_CHECK
+enum bd_err bd_http_query_read(const char *query, const char *extension, Bounced__Render **out,
+                               struct bd_fault *fault);
+
+// The same for a stream of pictures: without `encoding`, and with fps=NUMBER (0: as many as go).
+BD_MUST_CHECK
+enum bd_err bd_http_query_read_stream(const char *query, Bounced__Render **out,
+                                      double *frames_per_second, struct bd_fault *fault);
+
+#endif

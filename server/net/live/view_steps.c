@@ -1,0 +1,98 @@
+#include "net/live/view_steps.h"
+
+#include "frame/ladder.h"
+#include "technique/technique.h"
+
+// Steps taken, at most `step`; the parameters of the last of them, which may be a shorter one.
+static uint32_t climb(const struct bd_frame_request *request, uint32_t step,
+                      struct bd_param_list *out)
+{
+    const struct bd_technique *technique =
+        bd_technique_for(request->technique, &request->params, NULL);
+    *out = request->params;
+    if (!technique) return 0;
+    const uint32_t at_once = technique->view_rungs > 1 ? technique->view_rungs : 1;
+    const uint32_t most = UINT32_MAX / at_once;
+    const uint32_t rungs = at_once * (step < most ? step : most);
+    return (bd_ladder_above(technique, &request->params, rungs, out) + at_once - 1) / at_once;
+}
+
+// Doublings from so many sub-frames to so many. The reference has none: its samples are spread over
+// the pixel.
+static uint32_t doublings(const struct bd_frame_request *request, uint32_t from, uint32_t to)
+{
+    uint32_t count = 0;
+    if (bd_frame_request_is_traced(request)) return 0;
+    while (from << count < to) count++;
+    return count;
+}
+
+static uint32_t doubled(uint32_t sub_frames, uint32_t times, uint32_t most)
+{
+    return sub_frames >= most || sub_frames << times < most ? sub_frames << times : most;
+}
+
+// What comes after the cheapest settings: sub-frames, rungs but for the last, sub-frames, the last.
+struct parts {
+    uint32_t smooth, climb, finish, last;
+};
+
+static struct parts parts_of(const struct bd_frame_request *request)
+{
+    struct bd_param_list ignored;
+    const uint32_t rungs = climb(request, UINT32_MAX, &ignored);
+    struct parts parts = {.smooth = doublings(request, request->aa, BD_VIEW_SUB_FRAMES),
+                          .climb = rungs > 0 ? rungs - 1 : 0,
+                          .last = rungs > 0};
+    parts.finish = doublings(request, parts.smooth ? BD_VIEW_SUB_FRAMES : request->aa,
+                             BD_VIEW_SUB_FRAMES_MOST);
+    return parts;
+}
+
+uint32_t bd_view_steps_before(const struct bd_frame_request *request)
+{
+    struct bd_param_list ignored;
+    const struct bd_technique *technique =
+        bd_technique_for(request->technique, &request->params, NULL);
+    return technique && bd_technique_is_auto(request->technique) &&
+           bd_ladder_cheapest(technique, &request->params, &ignored);
+}
+
+bool bd_view_has_step(const struct bd_frame_request *request, uint32_t step)
+{
+    const struct parts parts = parts_of(request);
+    return step <=
+           bd_view_steps_before(request) + parts.smooth + parts.climb + parts.finish + parts.last;
+}
+
+bool bd_view_step_adds_sub_frames(const struct bd_frame_request *request, uint32_t step)
+{
+    const struct parts parts = parts_of(request);
+    const uint32_t first = bd_view_steps_before(request), then = first + parts.smooth + parts.climb;
+    return (step > first && step <= first + parts.smooth) ||
+           (step > then && step <= then + parts.finish);
+}
+
+static uint32_t at_most(uint32_t *left, uint32_t most)
+{
+    const uint32_t taken = *left < most ? *left : most;
+    *left -= taken;
+    return taken;
+}
+
+void bd_view_lay_step(const struct bd_frame_request *request, uint32_t step,
+                      struct bd_frame_request *out)
+{
+    const struct parts parts = parts_of(request);
+    const uint32_t before = bd_view_steps_before(request);
+    uint32_t left = step > before ? step - before : 0;
+    out->aa = doubled(request->aa, at_most(&left, parts.smooth), BD_VIEW_SUB_FRAMES);
+    uint32_t rungs = at_most(&left, parts.climb);
+    out->aa = doubled(out->aa, at_most(&left, parts.finish), BD_VIEW_SUB_FRAMES_MOST);
+    rungs += at_most(&left, parts.last);
+    if (step < before)
+        bd_ladder_cheapest(bd_technique_for(request->technique, &request->params, NULL),
+                           &request->params, &out->params);
+    else
+        climb(request, rungs, &out->params);
+}

@@ -1,0 +1,38 @@
+// A view's steps to a better picture: of technique `auto` the cheapest settings, for what moves;
+// its request as it is, then the same with two, four, eight and sixteen sub-frames, then the rungs
+// of the technique's ladder (frame/ladder.h) that are above its own parameters, as many at once as
+// its row says. Sub-frames come first because they cost little: light is gathered once, and each
+// frame goes on where the one before ended. Before the last rung, which takes longest, come 32 and
+// 64 of them.
+//
+// Each step is a frame as anyone may ask for it alone, and has the same bytes.
+//
+// Thread: any.
+
+#ifndef BD_NET_LIVE_VIEW_STEPS_H
+#define BD_NET_LIVE_VIEW_STEPS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "frame/request.h"
+
+// Sub-frames up to which a still picture is smoothed by itself: first, and before the last rung.
+#define BD_VIEW_SUB_FRAMES      16u
+#define BD_VIEW_SUB_FRAMES_MOST 64u
+
+// Steps that come before the request as it is, 0 or 1: who wants no better picture begins there.
+uint32_t bd_view_steps_before(const struct bd_frame_request *request);
+
+// Whether there is a step of that number; 0 always is.
+bool bd_view_has_step(const struct bd_frame_request *request, uint32_t step);
+
+// Whether it has the parameters of the step before it, and more sub-frames. Not step 0.
+bool bd_view_step_adds_sub_frames(const struct bd_frame_request *request, uint32_t step);
+
+// Writes the step's sub-frames and parameters into `out`, which is a copy of `request`. A step past
+// the last is the last.
+void bd_view_lay_step(const struct bd_frame_request *request, uint32_t step,
+                      struct bd_frame_request *out);
+
+#endif
