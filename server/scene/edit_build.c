@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "scene/edit.h"
-#include "scene/gltf_reader.h"
+#include "scene/mesh.h"
 
 // One primitive on its way: `path` is "ops[0].add_mesh.primitives[2]".
 struct build {
@@ -75,23 +75,23 @@ static void copy_indices(struct build *build)
 
 // Normals that are not given become smooth over the vertices that triangles share, and not flat as
 // the importer's: a mesh whose vertices will be streamed keeps those that were sent.
-static bool make_normals(struct build *build, struct bd_gltf_reader *repairs)
+static bool make_normals(struct build *build, struct bd_mesh_repairs *repairs)
 {
     struct bd_primitive *to = build->to;
     if (!to->normal) to->normal = calloc(3 * (size_t)to->vertex_count + 1, sizeof *to->normal);
-    return to->normal && bd_gltf_repair_normals(repairs, to); // zeros are made from the triangles
+    return to->normal && bd_mesh_repair_normals(to, repairs); // zeros are made from the triangles
 }
 
 // What else is missing is made as the importer makes it.
-static void complete(struct build *build, struct bd_gltf_reader *repairs)
+static void complete(struct build *build, struct bd_mesh_repairs *repairs)
 {
     struct bd_primitive *to = build->to;
-    bd_gltf_clean_triangles(repairs, to);
+    bd_mesh_clean_triangles(to, repairs);
     bool ok = make_normals(build, repairs);
     if (ok && to->tangent)
-        bd_gltf_repair_tangents(repairs, to);
+        bd_mesh_repair_tangents(to, repairs);
     else if (ok && to->uv[0])
-        ok = bd_gltf_make_tangents(to, 0);
+        ok = bd_mesh_make_tangents(to, 0);
     if (!ok) fail(build, BD_ERR_NO_MEMORY, "positions", "no memory");
 }
 
@@ -99,7 +99,7 @@ static void build_primitive(struct build *build)
 {
     const float most_m = (float)BD_COORDINATE_MAX_M, most = 1e9f; // as the importer's
     const struct bd_primitive_source *from = build->from;
-    struct bd_gltf_reader repairs = {0};
+    struct bd_mesh_repairs repairs = {0};
     build->to->material = from->material;
     build->to->vertex_count = from->vertex_count;
     if (!from->positions) fail(build, BD_ERR_USAGE, "positions", "are needed");

@@ -44,12 +44,12 @@ static void flag_repairs(struct bd_gltf_reader *reader)
         const char *name;
         uint32_t count;
     } flags[] = {
-        {"nonfinite_vertices", repairs->nonfinite_vertices},
-        {"degenerate_triangles", repairs->degenerate_triangles},
+        {"nonfinite_vertices", repairs->mesh.nonfinite_vertices},
+        {"degenerate_triangles", repairs->mesh.degenerate_triangles},
         {"incomplete_triangles", repairs->incomplete_triangles},
-        {"repaired_normals", repairs->repaired_normals},
+        {"repaired_normals", repairs->mesh.repaired_normals},
         {"normals_against_winding", repairs->normals_against_winding},
-        {"repaired_tangents", repairs->repaired_tangents},
+        {"repaired_tangents", repairs->mesh.repaired_tangents},
         {"nonfinite_texcoords", repairs->nonfinite_texcoords},
         {"clamped_factors", repairs->clamped_factors},
         {"repaired_rotations", repairs->repaired_rotations},

@@ -12,7 +12,7 @@
 
 #include "base/err.h"
 #include "scene/gltf_shim.h"
-#include "scene/import.h"
+#include "scene/import_input.h"
 #include "scene/scene.h"
 
 // files[0] is the .gltf or .glb; its bytes are copied, the others' are only read. On success the

@@ -12,7 +12,6 @@
 
 #include "scene/gltf_reader.h"
 #include "scene/gltf_write_parts.h"
-#include "scene/sky_map.h"
 
 #define MAP_PATH "extensions.BOUNCED_environment.map"
 

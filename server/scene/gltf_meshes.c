@@ -145,13 +145,13 @@ static enum bd_err complete(struct bd_gltf_reader *reader, struct bd_primitive *
 {
     const struct bd_texture_ref *normal_map = &reader->scene->materials[out->material].normal_map;
     const bool has_normals = out->normal != NULL;
-    bool ok = has_normals ? bd_gltf_repair_normals(reader, out) : bd_gltf_flat_normals(out);
+    bool ok = has_normals ? bd_mesh_repair_normals(out, &reader->repairs.mesh) : bd_mesh_flat_normals(out);
     if (ok && has_normals)
         reader->repairs.normals_against_winding += bd_primitive_count_against_winding(out);
     if (ok && out->tangent)
-        bd_gltf_repair_tangents(reader, out);
+        bd_mesh_repair_tangents(out, &reader->repairs.mesh);
     else if (ok && normal_map->texture != BD_NONE)
-        ok = bd_gltf_make_tangents(out, normal_map->uv_set);
+        ok = bd_mesh_make_tangents(out, normal_map->uv_set);
     return ok ? BD_ERR_OK : bd_gltf_no_memory(reader, "meshes");
 }
 
@@ -183,7 +183,7 @@ static enum bd_err read_picked(struct bd_gltf_reader *reader, const struct bd_gl
     if (err == BD_ERR_OK) err = bd_gltf_deform(reader, deform, in, pick, out);
     if (err != BD_ERR_OK) return err;
     const uint32_t indices_given = out->index_count, vertices_given = out->vertex_count;
-    bd_gltf_clean_triangles(reader, out);
+    bd_mesh_clean_triangles(out, &reader->repairs.mesh);
     err = complete(reader, out);
     if (err != BD_ERR_OK) return err;
     // Triangles that went leave vertices behind, and so does parting those of mirrored maps.

@@ -12,13 +12,14 @@
 
 #include "base/err.h"
 #include "scene/gltf_shim.h"
-#include "scene/import.h"
+#include "scene/import_input.h"
+#include "scene/mesh.h"
 #include "scene/picture_queue.h"
 #include "scene/scene.h"
 
 // What was repaired or left out; each that is not zero becomes a flag.
 struct bd_gltf_repairs {
-    uint32_t nonfinite_vertices, degenerate_triangles, repaired_normals, repaired_tangents;
+    struct bd_mesh_repairs mesh;
     uint32_t clamped_factors, repaired_rotations, non_affine_matrices, repaired_cameras;
     uint32_t repaired_lights, skipped_primitives, missing_positions, missing_texcoords;
     uint32_t uv_sets_ignored, odd_skin_weights, incomplete_triangles, nonfinite_texcoords;
@@ -93,10 +94,6 @@ BD_MUST_CHECK
 enum bd_err bd_gltf_read_triangles(struct bd_gltf_reader *reader, const char *path,
                                    const struct bd_gltf_primitive *primitive, uint32_t vertex_count,
                                    uint32_t **index, uint32_t *index_count);
-// Removes triangles with a vertex that is not finite, and those without area.
-void bd_gltf_clean_triangles(struct bd_gltf_reader *reader, struct bd_primitive *primitive);
-// How many triangles that would remove.
-uint32_t bd_gltf_count_unclean(const struct bd_primitive *primitive);
 
 // gltf_deform.c: morph targets, then the skin, on the picked vertices of a primitive.
 struct bd_gltf_deform {
@@ -109,21 +106,6 @@ BD_MUST_CHECK
 enum bd_err bd_gltf_deform(struct bd_gltf_reader *reader, const struct bd_gltf_deform *deform,
                            const struct bd_gltf_primitive *in, const uint32_t *pick,
                            struct bd_primitive *out);
-
-// How much a unit vector's length misses one by once its three numbers are floats: half a unit in
-// the last place of each, at most 2^-25 sqrt(3), and a little.
-#define BD_GLTF_UNIT_ROUNDING 6e-8
-
-// gltf_normals.c: false only without memory.
-BD_MUST_CHECK
-bool bd_gltf_flat_normals(struct bd_primitive *primitive); // gives each triangle its own vertices
-BD_MUST_CHECK
-bool bd_gltf_repair_normals(struct bd_gltf_reader *reader, struct bd_primitive *primitive);
-
-// gltf_tangents.c: checks given tangents, or makes them from the normal map's coordinates.
-void bd_gltf_repair_tangents(struct bd_gltf_reader *reader, struct bd_primitive *primitive);
-BD_MUST_CHECK
-bool bd_gltf_make_tangents(struct bd_primitive *primitive, uint32_t uv_set);
 
 // gltf_uv.c: the matrix (scene.h) of a KHR_texture_transform; identity where no float holds a
 // number.

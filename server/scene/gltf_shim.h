@@ -14,7 +14,7 @@
 #include <stdint.h>
 
 #include "base/err.h"
-#include "scene/import.h"
+#include "scene/import_input.h"
 
 #ifdef __cplusplus
 extern "C" {

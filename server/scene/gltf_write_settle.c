@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "scene/gltf_reader.h"
+#include "scene/mesh.h"
 #include "scene/gltf_write_parts.h"
 #include "scene/primitive.h"
 
@@ -31,12 +31,12 @@ static bool lacks_first_set(const struct bd_primitive *primitive)
 
 static bool clean(struct bd_gltf_writer *writer, struct bd_primitive *primitive)
 {
-    struct bd_gltf_reader repairs = {0};
+    struct bd_mesh_repairs repairs = {0};
     const uint32_t before = primitive->vertex_count;
     if (!bd_primitive_drop_unused(primitive)) return false;
     writer->left_out.unused_vertices += before - primitive->vertex_count;
-    bd_gltf_clean_triangles(&repairs, primitive);
-    writer->left_out.degenerate_triangles += repairs.repairs.degenerate_triangles;
+    bd_mesh_clean_triangles(primitive, &repairs);
+    writer->left_out.degenerate_triangles += repairs.degenerate_triangles;
     return bd_primitive_drop_unused(primitive);
 }
 
@@ -61,7 +61,7 @@ static bool settle(struct bd_gltf_writer *writer, const struct bd_primitive *in,
     *out = *in;
     out->material = bd_gltf_plan_material(writer, in);
     if (out->material == BD_NONE || !all_are_used(in, &all_used)) return false;
-    if (all_used && bd_gltf_count_unclean(in) == 0 && !lacks_first_set(in) &&
+    if (all_used && bd_mesh_count_unclean(in) == 0 && !lacks_first_set(in) &&
         !(in->tangent && !wants_tangents(writer, out->material)))
         return true;
     const int32_t material = out->material;

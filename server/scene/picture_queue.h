@@ -16,7 +16,7 @@
 
 #include "base/err.h"
 #include "image/shrink.h"
-#include "scene/import.h"
+#include "scene/import_input.h"
 
 struct bd_picture_queue;
 

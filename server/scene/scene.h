@@ -158,6 +158,7 @@ struct bd_camera {
 // A picture of the whole sky, linear RGB in cd/m^2, rows from the zenith (+y) to the nadir. Column
 // 0 begins at -z and columns turn towards +x: direction (sin t sin p, cos t, -sin t cos p) at v = t
 // / pi, u = p / (2 pi).
+#define BD_SKY_MAP_SIDE_MAX_PX 8192
 struct bd_sky_map {
     uint32_t reference_count; // atomic
     uint32_t width_px, height_px;

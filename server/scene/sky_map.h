@@ -15,8 +15,6 @@
 #include "base/err.h"
 #include "scene/scene.h"
 
-#define BD_SKY_MAP_SIDE_MAX_PX 8192
-
 // Reads what image/exr.h and image/rgbe.h say: of an EXR the channels R, G and B, or Y alone, which
 // is grey. On success the caller owns one reference to a map that is not sealed yet;
 // `negative_count` is how many texels were raised to 0. BD_ERR_BAD_INPUT for what is no such file

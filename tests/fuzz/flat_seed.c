@@ -5,6 +5,7 @@
 
 #include "base/assert.h"
 #include "scene/flat.h"
+#include "scene/import.h"
 #include "scene/gltf.h"
 
 static bool put(void *user, const void *bytes, size_t size)

@@ -6,6 +6,7 @@
 
 #include "base/assert.h"
 #include "scene/flat.h"
+#include "scene/import.h"
 #include "scene/gltf.h"
 
 #include "target.h"

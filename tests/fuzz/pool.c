@@ -8,6 +8,7 @@
 #include "image/decode.h"
 #include "net/loop/background.h"
 #include "scene/flat.h"
+#include "scene/import.h"
 #include "scene/gltf.h"
 #include "scene/sky_map.h"
 #include "tests/fuzz/machine.h"

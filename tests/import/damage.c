@@ -15,6 +15,7 @@
 
 #include "base/assert.h"
 #include "scene/flat.h"
+#include "scene/import.h"
 #include "scene/gltf.h"
 
 static const char *const names[] = {"cornell.glb", "checker.glb", "two_lights.glb", "bare.gltf"};

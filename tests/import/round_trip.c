@@ -5,6 +5,7 @@
 
 #include "base/clock.h"
 #include "scene/derive.h"
+#include "scene/import.h"
 #include "scene/flat.h"
 #include "scene/gltf.h"
 #include "scene/gltf_write.h"

@@ -7,6 +7,7 @@
 #include <math.h>
 
 #include "scene/edit.h"
+#include "scene/import.h"
 #include "scene/gltf_reader.h"
 #include "scene/gltf_write_json.h"
 #include "scene/gltf_write_parts.h"

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "scene/gltf.h"
+#include "scene/import.h"
 #include "tests/unit/cmocka_all.h"
 
 static char *quoted(const char *text)

@@ -4,6 +4,7 @@
 #define BD_TESTS_UNIT_SCENE_ROUND_TRIP_H
 
 #include "scene/gltf_write.h"
+#include "scene/import.h"
 #include "tests/unit/scene/snapshots.h"
 
 struct round_trip {

@@ -9,6 +9,7 @@
 
 #include "base/hash.h"
 #include "scene/delta.h"
+#include "scene/import.h"
 #include "scene/derive.h"
 #include "scene/gltf.h"
 #include "tests/unit/cmocka_all.h"

@@ -2,7 +2,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "scene/gltf_reader.h"
+#include "scene/mesh.h"
 
 static bd_dvec3 vertex(const struct bd_primitive *primitive, uint32_t v)
 {
@@ -30,7 +30,7 @@ static bool unshare(float **stream, const uint32_t *index, uint32_t index_count,
     return true;
 }
 
-bool bd_gltf_flat_normals(struct bd_primitive *primitive)
+bool bd_mesh_flat_normals(struct bd_primitive *primitive)
 {
     uint32_t count = primitive->index_count;
     const uint32_t *index = primitive->index;
@@ -65,7 +65,7 @@ static bool normalize(float n[3], bool *was_unit)
     double length = sqrt((double)n[0] * n[0] + (double)n[1] * n[1] + (double)n[2] * n[2]);
     if (!(length > 1e-12) || !isfinite(length)) return false;
     *was_unit = fabs(length - 1) < tolerance;
-    if (fabs(length - 1) <= BD_GLTF_UNIT_ROUNDING) return true;
+    if (fabs(length - 1) <= BD_UNIT_ROUNDING) return true;
     for (int i = 0; i < 3; i++) n[i] = (float)(n[i] / length);
     return true;
 }
@@ -95,7 +95,7 @@ static void set_from_triangles(struct bd_primitive *primitive, const bool *broke
     }
 }
 
-bool bd_gltf_repair_normals(struct bd_gltf_reader *reader, struct bd_primitive *primitive)
+bool bd_mesh_repair_normals(struct bd_primitive *primitive, struct bd_mesh_repairs *repairs)
 {
     bool *broken = calloc(primitive->vertex_count + (size_t)1, sizeof *broken);
     if (!broken) return false;
@@ -104,7 +104,7 @@ bool bd_gltf_repair_normals(struct bd_gltf_reader *reader, struct bd_primitive *
         bool was_unit = true;
         broken[v] = !normalize(primitive->normal + 3 * (size_t)v, &was_unit);
         any |= broken[v];
-        reader->repairs.repaired_normals += broken[v] || !was_unit;
+        repairs->repaired_normals += broken[v] || !was_unit;
     }
     if (any) set_from_triangles(primitive, broken);
     free(broken);

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "scene/gltf_reader.h"
+#include "scene/mesh.h"
 
 struct corner_key {
     float values[8]; // position, normal, uv
@@ -38,16 +38,16 @@ static bd_dvec3 in_plane(bd_dvec3 v, bd_dvec3 n)
     return bd_dvec3_normalize(flat, (bd_dvec3){0, 0, 0});
 }
 
-void bd_gltf_repair_tangents(struct bd_gltf_reader *reader, struct bd_primitive *primitive)
+void bd_mesh_repair_tangents(struct bd_primitive *primitive, struct bd_mesh_repairs *repairs)
 {
     for (uint32_t v = 0; v < primitive->vertex_count; v++) {
         float *t = primitive->tangent + 4 * (size_t)v;
         bd_dvec3 n = vec(primitive->normal + 3 * (size_t)v);
         double length = bd_dvec3_length(vec(t));
         bool unit = fabs(length - 1) < 0.02, signed_ = t[3] == 1 || t[3] == -1;
-        reader->repairs.repaired_tangents += !unit || !signed_;
+        repairs->repaired_tangents += !unit || !signed_;
         t[3] = t[3] < 0 ? -1 : 1;
-        if (fabs(length - 1) <= BD_GLTF_UNIT_ROUNDING) continue; // as gltf_normals.c
+        if (fabs(length - 1) <= BD_UNIT_ROUNDING) continue; // as mesh_normals.c
         bd_dvec3 fixed = bd_dvec3_normalize(vec(t), some_tangent(n));
         t[0] = (float)fixed.x;
         t[1] = (float)fixed.y;
@@ -220,7 +220,7 @@ static bool finish(struct bd_primitive *primitive, const float *uv, const struct
     return primitive->tangent != NULL;
 }
 
-bool bd_gltf_make_tangents(struct bd_primitive *primitive, uint32_t uv_set)
+bool bd_mesh_make_tangents(struct bd_primitive *primitive, uint32_t uv_set)
 {
     const float *uv = primitive->uv[uv_set];
     size_t count = primitive->vertex_count;
