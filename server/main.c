@@ -9,11 +9,11 @@
 #include "gpu/gpu.h"
 #include "net/net.h"
 #include "net/options.h"
-#include "scene/blobs.h"
-#include "scene/data_dir.h"
-#include "scene/import.h"
-#include "scene/journal.h"
-#include "scene/store_journal.h"
+#include "scene/blobs/blobs.h"
+#include "scene/import/import.h"
+#include "scene/journal/data_dir.h"
+#include "scene/journal/journal.h"
+#include "scene/store/store_journal.h"
 #include "sched/sched.h"
 
 static int fail(const struct bd_fault *fault)

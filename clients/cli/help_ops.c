@@ -5,7 +5,7 @@
 
 #include "clients/cli/help.h"
 #include "clients/cli/print.h"
-#include "scene/edit_kinds.h"
+#include "scene/edit/edit_kinds.h"
 
 // --- for people ---------------------------------------------------------------------------------
 

@@ -10,7 +10,7 @@
 #include "clients/cli/conn.h"
 #include "clients/cli/options.h"
 #include "clients/cli/progress.h"
-#include "scene/journal.h"
+#include "scene/journal/journal.h"
 
 struct bd_cli_replay_scene {
     char *id, *name;   // the journal's

@@ -10,7 +10,7 @@
 
 #include "frame/report.h"
 #include "frame/request.h"
-#include "scene/scene.h"
+#include "scene/model/scene.h"
 
 struct bd_invalidation {
     uint32_t run_count, kept_count;

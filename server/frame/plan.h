@@ -10,7 +10,7 @@
 
 #include "frame/report.h"
 #include "frame/request.h"
-#include "scene/scene.h"
+#include "scene/model/scene.h"
 #include "technique/technique.h"
 #include "upload/light_setup.h"
 

@@ -10,7 +10,7 @@
 #include "base/err.h"
 #include "base/vec.h"
 #include "protocol/frame_words.h"
-#include "scene/framing.h"
+#include "scene/model/framing.h"
 #include "technique/params.h"
 
 enum bd_layer {

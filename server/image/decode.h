@@ -2,7 +2,7 @@
 //
 // The input is a stranger's. Width and height are read and checked before anything is allocated
 // for them, and the libraries get limits of their own. Only the import child calls this for bytes
-// that a client sent (scene/import.h); tests/layers holds the rest to it. Thread: any.
+// that a client sent (scene/import/import.h); tests/layers holds the rest to it. Thread: any.
 
 #ifndef BD_IMAGE_DECODE_H
 #define BD_IMAGE_DECODE_H

@@ -7,7 +7,7 @@
 #include "lights/emitter_parts.h"
 #include "lights/sky_light.h"
 #include "lights/surface.h"
-#include "scene/triangle_order.h"
+#include "scene/model/triangle_order.h"
 
 // Of triangles with maps, in all, if there are not as many triangles.
 #define PARTS_ASKED   UINT32_C(131072)

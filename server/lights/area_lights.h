@@ -1,6 +1,6 @@
 // Lights that have a size: emissive triangles and the sky, one description of a snapshot for all
-// who sample them. Triangles are in render space (scene/render_space.h), numbered as everywhere
-// (scene/triangle_order.h); light is in cd/m^2.
+// who sample them. Triangles are in render space (scene/model/render_space.h), numbered as
+// everywhere (scene/model/triangle_order.h); light is in cd/m^2.
 //
 // A triangle whose material has an emissive map is listed in up to 64 parts, fewer where there are
 // many such triangles, so that a picture on a screen lights from where it is bright, and none where
@@ -24,7 +24,7 @@
 #include "base/err.h"
 #include "kernel/math.h"
 #include "lights/emitter_tree.h"
-#include "scene/scene.h"
+#include "scene/model/scene.h"
 
 #define BD_AREA_LIGHTS_MAX (UINT32_C(1) << 22) // 816 MiB of them
 // So many are weighed one by one at every receiver; of more, there is a tree.

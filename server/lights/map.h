@@ -5,7 +5,7 @@
 #define BD_LIGHTS_MAP_H
 
 #include "kernel/math.h"
-#include "scene/scene.h"
+#include "scene/model/scene.h"
 
 // Colours are linear, sRGB texels decoded before they are mixed; 1 where there is no map.
 struct bd_map_texel {

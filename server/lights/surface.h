@@ -10,8 +10,8 @@
 #include "lights/map.h"
 #include "lights/sent.h"
 #include "lights/surface_points.h"
-#include "scene/render_space.h"
-#include "scene/triangle_order.h"
+#include "scene/model/render_space.h"
+#include "scene/model/triangle_order.h"
 
 // A vertex of an instance, in render space.
 static inline f3 bd_corner_of(const struct bd_render_space *space,

@@ -10,8 +10,8 @@
 
 #include "lights/sent.h"
 #include "lights/surface_points.h"
-#include "scene/render_space.h"
-#include "scene/triangle_order.h"
+#include "scene/model/render_space.h"
+#include "scene/model/triangle_order.h"
 
 // Borrows the scene.
 struct bd_surface_hits {

@@ -8,7 +8,7 @@
 #include "base/hash.h"
 #include "lights/sequence.h"
 #include "lights/surface.h"
-#include "scene/triangle_order.h"
+#include "scene/model/triangle_order.h"
 
 #define PAUSE_EVERY 4096u // triangles
 

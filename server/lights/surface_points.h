@@ -16,7 +16,7 @@
 
 #include "base/err.h"
 #include "kernel/math.h"
-#include "scene/scene.h"
+#include "scene/model/scene.h"
 
 #define BD_SURFACE_POINTS_MAX (UINT32_C(1) << 20)
 

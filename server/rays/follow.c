@@ -24,7 +24,7 @@
 
 // --- what both have ---------------------------------------------------------------------------
 
-// Of both scenes' instances, which are ordered so (scene/order.c).
+// Of both scenes' instances, which are ordered so (scene/model/draw_order.c).
 static int compare(const struct bd_scene *a, const struct bd_instance *left,
                    const struct bd_scene *b, const struct bd_instance *right)
 {

@@ -1,6 +1,6 @@
 // Rays against the triangles of a snapshot: what lies between two points, and what a ray meets
-// first. Asked in batches, in render space (scene/render_space.h); triangles go by their numbers
-// (scene/triangle_order.h).
+// first. Asked in batches, in render space (scene/model/render_space.h); triangles go by their
+// numbers (scene/model/triangle_order.h).
 //
 // Triangles are placed in render space in double precision and traced as one structure. Where the
 // instances of meshes would be too many triangles for that, such a mesh is kept once, in a frame of
@@ -32,7 +32,7 @@
 
 #include "base/err.h"
 #include "base/pool.h"
-#include "scene/scene.h"
+#include "scene/model/scene.h"
 #include "shared/rays.h"
 
 struct bd_rays;

@@ -14,8 +14,8 @@
 #include <embree3/rtcore.h>
 
 #include "rays/rays.h"
-#include "scene/render_space.h"
-#include "scene/triangle_order.h"
+#include "scene/model/render_space.h"
+#include "scene/model/triangle_order.h"
 
 enum bd_placed { BD_PLACED_OPAQUE, BD_PLACED_CUTOUT, BD_PLACED_COUNT };
 

@@ -10,7 +10,7 @@
 
 #include <stdbool.h>
 
-#include "scene/scene.h"
+#include "scene/model/scene.h"
 
 struct bd_corner {
     float normal[3]; // unit, world; zero if there is none

@@ -22,8 +22,8 @@
 #include <stdint.h>
 
 #include "base/err.h"
-#include "scene/framing.h"
-#include "scene/scene.h"
+#include "scene/model/framing.h"
+#include "scene/model/scene.h"
 
 #define BD_BOUNCES_UNLIMITED UINT32_MAX
 

@@ -10,7 +10,7 @@
 #include <stdint.h>
 
 #include "base/err.h"
-#include "scene/scene.h"
+#include "scene/model/scene.h"
 
 struct bd_sky {
     const struct bd_environment *environment;

@@ -142,7 +142,7 @@ static void bend(const struct bd_scene *scene, const struct bd_hit *hit,
     if (bd_vec3f_dot(bent, bent) > 0) bd_vec3f_copy(n, bent);
 }
 
-// Which way they are turned: struct bd_primitive, scene/scene.h.
+// Which way they are turned: struct bd_primitive, scene/model/scene.h.
 static void normals_at(const struct bd_scene *scene, const struct bd_hit *hit,
                        const struct weights *weights, bool from_behind, struct bd_surface *out)
 {

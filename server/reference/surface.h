@@ -12,7 +12,7 @@
 
 #include "reference/bsdf.h"
 #include "reference/corner.h"
-#include "scene/scene.h"
+#include "scene/model/scene.h"
 
 // One triangle of an instance, and a point in it. Barycentrics as Embree has them: u belongs to the
 // second vertex, v to the third.

@@ -9,7 +9,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "scene/scene.h"
+#include "scene/model/scene.h"
 
 // RGBA at texture coordinates (u, v), v down from the first row. Alpha is never sRGB. A texture
 // whose picture is missing is white; coordinates that are not finite count as 0.

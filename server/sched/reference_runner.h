@@ -23,7 +23,7 @@
 
 #include "base/err.h"
 #include "reference/reference.h"
-#include "scene/scene.h"
+#include "scene/model/scene.h"
 #include "sched/reference_sums.h"
 
 struct bd_reference_runner;

@@ -21,7 +21,7 @@
 #include "frame/report.h"
 #include "frame/request.h"
 #include "image/image.h"
-#include "scene/scene.h"
+#include "scene/model/scene.h"
 
 struct bd_sched;
 struct bd_job;

@@ -13,9 +13,9 @@
 #include <stdint.h>
 
 #include "gpu/gpu.h"
-#include "scene/render_space.h"
-#include "scene/scene.h"
-#include "scene/triangle_order.h"
+#include "scene/model/render_space.h"
+#include "scene/model/scene.h"
+#include "scene/model/triangle_order.h"
 #include "upload/view_bounds.h"
 
 // Where a primitive's streams lie in its mesh's vertex buffer.

@@ -9,9 +9,9 @@
 
 #include <stdint.h>
 
-#include "scene/scene.h"
+#include "scene/model/render_space.h"
+#include "scene/model/scene.h"
 #include "shared/light.h"
-#include "scene/render_space.h"
 #include "upload/viewpoint.h"
 
 #define BD_LIGHT_FACES_MAX 6

@@ -8,7 +8,7 @@
 #ifndef BD_UPLOAD_VIEW_BOUNDS_H
 #define BD_UPLOAD_VIEW_BOUNDS_H
 
-#include "scene/render_space.h"
+#include "scene/model/render_space.h"
 #include "upload/viewpoint.h"
 
 #define BD_VIEW_PLANES_MAX 6

@@ -6,9 +6,9 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "scene/framing.h"
-#include "scene/render_space.h"
-#include "scene/scene.h"
+#include "scene/model/framing.h"
+#include "scene/model/render_space.h"
+#include "scene/model/scene.h"
 #include "shared/view.h"
 
 struct bd_viewpoint {

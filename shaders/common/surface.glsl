@@ -141,7 +141,7 @@ bool shows_back()
 #endif
 }
 
-// Shading normal on the side of `geometric` (why: struct bd_primitive, server/scene/scene.h).
+// Shading normal on the side of `geometric` (why: struct bd_primitive, server/scene/model/scene.h).
 //
 // A normal map's frame is used as it is interpolated, neither made unit nor orthogonal, with the
 // bitangent from the cross product: so MikkTSpace bakes it, and so it must be unbaked.

@@ -1,5 +1,5 @@
 // A view: a camera, or one face of a light. Render space: the scene's own origin, scaled by a
-// power of two to a size of about one (scene/render_space.h).
+// power of two to a size of about one (scene/model/render_space.h).
 #ifndef BD_SHARED_VIEW_H
 #define BD_SHARED_VIEW_H
 

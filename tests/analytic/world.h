@@ -7,7 +7,7 @@
 #define BD_TESTS_ANALYTIC_WORLD_H
 
 #include "frame/frame.h"
-#include "scene/scene.h"
+#include "scene/model/scene.h"
 
 struct world {
     struct bd_gpu *gpu;

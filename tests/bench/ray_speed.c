@@ -13,8 +13,8 @@
 
 #include "base/assert.h"
 #include "rays/rays.h"
-#include "scene/render_space.h"
-#include "scene/triangle_order.h"
+#include "scene/model/render_space.h"
+#include "scene/model/triangle_order.h"
 #include "tests/tools/load_scene.h"
 
 #define TURNS 5

@@ -9,9 +9,9 @@
 #include <stdint.h>
 
 #include "protocol/bounced.pb-c.h"
-#include "scene/blobs.h"
-#include "scene/delta.h"
-#include "scene/scene.h"
+#include "scene/blobs/blobs.h"
+#include "scene/model/delta.h"
+#include "scene/model/scene.h"
 
 // An EditBatch out of its JSON form; NULL if it is none. Free with batch_free.
 Bounced__EditBatch *batch_from_json(const uint8_t *text, size_t size);

@@ -4,7 +4,7 @@
 
 #include "base/assert.h"
 #include "base/hash.h"
-#include "scene/derive.h"
+#include "scene/model/derive.h"
 
 #define ADD(sum, field) ((sum) = bd_hash64(&(field), sizeof(field), (sum)))
 

@@ -1,10 +1,10 @@
 // What of a snapshot can be seen, aspect by aspect, as numbers to be compared: by definition, with
-// none of the code that decides which aspects an edit changes (scene/aspects.c).
+// none of the code that decides which aspects an edit changes (scene/model/aspects.c).
 
 #ifndef BD_TESTS_FUZZ_DERIVED_H
 #define BD_TESTS_FUZZ_DERIVED_H
 
-#include "scene/scene.h"
+#include "scene/model/scene.h"
 
 struct derived {
     uint64_t aspects[BD_ASPECT_COUNT];

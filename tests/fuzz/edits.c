@@ -12,7 +12,7 @@
 
 #include "base/assert.h"
 #include "base/log.h"
-#include "scene/store.h"
+#include "scene/store/store.h"
 #include "tests/fuzz/batch.h"
 #include "tests/fuzz/promises.h"
 #include "tests/fuzz/script.h"

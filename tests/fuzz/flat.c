@@ -1,6 +1,6 @@
 // The flat form, as a broken or taken-over import child might send it.
 
-#include "scene/flat.h"
+#include "scene/model/flat.h"
 #include "base/assert.h"
 
 #include "target.h"

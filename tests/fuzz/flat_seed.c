@@ -4,9 +4,9 @@
 #include <stdlib.h>
 
 #include "base/assert.h"
-#include "scene/flat.h"
-#include "scene/import.h"
-#include "scene/gltf.h"
+#include "scene/gltf/gltf.h"
+#include "scene/import/import.h"
+#include "scene/model/flat.h"
 
 static bool put(void *user, const void *bytes, size_t size)
 {

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "base/assert.h"
-#include "scene/journal_internal.h"
+#include "scene/journal/journal_internal.h"
 
 #define CHANGE_BYTES 6
 #define CHANGES_MAX  32

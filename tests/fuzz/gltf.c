@@ -5,9 +5,9 @@
 #include <string.h>
 
 #include "base/assert.h"
-#include "scene/flat.h"
-#include "scene/import.h"
-#include "scene/gltf.h"
+#include "scene/gltf/gltf.h"
+#include "scene/import/import.h"
+#include "scene/model/flat.h"
 
 #include "target.h"
 

@@ -6,8 +6,8 @@
 #include <string.h>
 
 #include "base/assert.h"
-#include "scene/edit.h"
-#include "scene/store_journal.h"
+#include "scene/edit/edit.h"
+#include "scene/store/store_journal.h"
 #include "tests/fuzz/batch.h"
 #include "tests/fuzz/machine.h"
 #include "tests/journal/kit.h"

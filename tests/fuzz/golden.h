@@ -7,7 +7,7 @@
 #include <stdint.h>
 
 #include "base/hash.h"
-#include "scene/store.h"
+#include "scene/store/store.h"
 #include "tests/journal/files.h"
 
 #define GOLDEN_SCENES        2

@@ -12,7 +12,7 @@
 
 #include "base/assert.h"
 #include "base/log.h"
-#include "scene/store_journal.h"
+#include "scene/store/store_journal.h"
 #include "tests/fuzz/batch.h"
 #include "tests/fuzz/derived.h"
 #include "tests/fuzz/forge.h"

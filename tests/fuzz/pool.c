@@ -7,10 +7,10 @@
 #include "base/assert.h"
 #include "image/decode.h"
 #include "net/loop/background.h"
-#include "scene/flat.h"
-#include "scene/import.h"
-#include "scene/gltf.h"
-#include "scene/sky_map.h"
+#include "scene/gltf/gltf.h"
+#include "scene/import/import.h"
+#include "scene/import/sky_map.h"
+#include "scene/model/flat.h"
 #include "tests/fuzz/machine.h"
 
 #define WORK_MAX   4096

@@ -4,8 +4,8 @@
 #include <string.h>
 
 #include "base/assert.h"
-#include "scene/content_table.h"
-#include "scene/flat.h"
+#include "scene/model/content_table.h"
+#include "scene/model/flat.h"
 #include "tests/fuzz/derived.h"
 
 bool promises_is_same(const struct bd_scene *a, const struct bd_scene *b)

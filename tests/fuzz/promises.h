@@ -1,11 +1,11 @@
-// What scene/delta.h promises of every change, whatever it is.
+// What scene/model/delta.h promises of every change, whatever it is.
 
 #ifndef BD_TESTS_FUZZ_PROMISES_H
 #define BD_TESTS_FUZZ_PROMISES_H
 
 #include <stdbool.h>
 
-#include "scene/delta.h"
+#include "scene/model/delta.h"
 
 // By their hashes.
 bool promises_is_same(const struct bd_scene *a, const struct bd_scene *b);

@@ -266,7 +266,7 @@ def seed_http_sessions(out, scene, blob):
                                   unit(8, edit_undo={"scene": scene}), unit(9, scene_log={"scene": scene}),
                                   unit(11, scene_export={"scene": scene}), (b"", "a"),
                                   unit(10, scene_remove={"id": scene}), unit(12, techniques={}), (b"", "q")))
-    # A light's whole state, as a journal has it (server/scene/delta.h).
+    # A light's whole state, as a journal has it (server/scene/model/delta.h).
     light = b"BDDELT01" + struct.pack("<III64s?I7f", 1, 3, 0, b"lamp", False, 1, 1, 1, 1, 5, 9, 0.7, 0.1)
     replays = [step for i, kind in enumerate(("edit", "undo", "redo", "revert"))
                for step in ((light, "d"), unit(2 + i, scene_replay={"scene": scene, "revision": 10 + i, "kind": kind,

@@ -1,5 +1,5 @@
 """What raster and reference make of normals that point against their winding: the same (struct
-bd_primitive in server/scene/scene.h says what).
+bd_primitive in server/scene/model/scene.h says what).
 
 Four squares side by side, lit from where the camera is, each with normals that lean to a side:
 single-sided and double-sided ones, seen from the front and from the rear.

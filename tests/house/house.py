@@ -23,7 +23,7 @@ BY_HAND = "not to be changed by hand"  # in the first lines of what is made
 FACTS = {
     # The scene decides with it which parts are there; the harness makes scenes of its tests.
     "material property (alpha_cutoff)": (r"alpha_?cutoff", ("server/upload", "server/pass", "server/lights", "server/rays",
-                                                              "server/reference", "server/technique", "server/scene/aspects.c",
+                                                              "server/reference", "server/technique", "server/scene/model/aspects.c",
                                                               "clients/harness", "shaders")),
     "frame option (target_error)": (r"target[_-]error", ("server/frame", "server/sched", "server/technique")),
     "command (scene_log)": (r"scene_?log(_reply)?", ()),

@@ -14,9 +14,9 @@
 #include <unistd.h>
 
 #include "base/assert.h"
-#include "scene/flat.h"
-#include "scene/import.h"
-#include "scene/gltf.h"
+#include "scene/gltf/gltf.h"
+#include "scene/import/import.h"
+#include "scene/model/flat.h"
 
 static const char *const names[] = {"cornell.glb", "checker.glb", "two_lights.glb", "bare.gltf"};
 static const char *const shared_names[] = {

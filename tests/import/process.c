@@ -18,8 +18,8 @@
 
 #include "base/clock.h"
 #include "base/sanitizer.h"
-#include "scene/import.h"
-#include "scene/import_confine.h"
+#include "scene/import/import.h"
+#include "scene/import/import_confine.h"
 #include "tests/unit/cmocka_all.h"
 
 static const char *scenes;

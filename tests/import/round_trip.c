@@ -4,11 +4,11 @@
 #include <string.h>
 
 #include "base/clock.h"
-#include "scene/derive.h"
-#include "scene/import.h"
-#include "scene/flat.h"
-#include "scene/gltf.h"
-#include "scene/gltf_write.h"
+#include "scene/gltf/gltf.h"
+#include "scene/gltf/gltf_write.h"
+#include "scene/import/import.h"
+#include "scene/model/derive.h"
+#include "scene/model/flat.h"
 
 struct trip {
     struct bd_bytes file;

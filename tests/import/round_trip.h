@@ -5,7 +5,7 @@
 
 #include <jansson.h>
 
-#include "scene/scene.h"
+#include "scene/model/scene.h"
 
 // {"notes": [...], "same": the content hash but for flags, "stable": the second export is the first
 // one's bytes and says nothing, "flags": of the import that come of the file, "alike": triangles,

@@ -16,8 +16,8 @@
 
 #include "base/clock.h"
 #include "base/hash.h"
-#include "scene/gltf.h"
-#include "scene/import.h"
+#include "scene/gltf/gltf.h"
+#include "scene/import/import.h"
 #include "tests/import/round_trip.h"
 
 static struct bd_import_file map_file(const char *path, const char *uri)

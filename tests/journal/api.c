@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "scene/journal_internal.h"
+#include "scene/journal/journal_internal.h"
 #include "tests/journal/kit.h"
 #include "tests/unit/cmocka_all.h"
 

@@ -8,7 +8,7 @@
 #include <string.h>
 
 #include "base/log.h"
-#include "scene/journal_internal.h"
+#include "scene/journal/journal_internal.h"
 #include "tests/journal/failing_vfs.h"
 #include "tests/journal/files.h"
 #include "tests/journal/story.h"

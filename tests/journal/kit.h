@@ -6,7 +6,7 @@
 
 #include <stdint.h>
 
-#include "scene/journal.h"
+#include "scene/journal/journal.h"
 
 #define KIT_BYTES 600
 

@@ -8,7 +8,7 @@
 #include <unistd.h>
 
 #include "base/log.h"
-#include "scene/journal_internal.h"
+#include "scene/journal/journal_internal.h"
 #include "tests/journal/files.h"
 #include "tests/journal/kit.h"
 #include "tests/unit/cmocka_all.h"

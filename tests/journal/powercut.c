@@ -12,7 +12,7 @@
 #include <string.h>
 
 #include "base/log.h"
-#include "scene/journal_internal.h"
+#include "scene/journal/journal_internal.h"
 #include "tests/journal/powercut_vfs.h"
 #include "tests/journal/session.h"
 

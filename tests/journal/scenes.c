@@ -7,8 +7,8 @@
 
 #include "base/log.h"
 #include "base/sanitizer.h"
-#include "scene/journal_internal.h"
-#include "scene/store_journal.h"
+#include "scene/journal/journal_internal.h"
+#include "scene/store/store_journal.h"
 #include "tests/journal/failing_vfs.h"
 #include "tests/journal/kit.h"
 #include "tests/unit/scene/snapshots.h"

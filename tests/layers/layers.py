@@ -30,6 +30,16 @@ ROOMS = {
 }
 # Rooms within a room, lowest first, with those that each may include; files beside them may include all.
 SUB_ROOMS = {
+    'scene': {
+        'model': [],
+        'mesh': ['model'],
+        'gltf': ['mesh', 'model'],
+        'edit': ['mesh', 'model'],
+        'import': ['gltf', 'model'],
+        'blobs': [],
+        'journal': [],  # knows nothing of scenes
+        'store': ['journal', 'model'],
+    },
     'net': {
         'wire': [],  # messages: pure, any thread
         'loop': [],
@@ -41,8 +51,18 @@ SUB_ROOMS = {
         'http': ['session', 'command', 'live', 'access', 'loop', 'wire'],
     },
 }
-# Their doors: the headers that others include. The rest stays inside.
+# Their doors: the headers that others include; those in brackets only from within the same room. The
+# rest stays inside.
 DOORS = {
+    'scene/model': {'scene', 'object_fields', 'content', 'content_table', 'framing', 'render_space', 'triangle_order',
+                    '(delta)', '(delta_parts)', '(derive)', '(flat)', '(primitive)'},
+    'scene/mesh': {'(mesh)'},
+    'scene/gltf': {'gltf_write', '(gltf)', '(import_input)', '(picture_queue)'},
+    'scene/edit': {'edit', 'edit_kinds'},
+    'scene/import': {'import'},
+    'scene/blobs': {'blobs'},
+    'scene/journal': {'data_dir', 'journal'},
+    'scene/store': {'store', 'store_journal'},
     'net/wire': {'answer', 'device_list', 'edit_decode', 'frame_options', 'multipart', 'option_list', 'scene_objects', 'technique_list'},
     'net/loop': {'loop', 'serving', 'client', 'conn', 'background', 'spool', 'release', 'address', 'peer'},
     'net/access': {'access', 'auth', 'author', 'blob_rights', 'cookie'},
@@ -54,24 +74,24 @@ DOORS = {
 }
 # What clients share with the daemon: rooms, and of one of them the journal and tables.
 CLIENT_ROOMS = {'clients', 'base', 'image', 'protocol'}
-CLIENT_HEADERS = {'scene/journal.h', 'scene/edit_kinds.h', 'scene/object_fields.h'}
+CLIENT_HEADERS = {'scene/journal/journal.h', 'scene/edit/edit_kinds.h', 'scene/model/object_fields.h'}
 # What the contract takes from the daemon: words that are a room's own.
 PROTOCOL_ROOMS = {'base', 'protocol'}
 PROTOCOL_HEADERS = {'image/tonemap.h'}
 GL = re.compile(r'^(epoxy|GL|GLES\d?|EGL|KHR|gbm)/|^(gbm|glvnd).*\.h$')
 SQLITE = re.compile(r'^sqlite3(ext)?\.h$')
-JOURNAL = re.compile(r'^server/scene/journal[a-z_]*\.[ch]$')
+JOURNAL = re.compile(r'^server/scene/journal/[a-z_]*\.[ch]$')
 # Decoders of what strangers send: of the daemon only the import child's side names them, so that no
 # byte of a client's picture is looked at in the daemon's own process.
 DECODERS = {
-    'image/decode.h': {'server/image/decode.c', 'server/image/shown.c', 'server/scene/import_child.c',
-                       'server/scene/picture_queue.c'},
+    'image/decode.h': {'server/image/decode.c', 'server/image/shown.c', 'server/scene/import/import_child.c',
+                       'server/scene/gltf/picture_queue.c'},
     'image/shown.h': {'server/image/shown.c'},  # for clients
-    'scene/sky_map.h': {'server/scene/sky_map.c', 'server/scene/import_child.c', 'server/scene/import.c',
-                        'server/scene/gltf_environment.c'},
-    'scene/picture_queue.h': {'server/scene/picture_queue.c', 'server/scene/import_child.c', 'server/scene/gltf.c',
-                              'server/scene/gltf_reader.h'},
-    'scene/gltf.h': {'server/scene/gltf.c', 'server/scene/import_child.c'},
+    'scene/import/sky_map.h': {'server/scene/import/sky_map.c', 'server/scene/import/import_child.c', 'server/scene/import/import.c',
+                        'server/scene/gltf/gltf_environment.c'},
+    'scene/gltf/picture_queue.h': {'server/scene/gltf/picture_queue.c', 'server/scene/import/import_child.c', 'server/scene/gltf/gltf.c',
+                              'server/scene/gltf/gltf_reader.h'},
+    'scene/gltf/gltf.h': {'server/scene/gltf/gltf.c', 'server/scene/import/import_child.c'},
 }
 # Functions of ours, at the beginning of a line.
 DECLARATION = re.compile(r'^(?!static|typedef)[a-z][\w \*]*?\b(bd_\w+)\([^;{}]*\)(?: BD_\w+\([^)]*\))?;', re.M)
@@ -109,7 +129,8 @@ def check_sub_include(room, own, name):
         return f'{room}/{own}/ may not include {room}/{target or "what lies above it"}'
     door = DOORS.get(f'{name.split("/")[0]}/{target}')
     stem = os.path.splitext(os.path.basename(name))[0]
-    if target and (name.split('/')[0], target) != (room, own) and stem not in door:
+    inner = name.split('/')[0] == room and f'({stem})' in (door or ())
+    if target and (name.split('/')[0], target) != (room, own) and stem not in door and not inner:
         return f'{name} stays in its room'
     return None
 

@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "scene/render_space.h"
+#include "scene/model/render_space.h"
 #include "tests/reference/stage.h"
 #include "tests/unit/cmocka_all.h"
 

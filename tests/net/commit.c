@@ -4,7 +4,7 @@
 #include "net/commit/commit.h"
 
 #include "net/commit/commits.h"
-#include "scene/store_journal.h"
+#include "scene/store/store_journal.h"
 #include "tests/unit/scene/snapshots.h"
 
 static const char *scene_folder;

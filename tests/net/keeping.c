@@ -8,8 +8,8 @@
 #include <unistd.h>
 
 #include "net/command/import_cache.h"
-#include "scene/blobs.h"
-#include "scene/data_dir.h"
+#include "scene/blobs/blobs.h"
+#include "scene/journal/data_dir.h"
 
 #include "../protocol/cmocka_all.h"
 

@@ -7,8 +7,8 @@
 #include <string.h>
 
 #include "rays/rays.h"
-#include "scene/render_space.h"
-#include "scene/triangle_order.h"
+#include "scene/model/render_space.h"
+#include "scene/model/triangle_order.h"
 #include "tests/reference/stage.h"
 #include "tests/unit/cmocka_all.h"
 

@@ -6,7 +6,7 @@
 
 #include "pass/nearest.h"
 #include "pass/visibility.h"
-#include "scene/scene.h"
+#include "scene/model/scene.h"
 
 enum executor { PROCESSOR, DEVICE, EXECUTOR_COUNT };
 

@@ -9,7 +9,7 @@
 #include <string.h>
 
 #include "rays/rays.h"
-#include "scene/render_space.h"
+#include "scene/model/render_space.h"
 #include "tests/reference/stage.h"
 #include "tests/unit/cmocka_all.h"
 

@@ -7,7 +7,7 @@
 #define BD_TESTS_REFERENCE_STAGE_H
 
 #include "reference/reference.h"
-#include "scene/scene.h"
+#include "scene/model/scene.h"
 
 struct stage {
     struct bd_scene *scene;

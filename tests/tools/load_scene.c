@@ -4,8 +4,8 @@
 #include <stdlib.h>
 
 #include "base/assert.h"
-#include "scene/gltf.h"
-#include "scene/import.h"
+#include "scene/gltf/gltf.h"
+#include "scene/import/import.h"
 
 // `*bytes` is the caller's to free.
 static enum bd_err read_file(const char *path, void **bytes, size_t *size, struct bd_fault *fault)

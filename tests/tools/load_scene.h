@@ -3,7 +3,7 @@
 #ifndef BD_TESTS_TOOLS_LOAD_SCENE_H
 #define BD_TESTS_TOOLS_LOAD_SCENE_H
 
-#include "scene/scene.h"
+#include "scene/model/scene.h"
 
 // Read here and now, without a process to confine the parser.
 BD_MUST_CHECK

@@ -13,10 +13,10 @@
 #include <string.h>
 
 #include "base/clock.h"
-#include "image/encode.h"
 #include "base/pool.h"
+#include "image/encode.h"
 #include "reference/reference.h"
-#include "scene/import.h"
+#include "scene/import/import.h"
 #include "tests/tools/load_scene.h"
 
 struct options {

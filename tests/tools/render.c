@@ -8,7 +8,7 @@
 #include <string.h>
 
 #include "image/encode.h"
-#include "scene/import.h"
+#include "scene/import/import.h"
 #include "sched/sched.h"
 #include "tests/tools/load_scene.h"
 

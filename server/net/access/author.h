@@ -9,7 +9,7 @@
 #include "base/err.h"
 #include "net/access/auth.h"
 #include "net/loop/client.h"
-#include "scene/store.h"
+#include "scene/store/store.h"
 
 #define BD_AUTHOR_BY_BYTES 64
 

@@ -8,7 +8,7 @@
 #define BD_NET_ACCESS_BLOB_RIGHTS_H
 
 #include "net/access/auth.h"
-#include "scene/blobs.h"
+#include "scene/blobs/blobs.h"
 
 struct bd_blobs *bd_grant_blobs(struct bd_blobs *all, const struct bd_grant *grant);
 

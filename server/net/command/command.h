@@ -19,7 +19,7 @@
 #include "net/loop/client.h"
 #include "net/wire/answer.h"
 #include "protocol/bounced.pb-c.h"
-#include "scene/blobs.h"
+#include "scene/blobs/blobs.h"
 
 struct bd_command;
 struct bd_frame_cache;

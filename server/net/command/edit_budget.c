@@ -1,6 +1,6 @@
 #include "net/command/edit_budget.h"
 
-#include "scene/content.h"
+#include "scene/model/content.h"
 
 #define TEXEL_BYTES 4
 

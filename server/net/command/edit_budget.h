@@ -10,7 +10,7 @@
 
 #include "base/err.h"
 #include "protocol/limits.h"
-#include "scene/scene.h"
+#include "scene/model/scene.h"
 
 // What is left. Whatever is given up again is put back by putting back the numbers.
 struct bd_edit_budget {

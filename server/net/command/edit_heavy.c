@@ -10,8 +10,8 @@
 #include "net/command/environment.h"
 #include "net/command/import_files.h"
 #include "net/wire/edit_decode.h"
-#include "scene/content.h"
-#include "scene/import.h"
+#include "scene/import/import.h"
+#include "scene/model/content.h"
 
 // What one operation reads, and where a fault of it lies.
 struct reading {

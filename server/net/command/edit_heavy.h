@@ -10,8 +10,8 @@
 #include "net/command/edit_budget.h"
 #include "protocol/bounced.pb-c.h"
 #include "protocol/limits.h"
-#include "scene/blobs.h"
-#include "scene/edit.h"
+#include "scene/blobs/blobs.h"
+#include "scene/edit/edit.h"
 
 struct bd_import_pool;
 

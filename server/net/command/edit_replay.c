@@ -8,7 +8,7 @@
 #include "net/command/edit_step.h"
 #include "net/command/import_files.h"
 #include "net/command/scene_change.h"
-#include "scene/content_table.h"
+#include "scene/model/content_table.h"
 
 // Ids that a revision may pass over, of objects that came and went within it.
 #define SKIPPED_IDS_MAX 65536

@@ -10,8 +10,8 @@
 #include "net/commit/commit.h"
 #include "net/commit/edit_queue.h"
 #include "net/commit/journal_turn.h"
-#include "scene/journal.h"
-#include "scene/store_journal.h"
+#include "scene/journal/journal.h"
+#include "scene/store/store_journal.h"
 
 struct bd_edit_work {
     struct bd_commit_waiter waiter; // first

@@ -4,7 +4,7 @@
 #include <math.h>
 
 #include "net/command/import_files.h"
-#include "scene/import.h"
+#include "scene/import/import.h"
 
 // Of a quaternion before it is normalised.
 #define ROTATION_MAX 1e15

@@ -8,8 +8,8 @@
 #include "base/err.h"
 #include "protocol/bounced.pb-c.h"
 #include "protocol/limits.h"
-#include "scene/blobs.h"
-#include "scene/scene.h"
+#include "scene/blobs/blobs.h"
+#include "scene/model/scene.h"
 
 struct bd_import_pool;
 

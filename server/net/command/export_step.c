@@ -8,8 +8,8 @@
 #include "net/command/command_internal.h"
 #include "net/command/revision_name.h"
 #include "net/commit/journal_turn.h"
-#include "scene/gltf_write.h"
-#include "scene/store_journal.h"
+#include "scene/gltf/gltf_write.h"
+#include "scene/store/store_journal.h"
 
 // --- the file -------------------------------------------------------------------------------
 

@@ -17,7 +17,7 @@
 #include "base/hash.h"
 #include "net/wire/answer.h"
 #include "protocol/limits.h"
-#include "scene/store.h"
+#include "scene/store/store.h"
 
 struct bd_frame_cache;
 

@@ -12,8 +12,8 @@
 #include <stdint.h>
 
 #include "base/hash.h"
-#include "scene/import.h"
-#include "scene/scene.h"
+#include "scene/import/import.h"
+#include "scene/model/scene.h"
 
 struct bd_import_cache;
 

@@ -8,8 +8,8 @@
 #include "base/err.h"
 #include "protocol/bounced.pb-c.h"
 #include "protocol/limits.h"
-#include "scene/blobs.h"
-#include "scene/import.h"
+#include "scene/blobs/blobs.h"
+#include "scene/import/import.h"
 
 struct bd_import_files {
     struct bd_import_file *files;

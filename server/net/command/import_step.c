@@ -11,7 +11,7 @@
 #include "net/command/import_cache.h"
 #include "net/command/import_files.h"
 #include "net/wire/multipart.h"
-#include "scene/import.h"
+#include "scene/import/import.h"
 
 static enum bd_err map_multipart(struct bd_command *command, struct bd_import_files *import)
 {

@@ -8,7 +8,7 @@
 #include <stdint.h>
 
 #include "base/err.h"
-#include "scene/journal.h"
+#include "scene/journal/journal.h"
 
 // BD_ERR_NOT_FOUND: none of the scene's is called that.
 BD_MUST_CHECK

@@ -10,7 +10,7 @@
 #include "net/commit/journal_turn.h"
 #include "net/commit/upkeep.h"
 #include "net/loop/release.h"
-#include "scene/store_journal.h"
+#include "scene/store/store_journal.h"
 
 struct bd_commit {
     struct bd_journal_turn turn; // first

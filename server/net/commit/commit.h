@@ -7,7 +7,7 @@
 #define BD_NET_COMMIT_COMMIT_H
 
 #include "base/err.h"
-#include "scene/store.h"
+#include "scene/store/store.h"
 
 struct bd_commits;
 

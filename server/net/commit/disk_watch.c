@@ -4,8 +4,8 @@
 #include "base/clock.h"
 #include "base/log.h"
 #include "net/commit/commits.h"
-#include "scene/blobs.h"
-#include "scene/journal.h"
+#include "scene/blobs/blobs.h"
+#include "scene/journal/journal.h"
 
 #define COLLECT_SECONDS 600
 

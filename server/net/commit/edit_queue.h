@@ -9,7 +9,7 @@
 #include <stdbool.h>
 
 #include "base/err.h"
-#include "scene/store.h"
+#include "scene/store/store.h"
 
 struct bd_commits;
 

@@ -8,7 +8,7 @@
 #include "net/commit/commits.h"
 #include "net/commit/journal_turn.h"
 #include "net/loop/release.h"
-#include "scene/store_journal.h"
+#include "scene/store/store_journal.h"
 
 enum phase { PHASE_SNAPSHOT, PHASE_COMPACT, PHASE_COLLECT };
 

@@ -7,7 +7,7 @@
 #ifndef BD_NET_COMMIT_UPKEEP_H
 #define BD_NET_COMMIT_UPKEEP_H
 
-#include "scene/store.h"
+#include "scene/store/store.h"
 
 struct bd_commits;
 

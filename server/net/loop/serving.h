@@ -8,9 +8,9 @@
 
 #include "net/loop/proxy.h"
 #include "protocol/limits.h"
-#include "scene/blobs.h"
-#include "scene/journal.h"
-#include "scene/store.h"
+#include "scene/blobs/blobs.h"
+#include "scene/journal/journal.h"
+#include "scene/store/store.h"
 #include "sched/sched.h"
 
 struct bd_serving {

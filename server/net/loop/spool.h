@@ -13,7 +13,7 @@
 #include <stdint.h>
 
 #include "base/err.h"
-#include "scene/blobs.h"
+#include "scene/blobs/blobs.h"
 
 struct bd_loop;
 struct bd_spool;

@@ -12,7 +12,7 @@
 #include "base/err.h"
 #include "base/hash.h"
 #include "protocol/bounced.pb-c.h"
-#include "scene/store.h"
+#include "scene/store/store.h"
 #include "sched/sched.h"
 
 struct bd_answer {

@@ -1,4 +1,4 @@
-// Operations of a batch from the wire's form to scene/edit.h's. What is light is decoded here;
+// Operations of a batch from the wire's form to scene/edit/edit.h's. What is light is decoded here;
 // what is heavy (vertex data, pictures, files) is filled in by edit_heavy.h.
 //
 // Thread: any.
@@ -10,7 +10,7 @@
 
 #include "base/err.h"
 #include "protocol/bounced.pb-c.h"
-#include "scene/edit.h"
+#include "scene/edit/edit.h"
 
 // The path of an operation: "ops[3].set_light".
 struct bd_edit_path {

@@ -1,5 +1,5 @@
 // An object's fields between the wire and the scene: what a message says by what its rows are
-// called (scene/object_fields.h), and the other way round.
+// called (scene/model/object_fields.h), and the other way round.
 //
 // Thread: any.
 
@@ -8,8 +8,8 @@
 
 #include <protobuf-c/protobuf-c.h>
 
-#include "scene/edit.h"
-#include "scene/object_fields.h"
+#include "scene/edit/edit.h"
+#include "scene/model/object_fields.h"
 
 // What the message sets of the rows of a kind, as op->fields: malloc'ed; texts and numbers are
 // borrowed from the message.

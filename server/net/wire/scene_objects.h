@@ -5,7 +5,7 @@
 #define BD_NET_WIRE_SCENE_OBJECTS_H
 
 #include "protocol/bounced.pb-c.h"
-#include "scene/scene.h"
+#include "scene/model/scene.h"
 
 // Fills message->objects: what was authored and is not removed.
 void bd_scene_objects_fill(Bounced__Scene *message, const struct bd_scene *scene);

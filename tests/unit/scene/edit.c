@@ -2,7 +2,7 @@
 
 #include <math.h>
 
-#include "scene/edit.h"
+#include "scene/edit/edit.h"
 #include "tests/unit/scene/fields.h"
 #include "tests/unit/scene/snapshots.h"
 

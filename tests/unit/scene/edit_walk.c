@@ -7,7 +7,7 @@
 #include <math.h>
 
 #include "base/clock.h"
-#include "scene/edit.h"
+#include "scene/edit/edit.h"
 #include "tests/unit/scene/round_trip.h"
 
 static const char *own_scenes, *shared_scenes;

@@ -4,8 +4,8 @@
 #include <stdio.h>
 
 #include "image/exr.h"
-#include "scene/flat.h"
-#include "scene/sky_map.h"
+#include "scene/import/sky_map.h"
+#include "scene/model/flat.h"
 #include "tests/unit/scene/read_text.h"
 
 #define SIDE 4

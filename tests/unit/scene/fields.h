@@ -4,7 +4,7 @@
 #ifndef BD_TESTS_UNIT_SCENE_FIELDS_H
 #define BD_TESTS_UNIT_SCENE_FIELDS_H
 
-#include "scene/edit.h"
+#include "scene/edit/edit.h"
 
 #define FIELDS(...)                                                                                \
     .fields = (const struct bd_field_value[]){__VA_ARGS__},                                        \

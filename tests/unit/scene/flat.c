@@ -4,8 +4,8 @@
 #include <sys/mman.h>
 
 #include "base/hash.h"
-#include "scene/content.h"
-#include "scene/flat.h"
+#include "scene/model/content.h"
+#include "scene/model/flat.h"
 #include "tests/unit/scene/read_text.h"
 
 struct bytes {

@@ -6,11 +6,11 @@
 #include <float.h>
 #include <math.h>
 
-#include "scene/edit.h"
-#include "scene/import.h"
-#include "scene/gltf_reader.h"
-#include "scene/gltf_write_json.h"
-#include "scene/gltf_write_parts.h"
+#include "scene/edit/edit.h"
+#include "scene/gltf/gltf_reader.h"
+#include "scene/gltf/gltf_write_json.h"
+#include "scene/gltf/gltf_write_parts.h"
+#include "scene/import/import.h"
 #include "tests/unit/scene/fields.h"
 #include "tests/unit/scene/round_trip.h"
 

@@ -6,8 +6,8 @@
 #include <string.h>
 
 #include "image/shrink.h"
-#include "scene/picture_queue.h"
-#include "scene/import.h"
+#include "scene/gltf/picture_queue.h"
+#include "scene/import/import.h"
 #include "tests/unit/cmocka_all.h"
 
 static void assert_shrunk(enum bd_texel_kind kind, uint32_t from_width, uint32_t from_height,

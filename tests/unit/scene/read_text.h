@@ -6,8 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "scene/gltf.h"
-#include "scene/import.h"
+#include "scene/gltf/gltf.h"
+#include "scene/import/import.h"
 #include "tests/unit/cmocka_all.h"
 
 static char *quoted(const char *text)

@@ -3,8 +3,8 @@
 #ifndef BD_TESTS_UNIT_SCENE_ROUND_TRIP_H
 #define BD_TESTS_UNIT_SCENE_ROUND_TRIP_H
 
-#include "scene/gltf_write.h"
-#include "scene/import.h"
+#include "scene/gltf/gltf_write.h"
+#include "scene/import/import.h"
 #include "tests/unit/scene/snapshots.h"
 
 struct round_trip {

@@ -3,7 +3,7 @@
 #include <math.h>
 #include <stdio.h>
 
-#include "scene/gltf_scan.h"
+#include "scene/gltf/gltf_scan.h"
 #include "tests/unit/scene/read_text.h"
 
 static enum bd_err scan(const char *text, struct bd_gltf_text *out, struct bd_fault *fault)

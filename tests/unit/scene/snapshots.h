@@ -8,10 +8,10 @@
 #include <string.h>
 
 #include "base/hash.h"
-#include "scene/delta.h"
-#include "scene/import.h"
-#include "scene/derive.h"
-#include "scene/gltf.h"
+#include "scene/gltf/gltf.h"
+#include "scene/import/import.h"
+#include "scene/model/delta.h"
+#include "scene/model/derive.h"
 #include "tests/unit/cmocka_all.h"
 
 struct bytes {

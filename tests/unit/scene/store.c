@@ -1,9 +1,9 @@
 // The store: what is staged is seen by nobody, what is published by everybody, what fails by none;
 // what is transient lies over it.
 
-#include "scene/store.h"
+#include "scene/store/store.h"
 
-#include "scene/edit.h"
+#include "scene/edit/edit.h"
 #include "tests/unit/scene/fields.h"
 #include "tests/unit/scene/snapshots.h"
 
