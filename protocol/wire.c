@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "base/assert.h"
+#include "base/text.h"
 #include "protocol/framing.h"
 
 #define PATH_BYTES 128 // what is longer is cut
@@ -110,6 +111,94 @@ enum bd_err bd_wire_check_known(const ProtobufCMessage *message, const char *pat
     for (unsigned i = 0; !err && i < message->descriptor->n_fields; i++)
         err = check_field(message, &message->descriptor->fields[i], path, fault);
     return err;
+}
+
+// --- texts ----------------------------------------------------------------------------------
+
+#define FIELDS_MAX 64 // of one message
+
+// What is left of packed bytes. Sticky: behind the first thing that is none of protobuf's, nothing
+// is left.
+struct packed {
+    const uint8_t *at, *end;
+};
+
+static uint64_t take_varint(struct packed *in)
+{
+    uint64_t value = 0;
+    for (int shift = 0; shift < 64 && in->at < in->end; shift += 7) {
+        const uint8_t byte = *in->at++;
+        value |= (uint64_t)(byte & 0x7f) << shift;
+        if (!(byte & 0x80)) return value;
+    }
+    in->at = in->end;
+    return 0;
+}
+
+// The value behind a tag; of a length-delimited one what it holds.
+static struct packed take_value(struct packed *in, unsigned wire_type)
+{
+    uint64_t size = 0;
+    if (wire_type == PROTOBUF_C_WIRE_TYPE_VARINT) take_varint(in);
+    if (wire_type == PROTOBUF_C_WIRE_TYPE_64BIT) size = 8;
+    if (wire_type == PROTOBUF_C_WIRE_TYPE_32BIT) size = 4;
+    if (wire_type == PROTOBUF_C_WIRE_TYPE_LENGTH_PREFIXED) size = take_varint(in);
+    if (size > (size_t)(in->end - in->at)) size = (size_t)(in->end - in->at);
+    const struct packed value = {in->at, in->at + size};
+    in->at = value.end;
+    return value;
+}
+
+static enum bd_err check_one_text(struct packed text, const char *path, struct bd_fault *fault)
+{
+    const size_t size = (size_t)(text.end - text.at), bad = bd_text_bad_at(text.at, size);
+    if (bad == size) return BD_ERR_OK;
+    return bd_fault_set(fault, BD_ERR_BAD_INPUT, path, "%s: %s", path,
+                        text.at[bad] ? "is no UTF-8" : "holds a zero byte");
+}
+
+static enum bd_err check_texts(const ProtobufCMessageDescriptor *descriptor, struct packed in,
+                               const char *path, struct bd_fault *fault);
+
+// The body of an envelope is the request itself: what it holds is named alone.
+static enum bd_err check_value(const ProtobufCFieldDescriptor *field, bool is_body,
+                               struct packed value, uint32_t number, const char *path,
+                               struct bd_fault *fault)
+{
+    char place[PATH_BYTES];
+    const bool is_list = field->label == PROTOBUF_C_LABEL_REPEATED;
+    const int used =
+        snprintf(place, sizeof place, "%s%s%s", path, path[0] ? "." : "", field->name);
+    if (is_list && used >= 0 && (size_t)used < sizeof place)
+        snprintf(place + used, sizeof place - (size_t)used, "[%u]", number);
+    if (field->type == PROTOBUF_C_TYPE_STRING) return check_one_text(value, place, fault);
+    return check_texts(field->descriptor, value, is_body ? "" : place, fault);
+}
+
+static enum bd_err check_texts(const ProtobufCMessageDescriptor *descriptor, struct packed in,
+                               const char *path, struct bd_fault *fault)
+{
+    uint32_t seen[FIELDS_MAX] = {0};
+    enum bd_err err = BD_ERR_OK;
+    BD_ASSERT_CMP(descriptor->n_fields, <=, FIELDS_MAX);
+    while (!err && in.at < in.end) {
+        const uint64_t tag = take_varint(&in);
+        const struct packed value = take_value(&in, tag & 7);
+        const ProtobufCFieldDescriptor *field =
+            protobuf_c_message_descriptor_get_field(descriptor, (unsigned)(tag >> 3));
+        if (!field || (tag & 7) != PROTOBUF_C_WIRE_TYPE_LENGTH_PREFIXED) continue;
+        if (field->type == PROTOBUF_C_TYPE_STRING || field->type == PROTOBUF_C_TYPE_MESSAGE)
+            err = check_value(field, descriptor == &bounced__envelope__descriptor, value,
+                              seen[field - descriptor->fields]++, path, fault);
+    }
+    return err;
+}
+
+enum bd_err bd_wire_check_text(const ProtobufCMessageDescriptor *descriptor, const void *bytes,
+                               size_t size, struct bd_fault *fault)
+{
+    const struct packed in = {bytes, (const uint8_t *)bytes + size};
+    return check_texts(descriptor, in, "", fault);
 }
 
 void bd_envelope_encode(const Bounced__Envelope *envelope, size_t payload_bytes, uint8_t **out,

@@ -48,6 +48,13 @@ BD_MUST_CHECK
 enum bd_err bd_wire_check_known(const ProtobufCMessage *message, const char *path,
                                 struct bd_fault *fault);
 
+// BD_ERR_BAD_INPUT if a text in the packed message holds a zero byte, which would end it, or is no
+// UTF-8: nobody behind this has to ask. The bytes have been unpacked once. `fault` names the field;
+// what an envelope holds is named without the body's own name ("ops[0].add_light.name").
+BD_MUST_CHECK
+enum bd_err bd_wire_check_text(const ProtobufCMessageDescriptor *descriptor, const void *bytes,
+                               size_t size, struct bd_fault *fault);
+
 // The whole unit's start: prefix and packed header, for a payload of `payload_bytes` to follow it.
 // The caller frees `*out`. Aborts without memory, as nothing sensible can be said then.
 void bd_envelope_encode(const Bounced__Envelope *envelope, size_t payload_bytes, uint8_t **out,

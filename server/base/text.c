@@ -20,6 +20,20 @@ size_t bd_text_character_bytes(const unsigned char *at)
     return at[0] == 0xf4 && at[1] > 0x8f ? 0 : size;
 }
 
+size_t bd_text_bad_at(const void *bytes, size_t size)
+{
+    const unsigned char *all = bytes;
+    size_t at = 0, step = 1;
+    while (at < size && step > 0) {
+        // A character is asked for with its end in sight: the last may be cut.
+        unsigned char character[5] = {0};
+        memcpy(character, all + at, size - at < 4 ? size - at : 4);
+        step = all[at] ? bd_text_character_bytes(character) : 0;
+        at += step;
+    }
+    return at;
+}
+
 static uint32_t code_of(const unsigned char *at, size_t size)
 {
     static const unsigned char first_bits[5] = {0, 0x7f, 0x1f, 0x0f, 0x07};

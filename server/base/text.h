@@ -27,6 +27,9 @@ char *bd_text_escape_json(char *json);
 // forms, surrogates and all beyond U+10FFFF included).
 size_t bd_text_character_bytes(const unsigned char *at);
 
+// Where `size` bytes of a stranger's are no text: a zero byte, or no UTF-8. `size` if they are one.
+size_t bd_text_bad_at(const void *bytes, size_t size);
+
 #ifdef __cplusplus
 }
 #endif

@@ -145,9 +145,13 @@ static enum bd_err read_protobuf(const struct bd_http *http, const struct bd_com
     bd_wire_alloc_init(&alloc, bd_wire_budget(http->body_bytes));
     *out = protobuf_c_message_unpack(bd_command_message(row), &alloc.allocator, http->body_bytes,
                                      http->body);
-    if (*out) return BD_ERR_OK;
-    return bd_fault_set(fault, BD_ERR_BAD_INPUT, "body", "the body is no %s",
-                        bd_command_message(row)->short_name);
+    if (!*out)
+        return bd_fault_set(fault, BD_ERR_BAD_INPUT, "body", "the body is no %s",
+                            bd_command_message(row)->short_name);
+    enum bd_err err =
+        bd_wire_check_text(bd_command_message(row), http->body, http->body_bytes, fault);
+    if (err) protobuf_c_message_free_unpacked(*out, NULL);
+    return err;
 }
 
 // The scene is the path's, whatever the body says.

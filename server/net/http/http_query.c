@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/assert.h"
+#include "base/text.h"
 #include "net/http/http_route.h"
 #include "net/wire/answer.h"
 #include "protocol/frame_options.h"
@@ -33,7 +34,7 @@ bool bd_http_query_decode(char *text)
         *out++ = c;
     }
     *out = 0;
-    return true;
+    return bd_text_bad_at(text, (size_t)(out - text)) == (size_t)(out - text);
 }
 
 static void replace_text(char **field, const char *value)

@@ -257,7 +257,10 @@ static void handle(struct bd_session *session, Bounced__Envelope *envelope,
     } else if (body == BOUNCED__ENVELOPE__BODY_VIEW_CREDIT) {
         bd_session_credit_view(session, envelope->view_credit);
     } else if (admit(session, envelope)) {
-        is_taken = !handle_here(session, envelope, message);
+        enum bd_err err = bd_wire_check_text(&bounced__envelope__descriptor, message->header,
+                                             message->header_bytes, &fault);
+        if (err) bd_session_send_fault(session, envelope->request_id, &fault);
+        is_taken = !err && !handle_here(session, envelope, message);
         if (is_taken) start_command(session, envelope, message);
     }
     if (!is_taken) bounced__envelope__free_unpacked(envelope, NULL);

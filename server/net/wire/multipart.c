@@ -7,6 +7,7 @@
 #include <strings.h>
 
 #include "base/assert.h"
+#include "base/text.h"
 
 #define BOUNDARY_LENGTH_MAX 70
 #define PART_HEADERS_MAX    4096
@@ -46,7 +47,8 @@ static bool find_name(const char *headers, size_t size, char *out, size_t out_si
     start += sizeof key - 1;
     const char *quote = memchr(start, '"', (size_t)(headers + size - start));
     if (!quote || quote == start || (size_t)(quote - start) >= out_size) return false;
-    if (memchr(start, 0, (size_t)(quote - start))) return false;
+    const size_t bytes = (size_t)(quote - start);
+    if (bd_text_bad_at(start, bytes) != bytes) return false;
     memcpy(out, start, (size_t)(quote - start));
     out[quote - start] = 0;
     return true;
