@@ -511,6 +511,7 @@ void bd_params_write(const struct bd_params *params, const struct bd_technique *
     out->count = 0;
     for (int i = 0; i < BD_PARAM_COUNT; i++) {
         if (!is_read(technique, i)) continue;
+        BD_ASSERT_CMP(out->count, <, BD_PARAM_MAX);
         snprintf(out->pairs[out->count].key, BD_PARAM_KEY_MAX, "%s", table[i].key);
         write_value(&table[i], &copy, out->pairs[out->count].value, BD_PARAM_VALUE_MAX);
         out->count++;

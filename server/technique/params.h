@@ -13,7 +13,7 @@
 
 #include "base/err.h"
 
-#define BD_PARAM_MAX       32
+#define BD_PARAM_MAX       64 // that a request may set, and that a technique may read
 #define BD_PARAM_KEY_MAX   32
 #define BD_PARAM_VALUE_MAX 48
 
