@@ -1,3 +1,5 @@
+// Which requests there are, and how their steps are run.
+
 #include "net/command/command.h"
 
 #include <stdlib.h>
@@ -9,14 +11,9 @@
 #include "net/access/blob_rights.h"
 #include "net/command/command_internal.h"
 #include "net/command/command_rights.h"
-#include "net/command/edit_replay.h"
-#include "net/command/edit_step.h"
 #include "net/command/edit_work.h"
-#include "net/command/export_step.h"
 #include "net/command/frame_cache.h"
 #include "net/command/import_cache.h"
-#include "net/command/scene_change.h"
-#include "net/command/scene_step.h"
 #include "net/command/stats.h"
 #include "net/loop/release.h"
 #include "net/wire/device_list.h"
@@ -39,8 +36,8 @@ static void free_command(struct bd_command *command)
     if (command->counts_as_job) bd_client_end_job(command->client);
     if (command->payload) bd_client_end_edit(command->client, command->payload_bytes);
     leave_list(command);
+    bd_answer_finish(&command->answer);
     bounced__envelope__free_unpacked(command->envelope, NULL);
-    if (command->blob_reply) bounced__blob_reply__free_unpacked(command->blob_reply, NULL);
     bd_blob_upload_abort(&command->body.upload);
     if (command->job) bd_job_release(&command->job);
     bd_release_scene(command->loop, &command->scene);
@@ -54,79 +51,239 @@ static void free_command(struct bd_command *command)
     free(command);
 }
 
-void bd_command_end(struct bd_command *command, struct bd_answer *answer)
+static void leave_queue(struct bd_command *command)
 {
-    if (answer->envelope->body_case == BOUNCED__ENVELOPE__BODY_ERROR)
+    if (!command->is_queued) return;
+    command->is_queued = false;
+    bd_edit_queue_leave(command->commands->commits, &command->place);
+}
+
+// With its answer, or its error.
+static void end(struct bd_command *command)
+{
+    struct bd_answer answer = command->answer;
+    command->answer = (struct bd_answer){0};
+    leave_queue(command);
+    if (command->err) {
+        bd_answer_finish(&answer);
+        answer = bd_answer_error(&command->fault);
+        bd_command_tell_how_far(command, &answer);
         command->loop->counts.requests_refused++;
-    if (!command->abandoned) command->events->answer(command->user, answer);
-    bd_answer_finish(answer);
+    }
+    BD_ASSERT(answer.envelope); // the last step made one
+    if (!command->abandoned) command->events->answer(command->user, &answer);
+    bd_answer_finish(&answer);
     free_command(command);
 }
 
-void bd_command_end_fault(struct bd_command *command)
+// --- the runner ---------------------------------------------------------------------------------
+
+static void come_back(struct bd_command *command);
+
+static void tell_stage(struct bd_command *command)
 {
-    struct bd_answer answer = bd_answer_error(&command->fault);
-    bd_command_end(command, &answer);
+    const char *stage = command->step->stage;
+    if (stage && command->events->progress && !command->abandoned)
+        command->events->progress(command->user, stage, -1);
 }
 
-void bd_command_pool(struct bd_command *command, uv_work_cb on_pool, uv_after_work_cb back)
+static void run_on_pool(uv_work_t *work)
 {
-    command->work.data = command;
-    int result = uv_queue_work(&command->loop->uv, &command->work, on_pool, back);
-    BD_ASSERT_CMP(result, ==, 0);
+    struct bd_command *command = work->data;
+    command->step->run(command);
+}
+
+static void pool_back(uv_work_t *work, int status)
+{
+    BD_ASSERT_CMP(status, ==, 0);
+    come_back(work->data);
 }
 
 static void background_begun(struct bd_background *work)
 {
-    struct bd_command *command = work->user;
-    bd_command_progress(command, command->stage);
+    tell_stage(work->user);
 }
 
-static void background_run(struct bd_background *work)
+static void run_in_background(struct bd_background *work)
 {
     struct bd_command *command = work->user;
-    command->run(command);
+    command->step->run(command);
 }
 
 static void background_back(struct bd_background *work)
 {
     struct bd_command *command = work->user;
-    command->err = bd_command_check_background(command);
-    if (!bd_command_stop_here(command)) command->then(command);
+    if (work->has_failed)
+        command->err =
+            bd_fault_set(&command->fault, BD_ERR_NO_MEMORY, "", "the system has no thread for it");
+    come_back(command);
 }
 
-void bd_command_background(struct bd_command *command, const char *stage,
-                           void (*run)(struct bd_command *command),
-                           void (*then)(struct bd_command *command))
+static void run_on_journal(struct bd_journal_turn *turn)
 {
-    command->stage = stage;
-    command->run = run;
-    command->then = then;
-    command->background = (struct bd_background){
-        .user = command, .begun = background_begun, .run = background_run, .back = background_back};
-    bd_background_start(command->loop, &command->background);
+    struct bd_command *command = CONTAINER(turn, struct bd_command, turn);
+    command->step->run(command);
 }
 
-enum bd_err bd_command_check_background(struct bd_command *command)
+static void journal_back(struct bd_journal_turn *turn)
 {
-    if (!command->background.has_failed) return command->err;
-    return bd_fault_set(&command->fault, BD_ERR_NO_MEMORY, "", "the system has no thread for it");
+    come_back(CONTAINER(turn, struct bd_command, turn));
 }
 
-bool bd_command_stop_here(struct bd_command *command)
+static void frame_ended(struct bd_frame_job *frame_job)
 {
-    if (atomic_load(&command->cancelled) && !command->err)
+    struct bd_command *command = frame_job->user;
+    const struct bd_job_result *result = bd_job_result(command->job);
+    command->err = result->err;
+    command->fault = result->fault;
+    if (command->err && command->fault.err != command->err)
+        bd_fault_set(&command->fault, command->err, "", "the frame ended: %s",
+                     bd_err_name(command->err));
+    come_back(command);
+}
+
+static bool go_on(struct bd_command *command);
+
+static void next_step(struct bd_command *command)
+{
+    command->step = command->branch ? command->branch : command->step + 1;
+    command->branch = NULL;
+}
+
+// Within a commit's publishing, which asks the queue itself once all is told. Who kept its turn is
+// asked then, too.
+static void on_disk(struct bd_commit_waiter *waiter, const struct bd_batch *batch, enum bd_err err,
+                    const struct bd_fault *fault)
+{
+    struct bd_command *command = CONTAINER(waiter, struct bd_command, waiter);
+    const bool is_held = command->step->on == BD_ON_DISK_HELD;
+    command->batch = NULL;
+    command->err = err;
+    if (err) command->fault = *fault;
+    if (!err) memcpy(command->scene_id, batch->scene_id, sizeof command->scene_id);
+    next_step(command);
+    if (is_held) command->place.has_begun = false;
+    if (is_held && !err) return;
+    go_on(command);
+}
+
+static bool begin_turn(struct bd_edit_place *place)
+{
+    struct bd_command *command = CONTAINER(place, struct bd_command, place);
+    command->waits = false;
+    return go_on(command);
+}
+
+static void wait_for_disk(struct bd_command *command)
+{
+    command->is_staged = command->step->on == BD_ON_DISK;
+    command->waiter.done = on_disk;
+    command->batch->user = &command->waiter;
+    bd_commit_soon(command->commands->commits);
+    if (command->is_staged) leave_queue(command);
+}
+
+// It may begin before this returns, and end.
+static void wait_for_scene(struct bd_command *command)
+{
+    next_step(command);
+    command->place.begin = begin_turn;
+    command->is_queued = true;
+    bd_edit_queue_join(command->commands->commits, &command->place);
+}
+
+static void submit_frame(struct bd_command *command)
+{
+    command->frame_job = (struct bd_frame_job){command->commands->live, command, frame_ended, NULL};
+    command->step->run(command);
+}
+
+// True: it ran here. Otherwise it comes back, or may be over already.
+static bool begin_step(struct bd_command *command)
+{
+    const struct bd_step *step = command->step;
+    int result;
+    if (step->on != BD_ON_BACKGROUND) tell_stage(command);
+    switch (step->on) {
+    case BD_ON_LOOP:
+        step->run(command);
+        return true;
+    case BD_ON_POOL:
+        command->work.data = command;
+        result = uv_queue_work(&command->loop->uv, &command->work, run_on_pool, pool_back);
+        BD_ASSERT_CMP(result, ==, 0);
+        return false;
+    case BD_ON_BACKGROUND:
+        command->background = (struct bd_background){.user = command,
+                                                     .lane = step->lane,
+                                                     .begun = background_begun,
+                                                     .run = run_in_background,
+                                                     .back = background_back};
+        bd_background_start(command->loop, &command->background);
+        return false;
+    case BD_ON_JOURNAL:
+        command->turn = (struct bd_journal_turn){.on_pool = run_on_journal, .back = journal_back};
+        bd_journal_turn_take(command->commands->commits, &command->turn);
+        return false;
+    case BD_ON_RENDER:
+        submit_frame(command);
+        return command->err != BD_ERR_OK;
+    case BD_ON_SCENE:
+        wait_for_scene(command);
+        return false;
+    case BD_ON_DISK:
+    case BD_ON_DISK_HELD:
+        wait_for_disk(command);
+        return false;
+    }
+    return false;
+}
+
+static bool is_end(const struct bd_step *step)
+{
+    return step->on == BD_ON_LOOP && !step->run;
+}
+
+// The one place between two steps.
+static bool is_over(struct bd_command *command)
+{
+    const bool is_late = command->is_staged || command->batch || command->answer.envelope;
+    if (atomic_load(&command->cancelled) && !is_late && !command->err)
         command->err =
             bd_fault_set(&command->fault, BD_ERR_CANCELLED, "", "the request was cancelled");
-    if (!command->err) return false;
-    bd_command_end_fault(command);
+    return command->err || is_end(command->step);
+}
+
+// False: its turn on the scene is not used, and comes again.
+static bool go_on(struct bd_command *command)
+{
+    while (!is_over(command)) {
+        if (!begin_step(command)) return true;
+        if (command->waits) return false;
+        next_step(command);
+    }
+    end(command);
     return true;
 }
 
-void bd_command_progress(struct bd_command *command, const char *stage)
+// Of an executor. Whoever waits for the scene may begin behind what ended here.
+static void come_back(struct bd_command *command)
 {
-    if (command->events->progress && !command->abandoned)
-        command->events->progress(command->user, stage, -1);
+    struct bd_commits *commits = command->commands->commits;
+    next_step(command);
+    if (!go_on(command)) command->place.has_begun = false;
+    bd_edits_go_on(commits);
+}
+
+void bd_command_branch(struct bd_command *command, const struct bd_step *steps)
+{
+    command->branch = steps;
+}
+
+void bd_command_finish(struct bd_command *command)
+{
+    static const struct bd_step none[] = {BD_STEPS_END};
+    command->branch = none;
 }
 
 void bd_command_tick(const struct bd_commands *commands)
@@ -143,9 +300,8 @@ void bd_command_tick(const struct bd_commands *commands)
 // import has its place in the queue of edits, and comes to its own end.
 static bool drop_waiting(struct bd_command *command)
 {
-    if (command->edit || !bd_background_drop(&command->background)) return false;
-    bool stopped = bd_command_stop_here(command);
-    BD_ASSERT(stopped);
+    if (command->is_queued || !bd_background_drop(&command->background)) return false;
+    go_on(command);
     return true;
 }
 
@@ -169,18 +325,13 @@ void bd_command_abandon(struct bd_command *command)
 
 // --- the short ones -------------------------------------------------------------------------
 
-static void scene_add_then(struct bd_command *command)
+static void find_blobs(struct bd_command *command)
 {
-    const char *name = command->envelope->scene_add->name;
-    bd_command_scene_add(command, name ? name : "");
-}
-
-static void blob_have_on_pool(uv_work_t *work)
-{
-    struct bd_command *command = work->data;
     const Bounced__BlobHave *request = command->envelope->blob_have;
-    Bounced__BlobReply *reply = command->blob_reply;
     struct bd_blobs *blobs = bd_grant_blobs(command->loop->serving->blobs, command->grant);
+    Bounced__BlobReply *reply = malloc(sizeof *reply);
+    BD_ASSERT(reply);
+    bounced__blob_reply__init(reply);
     reply->have = calloc(request->n_blobs ? request->n_blobs : 1, sizeof *reply->have);
     BD_ASSERT(reply->have);
     for (size_t i = 0; i < request->n_blobs; i++) {
@@ -188,127 +339,76 @@ static void blob_have_on_pool(uv_work_t *work)
         if (strncmp(blob, "sha256:", 7) == 0 && bd_blobs_have(blobs, blob + 7))
             reply->have[reply->n_have++] = bd_answer_text(blob);
     }
+    command->answer = bd_answer_of(BOUNCED__ENVELOPE__BODY_BLOB_REPLY, reply);
 }
 
-static void blob_have_back(uv_work_t *work, int status)
+static void list_devices(struct bd_command *command)
 {
-    struct bd_command *command = work->data;
-    BD_ASSERT_CMP(status, ==, 0);
-    if (bd_command_stop_here(command)) return;
-    struct bd_answer answer = bd_answer_of(BOUNCED__ENVELOPE__BODY_BLOB_REPLY, command->blob_reply);
-    command->blob_reply = NULL;
-    bd_command_end(command, &answer);
+    const struct bd_serving *serving = command->loop->serving;
+    if (serving->list_devices) command->text = serving->list_devices();
 }
 
-static void blob_have(struct bd_command *command)
+static void tell_devices(struct bd_command *command)
 {
-    command->blob_reply = malloc(sizeof *command->blob_reply);
-    BD_ASSERT(command->blob_reply);
-    bounced__blob_reply__init(command->blob_reply);
-    bd_command_pool(command, blob_have_on_pool, blob_have_back);
+    command->answer = bd_answer_devices(command->loop->serving->sched, command->text);
 }
 
-static void devices_on_pool(uv_work_t *work)
+static void tell_stats(struct bd_command *command)
 {
-    struct bd_command *command = work->data;
-    if (command->loop->serving->list_devices)
-        command->text = command->loop->serving->list_devices();
+    command->answer = bd_answer_stats(command->loop);
 }
 
-static void devices_back(uv_work_t *work, int status)
+static void tell_techniques(struct bd_command *command)
 {
-    struct bd_command *command = work->data;
-    BD_ASSERT_CMP(status, ==, 0);
-    if (bd_command_stop_here(command)) return;
-    struct bd_answer answer = bd_answer_devices(command->loop->serving->sched, command->text);
-    bd_command_end(command, &answer);
+    command->answer = bd_answer_techniques();
 }
 
-static void stats(struct bd_command *command)
+static void tell_options(struct bd_command *command)
 {
-    struct bd_answer answer = bd_answer_stats(command->loop);
-    bd_command_end(command, &answer);
+    command->answer = bd_answer_options();
 }
 
-static void techniques(struct bd_command *command)
-{
-    struct bd_answer answer = bd_answer_techniques();
-    bd_command_end(command, &answer);
-}
-
-static void options(struct bd_command *command)
-{
-    struct bd_answer answer = bd_answer_options();
-    bd_command_end(command, &answer);
-}
-
-static void render(struct bd_command *command)
-{
-    const Bounced__Render *request = command->envelope->render;
-    command->err = bd_frame_options_read(request->frame, &command->options, &command->fault);
-    if (!command->err && !request->scene) {
-        command->revision = 1;
-        bd_command_import(command, bd_command_render);
-        return;
-    }
-    const struct bd_store_entry *entry = NULL;
-    if (!command->err && request->environment)
-        command->err = bd_fault_set(&command->fault, BD_ERR_USAGE, "environment",
-                                    "an environment comes with a file; a held scene has its own");
-    if (!command->err)
-        command->err =
-            bd_store_get(command->loop->serving->store, request->scene, &entry, &command->fault);
-    if (bd_command_stop_here(command)) return;
-    command->scene = bd_scene_retain(entry->scene);
-    command->revision = entry->revision;
-    if (bd_command_render_remembered(command, entry)) return;
-    bd_command_render(command);
-}
+static const struct bd_step blob_have[] = {BD_STEP(POOL, find_blobs), BD_STEPS_END};
+static const struct bd_step devices[] = {BD_STEP(POOL, list_devices), BD_STEP(LOOP, tell_devices),
+                                         BD_STEPS_END};
+static const struct bd_step stats[] = {BD_STEP(LOOP, tell_stats), BD_STEPS_END};
+static const struct bd_step techniques[] = {BD_STEP(LOOP, tell_techniques), BD_STEPS_END};
+static const struct bd_step options[] = {BD_STEP(LOOP, tell_options), BD_STEPS_END};
 
 // --- the table ------------------------------------------------------------------------------
-
-static void scene_add(struct bd_command *command)
-{
-    bd_command_import(command, scene_add_then);
-}
-
-static void devices(struct bd_command *command)
-{
-    bd_command_pool(command, devices_on_pool, devices_back);
-}
 
 #define BODY(name) .body = BOUNCED__ENVELOPE__BODY_##name
 #define OF_SCENE   .scene = "scene"
 
 static const struct bd_command_row rows[] = {
-    {BODY(BLOB_HAVE), .start = blob_have},
+    {BODY(BLOB_HAVE), .steps = blob_have},
     {BODY(SCENE_ADD), .role = BD_ROLE_EDIT, .is_job = true, .http = "POST /v1/scenes",
-     .start = scene_add},
-    {BODY(SCENE_LIST), .http = "GET /v1/scenes", .start = bd_command_scene_list},
-    {BODY(SCENE_GET), .scene = "id", .http = "GET /v1/scenes/ID", .start = bd_command_scene_get},
+     .steps = bd_steps_scene_add},
+    {BODY(SCENE_LIST), .http = "GET /v1/scenes", .steps = bd_steps_scene_list},
+    {BODY(SCENE_GET), .scene = "id", .http = "GET /v1/scenes/ID", .steps = bd_steps_scene_get},
     {BODY(SCENE_REMOVE), .scene = "id", .role = BD_ROLE_EDIT, .http = "DELETE /v1/scenes/ID",
-     .start = bd_command_scene_remove},
-    {BODY(SCENE_LOG), OF_SCENE, .http = "GET /v1/scenes/ID/log", .start = bd_command_scene_log},
+     .steps = bd_steps_scene_remove},
+    {BODY(SCENE_LOG), OF_SCENE, .http = "GET /v1/scenes/ID/log", .steps = bd_steps_scene_log},
     {BODY(SCENE_EXPORT), OF_SCENE, .is_job = true, .http = "GET /v1/scenes/ID/export",
-     .start = bd_command_export},
+     .steps = bd_steps_export},
     {BODY(EDIT_BATCH), OF_SCENE, .role = BD_ROLE_EDIT, .has_payload = true,
-     .http = "POST /v1/scenes/ID/edits", .start = bd_command_edit},
+     .http = "POST /v1/scenes/ID/edits", .steps = bd_steps_edit},
     {BODY(EDIT_UNDO), OF_SCENE, .role = BD_ROLE_EDIT, .http = "POST /v1/scenes/ID/undo",
-     .start = bd_command_edit},
+     .steps = bd_steps_edit},
     {BODY(EDIT_REVERT), OF_SCENE, .role = BD_ROLE_EDIT, .http = "POST /v1/scenes/ID/revert",
-     .start = bd_command_edit},
+     .steps = bd_steps_edit},
     {BODY(EDIT_COMMIT), OF_SCENE, .role = BD_ROLE_EDIT, .http = "POST /v1/scenes/ID/commit",
-     .start = bd_command_edit},
+     .steps = bd_steps_edit},
     {BODY(REVISION_NAME), OF_SCENE, .role = BD_ROLE_EDIT, .http = "POST /v1/scenes/ID/names",
-     .start = bd_command_edit},
+     .steps = bd_steps_edit},
     // A past that did not happen here.
     {BODY(SCENE_REPLAY), OF_SCENE, .role = BD_ROLE_ADMIN, .has_payload = true,
-     .start = bd_command_replay},
-    {BODY(RENDER), OF_SCENE, .is_job = true, .start = render},
-    {BODY(DEVICES), .http = "GET /v1/devices", .start = devices},
-    {BODY(STATS), .role = BD_ROLE_ADMIN, .http = "GET /v1/stats", .start = stats},
-    {BODY(TECHNIQUES), .http = "GET /v1/techniques", .start = techniques},
-    {BODY(OPTIONS), .http = "GET /v1/options", .start = options},
+     .steps = bd_steps_replay},
+    {BODY(RENDER), OF_SCENE, .is_job = true, .steps = bd_steps_render},
+    {BODY(DEVICES), .http = "GET /v1/devices", .steps = devices},
+    {BODY(STATS), .role = BD_ROLE_ADMIN, .http = "GET /v1/stats", .steps = stats},
+    {BODY(TECHNIQUES), .http = "GET /v1/techniques", .steps = techniques},
+    {BODY(OPTIONS), .http = "GET /v1/options", .steps = options},
 };
 #define ROW_COUNT (sizeof rows / sizeof rows[0])
 
@@ -432,10 +532,8 @@ struct bd_command *bd_command_start(const struct bd_command_start *start)
     start->commands->count++;
 
     command->err = admit(command, start);
-    if (command->err)
-        bd_command_end_fault(command);
-    else
-        command->row->start(command);
+    command->step = command->row ? command->row->steps : NULL;
+    go_on(command);
     if (watch.ended) return NULL;
     command->events = start->events;
     command->user = start->user;

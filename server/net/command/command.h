@@ -1,9 +1,8 @@
 // Decoded requests, whichever face they came by, and how they are carried out.
 //
-// A command takes one request and ends with one answer. In between it may import on a thread of its
-// own, render on the scheduler's thread and encode on libuv's pool; each step comes back to the
-// loop before the next begins, so that a cancel, a disconnect or a drain is seen between all of
-// them.
+// A command takes one request and ends with one answer. What lies in between is a list of steps in
+// its row (command_internal.h): each says where it runs, and between any two the runner looks for
+// errors and cancels.
 //
 // Hello, blob uploads and cancel are no commands: they belong to a connection, and so to its face.
 //
@@ -22,6 +21,7 @@
 #include "scene/blobs/blobs.h"
 
 struct bd_command;
+struct bd_step;
 struct bd_frame_cache;
 struct bd_import_cache;
 struct bd_import_pool;
@@ -53,7 +53,7 @@ struct bd_command_row {
     bool is_job;       // of jobs_per_client and max_jobs
     bool has_payload;  // others' mean nothing
     const char *http;  // "METHOD path", ID in it for the scene; NULL: ways of its own, or none
-    void (*start)(struct bd_command *command);
+    const struct bd_step *steps;
 };
 
 // NULL: the body is no command.

@@ -4,9 +4,13 @@
 #define BD_NET_COMMAND_COMMAND_INTERNAL_H
 
 #include <stdatomic.h>
+#include <stddef.h>
 #include <uv.h>
 
 #include "net/command/command.h"
+#include "net/commit/commit.h"
+#include "net/commit/edit_queue.h"
+#include "net/commit/journal_turn.h"
 #include "net/live/frame_job.h"
 #include "net/loop/background.h"
 #include "net/wire/frame_options.h"
@@ -30,14 +34,26 @@ struct bd_command {
     bool counts_as_job;
     uint64_t start_ns;
 
-    const char *stage;                        // of bd_command_background; static
-    void (*run)(struct bd_command *command);  // beside the loop
-    void (*then)(struct bd_command *command); // and on it afterwards
+    // The runner's.
+    const struct bd_step *step;   // under way, or the next
+    const struct bd_step *branch; // set by a step: go on there instead of behind it
     uv_work_t work;
-    struct bd_background background; // an import, an export
-    // Written beside the loop, read on it once the work came back.
+    struct bd_background background;
+    struct bd_journal_turn turn;
+    struct bd_commit_waiter waiter;
+    struct bd_edit_place place; // in the queue of the scene's edits
+    bool is_queued;             // there
+    bool waits;     // set by a step in the queue: not now; run it again after the next commit
+    bool is_staged; // a cancel comes too late
+    struct bd_job *job;
+    struct bd_frame_job frame_job;
+
+    // What steps hand on. Written beside the loop, read on it once the step has come back.
     enum bd_err err;
     struct bd_fault fault;
+    struct bd_answer answer;          // what the command ends with, once its steps are over
+    struct bd_batch *batch;           // staged, for the step BD_ON_DISK; gone behind it
+    char scene_id[BD_SCENE_ID_BYTES]; // of that batch
     struct bd_scene *scene;
     uint64_t revision, transient;
     double load_ms, encode_ms;
@@ -45,49 +61,74 @@ struct bd_command {
     struct bd_frame_options options;
     bool may_remember, has_frame_key;
     uint8_t frame_key[BD_SHA256_BYTES]; // net/command/frame_cache.h
-    struct bd_job *job;
-    struct bd_frame_job frame_job;
-    struct bd_encoded encoded;       // of an export the bytes alone
-    struct bd_scene_flags *notes;    // of an export
-    char *text;                      // of bd_net_options.list_devices
-    struct bd_multipart_part *parts; // of a multipart body
-    Bounced__BlobReply *blob_reply;
-    struct bd_edit_work *edit; // of requests that change a scene
-    uint8_t *payload;          // of an edit batch, or a revision out of a journal
+    struct bd_encoded encoded;          // of an export the bytes alone
+    struct bd_scene_flags *notes;       // of an export
+    char *text;                         // of bd_net_options.list_devices
+    struct bd_multipart_part *parts;    // of a multipart body
+    struct bd_edit_work *edit;          // of requests that change a scene
+    uint8_t *payload;                   // of an edit batch, or a revision out of a journal
     size_t payload_bytes;
     uint64_t time_ms; // since 1970, when what it brings was done; 0: now
 };
 
-// Ends the command with this answer (taken over) and frees it.
-void bd_command_end(struct bd_command *command, struct bd_answer *answer);
-void bd_command_end_fault(struct bd_command *command);
+#define CONTAINER(pointer, type, member) ((type *)((char *)(pointer)-offsetof(type, member)))
 
-// Runs `on_pool` on libuv's pool, then `back` on the loop; straight to an end if the command was
-// cancelled meanwhile.
-void bd_command_pool(struct bd_command *command, uv_work_cb on_pool, uv_after_work_cb back);
-// What takes a core for seconds: waits for its turn among imports and exports
-// (net/loop/background.h). Then the stage begins, `run` runs beside the loop, and `then` on it
-// unless the command was cancelled or failed: it has ended then.
-void bd_command_background(struct bd_command *command, const char *stage,
-                           void (*run)(struct bd_command *command),
-                           void (*then)(struct bd_command *command));
-// For who takes such a turn alone, in `back`: the command's error, also where no thread was to be
-// had.
-BD_MUST_CHECK
-enum bd_err bd_command_check_background(struct bd_command *command);
-// For `back`: true, and the command is ended, if there is nothing to go on with.
-bool bd_command_stop_here(struct bd_command *command);
+// --- steps ---
 
-void bd_command_progress(struct bd_command *command, const char *stage);
+enum bd_step_on {
+    BD_ON_LOOP,
+    BD_ON_POOL,       // libuv's, beside the loop
+    BD_ON_BACKGROUND, // the same, for what takes a core for seconds: waits for its turn
+                      // (background.h)
+    BD_ON_JOURNAL,    // beside the loop, with the journal's turn
+    BD_ON_RENDER,     // `run` submits command->job on the loop; the step ends with the frame
+    BD_ON_SCENE,      // nothing runs: waits for the turn among the scene's edits (place.scene_id)
+    BD_ON_DISK,       // nothing runs: waits until command->batch is on the disk; gives the turn up
+    BD_ON_DISK_HELD,  // the same, and keeps the turn: what was staged goes before what is to come
+};
 
-// The files of the request become command->scene, then `then` runs on the loop.
-void bd_command_import(struct bd_command *command, void (*then)(struct bd_command *command));
+// The runner goes from one to the next, on the loop. Before each it looks whether the command
+// failed or was cancelled: then it ends it. Behind the last it ends it with command->answer.
+struct bd_step {
+    enum bd_step_on on;
+    void (*run)(struct bd_command *command); // sets command->err where it fails
+    const char *stage;                       // told as progress when it begins; NULL: none
+    enum bd_background_lane lane;            // of BD_ON_BACKGROUND
+};
+#define BD_STEP(where, function)                                                                   \
+    {                                                                                              \
+        .on = BD_ON_##where, .run = function                                                       \
+    }
+#define BD_STEP_TOLD(where, function, name)                                                        \
+    {                                                                                              \
+        .on = BD_ON_##where, .run = function, .stage = name                                        \
+    }
+#define BD_STEP_BACKGROUND(function, name, which)                                                  \
+    {                                                                                              \
+        .on = BD_ON_BACKGROUND, .run = function, .stage = name, .lane = BD_BACKGROUND_##which      \
+    }
+#define BD_STEPS_END BD_STEP(LOOP, NULL)
 
-// Answers by a frame that was sent before, and is true then: the command has ended. `entry`: of the
-// scene that is asked for.
-bool bd_command_render_remembered(struct bd_command *command, const struct bd_store_entry *entry);
+// For a step: the command goes on with these, or, its answer being made, ends.
+void bd_command_branch(struct bd_command *command, const struct bd_step *steps);
+void bd_command_finish(struct bd_command *command);
 
-// command->scene becomes a frame and the answer.
-void bd_command_render(struct bd_command *command);
+// The steps of each kind of request, by the file that has them.
+extern const struct bd_step bd_steps_scene_list[], bd_steps_scene_get[],
+    bd_steps_scene_log[];                                                  // scene_step.c
+extern const struct bd_step bd_steps_scene_add[], bd_steps_scene_remove[]; // scene_change.c
+extern const struct bd_step bd_steps_stage_scene[]; // command->scene becomes one of the store
+extern const struct bd_step bd_steps_export[];      // export_step.c
+extern const struct bd_step bd_steps_render[];      // render_step.c
+extern const struct bd_step bd_steps_edit[];        // edit_step.c
+extern const struct bd_step bd_steps_replay[];      // edit_replay.c
+
+// import_step.c. On the loop: whether the table of files is short enough. In the background: the
+// files of the request become command->scene.
+void bd_command_check_files(struct bd_command *command);
+void bd_command_import(struct bd_command *command);
+
+// render_step.c: what a frame that was stopped has to say of itself goes into the error's details.
+void bd_command_tell_how_far(struct bd_command *command, struct bd_answer *error);
 
 #endif

@@ -1,4 +1,6 @@
-#include "net/command/edit_dry_run.h"
+// A batch that is only tried: what it would make of the scene, and what a frame would do again.
+
+#include "net/command/edit_work.h"
 
 #include <stdlib.h>
 
@@ -30,15 +32,12 @@ void bd_edit_dry_run(struct bd_edit_work *work, const struct bd_scene *base)
     struct bd_command *command = work->command;
     struct bd_invalidation passes;
     struct bd_scene *after = NULL;
-    struct bd_answer answer = {0};
     command->err = try(command, base, &work->delta, &after, &passes);
     if (!command->err) {
-        answer = bd_edit_reply_of_trial(after, work);
-        Bounced__EditReply *reply = answer.envelope->edit_reply;
+        command->answer = bd_edit_reply_of_trial(after, work);
+        Bounced__EditReply *reply = command->answer.envelope->edit_reply;
         list_passes(&reply->invalidates, &reply->n_invalidates, passes.run, passes.run_count);
         list_passes(&reply->keeps, &reply->n_keeps, passes.kept, passes.kept_count);
     }
     bd_scene_release(&after);
-    bd_edit_work_leave(work);
-    if (!bd_command_stop_here(command)) bd_command_end(command, &answer);
 }

@@ -8,16 +8,8 @@
 
 #include "net/command/edit_work.h"
 
-// Each begins when it is the request's turn on its scene. False: not yet, ask again.
-BD_MUST_CHECK
-bool bd_edit_begin_undo(struct bd_edit_work *work); // and redo
-BD_MUST_CHECK
-bool bd_edit_begin_revert(struct bd_edit_work *work);
-BD_MUST_CHECK
-bool bd_edit_begin_replay(struct bd_edit_work *work); // a revision out of a journal
-BD_MUST_CHECK
-bool bd_edit_begin_commit(struct bd_edit_work *work);
-BD_MUST_CHECK
-bool bd_edit_begin_name(struct bd_edit_work *work);
+// Of a request whose turn on its scene it is. Undo is redo, too.
+extern const struct bd_step bd_steps_undo[], bd_steps_revert[], bd_steps_commit[], bd_steps_name[];
+extern const struct bd_step bd_steps_replay_edit[]; // a revision out of a journal
 
 #endif

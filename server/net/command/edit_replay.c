@@ -5,9 +5,7 @@
 
 #include "base/assert.h"
 #include "net/access/blob_rights.h"
-#include "net/command/edit_step.h"
 #include "net/command/import_files.h"
-#include "net/command/scene_change.h"
 #include "scene/model/content_table.h"
 
 // Ids that a revision may pass over, of objects that came and went within it.
@@ -134,7 +132,7 @@ enum bd_err bd_edit_replay_read(struct bd_edit_work *work)
 
 // --- a new scene ----------------------------------------------------------------------------
 
-static enum bd_err read_scene(struct bd_command *command)
+static enum bd_err read_index(struct bd_command *command)
 {
     struct finding finding = {.blobs =
                                   bd_grant_blobs(command->loop->serving->blobs, command->grant)};
@@ -149,32 +147,29 @@ static enum bd_err read_scene(struct bd_command *command)
     return err;
 }
 
-static void read_scene_on_pool(uv_work_t *pool)
+static void read_scene(struct bd_command *command)
 {
-    struct bd_command *command = pool->data;
-    command->err = read_scene(command);
-}
-
-static void read_scene_back(uv_work_t *pool, int status)
-{
-    struct bd_command *command = pool->data;
     const Bounced__SceneReplay *request = command->envelope->scene_replay;
-    BD_ASSERT_CMP(status, ==, 0);
-    if (bd_command_stop_here(command)) return;
+    command->err = read_index(command);
     command->revision = request->revision;
     command->time_ms = request->time_ms;
-    bd_command_scene_add(command, request->name ? request->name : "");
 }
 
-void bd_command_replay(struct bd_command *command)
+static void stage(struct bd_command *command)
+{
+    bd_command_branch(command, bd_steps_stage_scene);
+}
+
+static const struct bd_step scene_steps[] = {BD_STEP(POOL, read_scene), BD_STEP(LOOP, stage),
+                                             BD_STEPS_END};
+
+static void begin(struct bd_command *command)
 {
     const Bounced__SceneReplay *request = command->envelope->scene_replay;
     if (request->revision == 0 || request->revision > FIRST_REVISION_MAX)
         command->err = bd_fault_set(&command->fault, BD_ERR_USAGE, "revision",
                                     "revision is the one to be made, from 1 to 2^53");
-    if (bd_command_stop_here(command)) return;
-    if (request->scene)
-        bd_command_edit(command);
-    else
-        bd_command_pool(command, read_scene_on_pool, read_scene_back);
+    bd_command_branch(command, request->scene ? bd_steps_edit : scene_steps);
 }
+
+const struct bd_step bd_steps_replay[] = {BD_STEP(LOOP, begin), BD_STEPS_END};

@@ -9,9 +9,6 @@
 #include "net/command/command_internal.h"
 #include "net/command/edit_work.h"
 
-// The command's SceneReplay, to its answer.
-void bd_command_replay(struct bd_command *command);
-
 // Of one that is about a scene, which stands at `revision`: what it makes and of what kind it is.
 // BD_ERR_CONFLICT where the scene does not stand before it.
 BD_MUST_CHECK

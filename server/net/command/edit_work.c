@@ -1,7 +1,6 @@
 #include "net/command/edit_work.h"
 
 #include <inttypes.h>
-#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -12,18 +11,6 @@
 #include "net/command/revision_name.h"
 #include "net/loop/release.h"
 #include "net/wire/edit_decode.h"
-
-#define CONTAINER(pointer, type, member) ((type *)((char *)(pointer)-offsetof(type, member)))
-
-struct bd_edit_work *bd_edit_work_of_place(struct bd_edit_place *place)
-{
-    return CONTAINER(place, struct bd_edit_work, place);
-}
-
-struct bd_edit_work *bd_edit_work_of_turn(struct bd_journal_turn *turn)
-{
-    return CONTAINER(turn, struct bd_edit_work, turn);
-}
 
 // --- what every such request has --------------------------------------------------------------
 
@@ -107,10 +94,11 @@ enum bd_err bd_edit_work_create(struct bd_command *command, struct bd_edit_work 
     *out = work;
     if (!request.scene)
         return bd_fault_set(fault, BD_ERR_USAGE, "scene", "an edit names its scene");
-    if (strlen(request.scene) >= sizeof work->place.scene_id)
+    if (strlen(request.scene) >= sizeof work->command->place.scene_id)
         return bd_fault_set(fault, BD_ERR_NOT_FOUND, "scene", "there is no scene \"%.32s\"",
                             request.scene);
-    snprintf(work->place.scene_id, sizeof work->place.scene_id, "%s", request.scene);
+    snprintf(work->command->place.scene_id, sizeof work->command->place.scene_id, "%s",
+             request.scene);
     enum bd_err err = take_text("client_edit_id", request.client_edit_id, work->client_edit_id,
                                 sizeof work->client_edit_id, fault);
     if (!err) err = find_author(work, &request, fault);
@@ -141,16 +129,8 @@ void bd_edit_work_destroy(struct bd_edit_work **work)
     free(gone->ids);
     bd_release_scene(loop, &gone->base);
     bd_delta_finish(&gone->delta);
-    bd_answer_finish(&gone->answer);
     free(gone);
     *work = NULL;
-}
-
-void bd_edit_work_leave(struct bd_edit_work *work)
-{
-    if (!work->is_queued) return;
-    work->is_queued = false;
-    bd_edit_queue_leave(work->command->commands->commits, &work->place);
 }
 
 // --- a batch --------------------------------------------------------------------------------
@@ -199,8 +179,11 @@ static enum bd_err read_revert(struct bd_edit_work *work, struct bd_journal *jou
     const char *name = work->command->envelope->edit_revert->name;
     struct bd_scene *target = NULL;
     enum bd_err err = BD_ERR_OK;
-    if (name) err = bd_revision_find_name(journal, work->place.scene_id, name, &work->of, fault);
-    if (!err) err = bd_store_read_revision(journal, work->place.scene_id, work->of, &target, fault);
+    if (name)
+        err = bd_revision_find_name(journal, work->command->place.scene_id, name, &work->of, fault);
+    if (!err)
+        err = bd_store_read_revision(journal, work->command->place.scene_id, work->of, &target,
+                                     fault);
     if (!err && !bd_delta_between(work->base, target, &work->delta))
         err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "", "no memory for the edit");
     bd_scene_release(&target);
@@ -222,8 +205,8 @@ static enum bd_err find_culprit(struct bd_edit_work *work, struct bd_journal *jo
     for (*revision = head; !err && *revision > work->of; --*revision) {
         struct bd_store_step step;
         if (head - *revision == CULPRITS_MAX || atomic_load(&work->command->cancelled)) break;
-        err = bd_store_read_step(journal, work->place.scene_id, *revision, work->base, &step,
-                                 &work->command->fault);
+        err = bd_store_read_step(journal, work->command->place.scene_id, *revision, work->base,
+                                 &step, &work->command->fault);
         if (err) break;
         is_it = bd_delta_touches(&step.inverse, &step.forward, clash);
         snprintf(author, BD_EDIT_AUTHOR_BYTES, "%s", step.author);
@@ -262,8 +245,8 @@ static enum bd_err read_undo(struct bd_edit_work *work, struct bd_journal *journ
     struct bd_fault *fault = &work->command->fault;
     struct bd_store_step step;
     struct bd_clash clash = {0};
-    enum bd_err err =
-        bd_store_read_step(journal, work->place.scene_id, work->of, work->base, &step, fault);
+    enum bd_err err = bd_store_read_step(journal, work->command->place.scene_id, work->of,
+                                         work->base, &step, fault);
     if (err) return err;
     if (!bd_delta_carry(work->base, &step.forward, &step.inverse, &work->delta, &clash))
         err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "", "no memory for the edit");

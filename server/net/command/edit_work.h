@@ -7,18 +7,12 @@
 
 #include "net/command/command_internal.h"
 #include "net/command/edit_heavy.h"
-#include "net/commit/commit.h"
-#include "net/commit/edit_queue.h"
-#include "net/commit/journal_turn.h"
 #include "scene/journal/journal.h"
 #include "scene/store/store_journal.h"
 
 struct bd_edit_work {
-    struct bd_commit_waiter waiter; // first
-    struct bd_command *command;     // which owns it
-    struct bd_edit_place place;
-    struct bd_journal_turn turn;
-    bool is_queued, is_transient, is_repeated;
+    struct bd_command *command; // which owns it
+    bool is_transient, is_repeated;
     char client_edit_id[BD_EDIT_ID_BYTES];
     char author[BD_EDIT_AUTHOR_BYTES];
 
@@ -33,22 +27,19 @@ struct bd_edit_work {
     enum bd_batch_kind kind;
     bool is_mine; // undo and redo: of the author alone
     uint64_t of, head_revision;
-    const char *message; // borrowed from the request; NULL: none
+    const char *message;    // borrowed from the request; NULL: none
+    uint64_t base_revision; // that the request was made for; 0: any
+    enum bd_err read_err;   // of what was read for a head that may have moved since
 
     struct bd_scene *base; // what is read beside the loop is read for this
     struct bd_delta delta;
-    struct bd_answer answer; // until it may be given
 };
 
-struct bd_edit_work *bd_edit_work_of_place(struct bd_edit_place *place);
-struct bd_edit_work *bd_edit_work_of_turn(struct bd_journal_turn *turn);
-
-// What can be said against the request before its turn: a missing scene, words, lengths.
+// What can be said against the request before its turn: a missing scene, words, lengths. Sets the
+// command's place in the queue, too.
 BD_MUST_CHECK
 enum bd_err bd_edit_work_create(struct bd_command *command, struct bd_edit_work **out);
 void bd_edit_work_destroy(struct bd_edit_work **work); // takes NULL
-// Out of the queue, if it is in it: whoever comes after it on the scene may begin.
-void bd_edit_work_leave(struct bd_edit_work *work);
 
 // The operations, without what is heavy. Once only.
 BD_MUST_CHECK
@@ -60,5 +51,8 @@ enum bd_err bd_edit_work_read_heavy(struct bd_edit_work *work);
 // revert lead.
 BD_MUST_CHECK
 enum bd_err bd_edit_work_read_past(struct bd_edit_work *work, struct bd_journal *journal);
+
+// edit_dry_run.c: the answer to a batch that is only tried. `base`: what it was checked against.
+void bd_edit_dry_run(struct bd_edit_work *work, const struct bd_scene *base);
 
 #endif

@@ -1,4 +1,4 @@
-#include "net/command/export_step.h"
+// SceneExport: a snapshot, the shown one or one of the journal's, as a .glb.
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -7,13 +7,12 @@
 #include "base/hash.h"
 #include "net/command/command_internal.h"
 #include "net/command/revision_name.h"
-#include "net/commit/journal_turn.h"
 #include "scene/gltf/gltf_write.h"
 #include "scene/store/store_journal.h"
 
 // --- the file -------------------------------------------------------------------------------
 
-static void write_beside_loop(struct bd_command *command)
+static void write_file(struct bd_command *command)
 {
     const uint64_t reply_bytes = command->loop->serving->limits.reply_bytes;
     const uint64_t bytes_max = reply_bytes < BD_GLB_BYTES_MAX ? reply_bytes : BD_GLB_BYTES_MAX;
@@ -51,26 +50,15 @@ static void answer_file(struct bd_command *command)
     answer.payload_bytes = command->encoded.bytes.size_bytes;
     answer.payload_type = "model/gltf-binary";
     command->encoded.bytes = (struct bd_bytes){0};
-    bd_command_end(command, &answer);
-}
-
-static void write_file(struct bd_command *command)
-{
-    bd_command_background(command, "export", write_beside_loop, answer_file);
+    command->answer = answer;
 }
 
 // --- the past -------------------------------------------------------------------------------
 
-struct past_work {
-    struct bd_journal_turn turn; // first
-    struct bd_command *command;
-};
-
-static void read_past_on_pool(struct bd_journal_turn *turn)
+static void read_past(struct bd_command *command)
 {
-    struct bd_command *command = ((struct past_work *)turn)->command;
     const Bounced__SceneExport *request = command->envelope->scene_export;
-    struct bd_journal *journal = turn->commits->loop->serving->journal;
+    struct bd_journal *journal = command->loop->serving->journal;
     command->revision = request->revision;
     if (request->name)
         command->err = bd_revision_find_name(journal, request->scene, request->name,
@@ -78,22 +66,6 @@ static void read_past_on_pool(struct bd_journal_turn *turn)
     if (!command->err)
         command->err = bd_store_read_revision(journal, request->scene, command->revision,
                                               &command->scene, &command->fault);
-}
-
-static void read_past_back(struct bd_journal_turn *turn)
-{
-    struct bd_command *command = ((struct past_work *)turn)->command;
-    free(turn);
-    if (!bd_command_stop_here(command)) write_file(command);
-}
-
-static void read_past(struct bd_command *command)
-{
-    struct past_work *work = calloc(1, sizeof *work);
-    BD_ASSERT(work);
-    *work = (struct past_work){.turn = {.on_pool = read_past_on_pool, .back = read_past_back},
-                               .command = command};
-    bd_journal_turn_take(command->commands->commits, &work->turn);
 }
 
 // --- the way in -----------------------------------------------------------------------------
@@ -108,7 +80,12 @@ static enum bd_err check(const Bounced__SceneExport *request, struct bd_fault *f
     return BD_ERR_OK;
 }
 
-void bd_command_export(struct bd_command *command)
+#define FILE_STEPS                                                                                 \
+    BD_STEP_BACKGROUND(write_file, "export", FILES), BD_STEP(LOOP, answer_file), BD_STEPS_END
+
+static const struct bd_step past_steps[] = {BD_STEP(JOURNAL, read_past), FILE_STEPS};
+
+static void begin(struct bd_command *command)
 {
     const Bounced__SceneExport *request = command->envelope->scene_export;
     const struct bd_store_entry *entry;
@@ -116,13 +93,14 @@ void bd_command_export(struct bd_command *command)
     if (!command->err)
         command->err = bd_store_get(command->loop->serving->store,
                                     request->scene ? request->scene : "", &entry, &command->fault);
-    if (bd_command_stop_here(command)) return;
+    if (command->err) return;
     if (request->has_revision || request->name) {
-        read_past(command);
+        bd_command_branch(command, past_steps);
         return;
     }
     command->scene = bd_scene_retain(entry->scene);
     command->revision = entry->revision;
     command->transient = entry->transient;
-    write_file(command);
 }
+
+const struct bd_step bd_steps_export[] = {BD_STEP(LOOP, begin), FILE_STEPS};

@@ -101,7 +101,7 @@ static void import_files(struct bd_command *command, const struct bd_import_file
     bd_import_cache_put(commands->import_cache, key, file_bytes, command->scene);
 }
 
-static void import_beside_loop(struct bd_command *command)
+void bd_command_import(struct bd_command *command)
 {
     uint64_t start_ns = bd_clock_ns();
     struct bd_import_files import = {0};
@@ -128,13 +128,11 @@ static size_t file_table_size(const Bounced__Envelope *envelope)
                                                                     : envelope->render->n_files;
 }
 
-void bd_command_import(struct bd_command *command, void (*then)(struct bd_command *command))
+void bd_command_check_files(struct bd_command *command)
 {
     uint64_t files_max = command->loop->serving->limits.scene_files;
     if (file_table_size(command->envelope) > files_max)
         command->err = bd_fault_set(&command->fault, BD_ERR_LIMIT, "scene_files",
                                     "the table has more than %llu files (limit scene_files)",
                                     (unsigned long long)files_max);
-    if (bd_command_stop_here(command)) return;
-    bd_command_background(command, "import", import_beside_loop, then);
 }

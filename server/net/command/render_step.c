@@ -12,9 +12,8 @@
 
 // --- encode ---------------------------------------------------------------------------------
 
-static void encode_on_pool(uv_work_t *work)
+static void encode(struct bd_command *command)
 {
-    struct bd_command *command = work->data;
     const struct bd_frame_encode frame = {.options = &command->options,
                                           .result = bd_job_result(command->job),
                                           .revision = command->revision,
@@ -59,10 +58,11 @@ static void answer_frame(struct bd_command *command)
     if (command->has_frame_key &&
         bd_frame_cache_put(command->commands->frame_cache, command->frame_key, &answer))
         name_frame(command, &answer);
-    bd_command_end(command, &answer);
+    command->answer = answer;
 }
 
-bool bd_command_render_remembered(struct bd_command *command, const struct bd_store_entry *entry)
+// By a frame that was sent before, of the same state of the scene.
+static bool answer_remembered(struct bd_command *command, const struct bd_store_entry *entry)
 {
     const Bounced__FrameRequest *request = command->envelope->render->frame;
     if (!command->may_remember || !request || !bd_frame_cache_may_keep(request)) return false;
@@ -78,43 +78,16 @@ bool bd_command_render_remembered(struct bd_command *command, const struct bd_st
     name_frame(command, &answer);
     Bounced__ReportTime *time = answer.envelope->render_reply->report->time_ms;
     if (time) BD_SET(time, total, bd_ms_since(command->start_ns));
-    bd_command_end(command, &answer);
+    command->answer = answer;
     return true;
 }
 
 // A frame that its deadline or a cancel stopped: the error carries how far it came.
-static void answer_stopped(struct bd_command *command)
+void bd_command_tell_how_far(struct bd_command *command, struct bd_answer *error)
 {
-    struct bd_answer answer = bd_answer_error(&command->fault);
-    if (command->err == BD_ERR_DEADLINE || command->err == BD_ERR_CANCELLED)
-        answer.envelope->error->details->report = report_message(command);
-    bd_command_end(command, &answer);
-}
-
-static void encode_back(uv_work_t *work, int status)
-{
-    struct bd_command *command = work->data;
-    BD_ASSERT_CMP(status, ==, 0);
-    if (!bd_command_stop_here(command)) answer_frame(command);
-}
-
-static void frame_ended(struct bd_frame_job *frame_job)
-{
-    struct bd_command *command = frame_job->user;
-    const struct bd_job_result *result = bd_job_result(command->job);
-    command->err = result->err;
-    command->fault = result->fault;
-    if (command->err && command->fault.err != command->err)
-        bd_fault_set(&command->fault, command->err, "", "the frame ended: %s",
-                     bd_err_name(command->err));
-    if (command->err) {
-        answer_stopped(command);
-    } else if (command->options.frame.plan_only || !command->options.wants_image) {
-        if (!bd_command_stop_here(command)) answer_frame(command);
-    } else if (!bd_command_stop_here(command)) {
-        bd_command_progress(command, "encode");
-        bd_command_pool(command, encode_on_pool, encode_back);
-    }
+    const bool is_stopped = command->err == BD_ERR_DEADLINE || command->err == BD_ERR_CANCELLED;
+    if (is_stopped && command->job && bd_job_result(command->job)->err == command->err)
+        error->envelope->error->details->report = report_message(command);
 }
 
 // --- submit ---------------------------------------------------------------------------------
@@ -135,11 +108,11 @@ static enum bd_err spend_deadline(struct bd_command *command, uint32_t *out_ms)
     return BD_ERR_OK;
 }
 
-void bd_command_render(struct bd_command *command)
+static void submit(struct bd_command *command)
 {
     uint32_t spent_ms;
     command->err = spend_deadline(command, &spent_ms);
-    if (bd_command_stop_here(command)) return;
+    if (command->err) return;
     struct bd_job_request request = {.scene = command->scene,
                                      .frame = command->options.frame,
                                      .spent_ms = spent_ms,
@@ -149,9 +122,69 @@ void bd_command_render(struct bd_command *command)
                                      .turn = bd_client_turn(command->client),
                                      .done = bd_frame_job_done,
                                      .user = &command->frame_job};
-    command->frame_job = (struct bd_frame_job){command->commands->live, command, frame_ended, NULL};
-    bd_command_progress(command, "queue");
     command->err =
         bd_sched_submit(command->loop->serving->sched, &request, &command->job, &command->fault);
-    if (bd_command_stop_here(command)) return;
 }
+
+// --- the steps ------------------------------------------------------------------------------
+
+static const struct bd_step answer_steps[] = {BD_STEP(LOOP, answer_frame), BD_STEPS_END};
+
+static void look_at_frame(struct bd_command *command)
+{
+    if (command->options.frame.plan_only || !command->options.wants_image)
+        bd_command_branch(command, answer_steps);
+}
+
+static const struct bd_step frame_steps[] = {
+    BD_STEP_TOLD(RENDER, submit, "queue"),
+    BD_STEP(LOOP, look_at_frame),
+    BD_STEP_TOLD(POOL, encode, "encode"),
+    BD_STEP(LOOP, answer_frame),
+    BD_STEPS_END,
+};
+
+static void begin_frame(struct bd_command *command)
+{
+    bd_command_branch(command, frame_steps);
+}
+
+static const struct bd_step file_steps[] = {
+    BD_STEP(LOOP, bd_command_check_files),
+    BD_STEP_BACKGROUND(bd_command_import, "import", FILES),
+    BD_STEP(LOOP, begin_frame),
+    BD_STEPS_END,
+};
+
+static void render_held(struct bd_command *command)
+{
+    const Bounced__Render *request = command->envelope->render;
+    const struct bd_store_entry *entry = NULL;
+    if (request->environment)
+        command->err = bd_fault_set(&command->fault, BD_ERR_USAGE, "environment",
+                                    "an environment comes with a file; a held scene has its own");
+    if (!command->err)
+        command->err =
+            bd_store_get(command->loop->serving->store, request->scene, &entry, &command->fault);
+    if (command->err) return;
+    command->scene = bd_scene_retain(entry->scene);
+    command->revision = entry->revision;
+    if (answer_remembered(command, entry))
+        bd_command_finish(command);
+    else
+        bd_command_branch(command, frame_steps);
+}
+
+static void begin(struct bd_command *command)
+{
+    const Bounced__Render *request = command->envelope->render;
+    command->err = bd_frame_options_read(request->frame, &command->options, &command->fault);
+    if (command->err) return;
+    command->revision = 1;
+    if (request->scene)
+        render_held(command);
+    else
+        bd_command_branch(command, file_steps);
+}
+
+const struct bd_step bd_steps_render[] = {BD_STEP(LOOP, begin), BD_STEPS_END};

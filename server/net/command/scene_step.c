@@ -1,11 +1,11 @@
-#include "net/command/scene_step.h"
+// Requests that look at scenes: lists, one scene with its objects, its log.
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/assert.h"
-#include "net/commit/journal_turn.h"
+#include "net/command/command_internal.h"
 #include "net/wire/scene_objects.h"
 
 #define LOG_LIMIT_DEFAULT 100
@@ -13,7 +13,7 @@
 
 // --- what is there --------------------------------------------------------------------------
 
-void bd_command_scene_list(struct bd_command *command)
+static void list_scenes(struct bd_command *command)
 {
     const struct bd_store *store = command->loop->serving->store;
     Bounced__SceneListReply *reply = malloc(sizeof *reply);
@@ -25,30 +25,21 @@ void bd_command_scene_list(struct bd_command *command)
     for (uint32_t i = 0; (entry = bd_store_at(store, i)); i++)
         if (bd_grant_covers(command->grant, entry->name))
             reply->scenes[reply->n_scenes++] = bd_scene_message(entry);
-    struct bd_answer answer = bd_answer_of(BOUNCED__ENVELOPE__BODY_SCENE_LIST_REPLY, reply);
-    bd_command_end(command, &answer);
+    command->answer = bd_answer_of(BOUNCED__ENVELOPE__BODY_SCENE_LIST_REPLY, reply);
 }
 
-void bd_command_scene_get(struct bd_command *command)
+static void get_scene(struct bd_command *command)
 {
     const Bounced__SceneGet *request = command->envelope->scene_get;
     const struct bd_store_entry *entry;
     command->err = bd_store_get(command->loop->serving->store, request->id ? request->id : "",
                                 &entry, &command->fault);
-    if (bd_command_stop_here(command)) return;
-    struct bd_answer answer = bd_answer_scene(entry);
-    if (request->objects) bd_scene_objects_fill(answer.envelope->scene, entry->scene);
-    bd_command_end(command, &answer);
+    if (command->err) return;
+    command->answer = bd_answer_scene(entry);
+    if (request->objects) bd_scene_objects_fill(command->answer.envelope->scene, entry->scene);
 }
 
 // --- the log --------------------------------------------------------------------------------
-
-struct log_work {
-    struct bd_journal_turn turn; // first
-    struct bd_command *command;
-    uint32_t limit;
-    Bounced__SceneLogReply *reply;
-};
 
 // Entries of the summary, one a line.
 static void add_changes(Bounced__LogEntry *entry, const struct bd_journal_bytes *summary)
@@ -99,55 +90,47 @@ static void add_name(void *user, const char *name, uint64_t revision)
     }
 }
 
-static void log_on_pool(struct bd_journal_turn *turn)
+static uint32_t log_limit(const Bounced__SceneLog *request)
 {
-    struct log_work *work = (struct log_work *)turn;
-    struct bd_command *command = work->command;
+    return request->has_limit ? request->limit : LOG_LIMIT_DEFAULT;
+}
+
+static void read_log(struct bd_command *command)
+{
     const Bounced__SceneLog *request = command->envelope->scene_log;
-    struct bd_journal *journal = turn->commits->loop->serving->journal;
+    struct bd_journal *journal = command->loop->serving->journal;
+    Bounced__SceneLogReply *reply = malloc(sizeof *reply);
     uint64_t oldest = 0;
-    command->err = bd_journal_each_edit(journal, request->scene, request->after, work->limit,
-                                        add_entry, work->reply, &command->fault);
+    BD_ASSERT(reply);
+    bounced__scene_log_reply__init(reply);
+    reply->entries = calloc(log_limit(request), sizeof *reply->entries);
+    BD_ASSERT(reply->entries);
+    command->answer = bd_answer_of(BOUNCED__ENVELOPE__BODY_SCENE_LOG_REPLY, reply);
+    command->err = bd_journal_each_edit(journal, request->scene, request->after, log_limit(request),
+                                        add_entry, reply, &command->fault);
     if (!command->err)
         command->err =
-            bd_journal_each_name(journal, request->scene, add_name, work->reply, &command->fault);
+            bd_journal_each_name(journal, request->scene, add_name, reply, &command->fault);
     if (!command->err)
         command->err = bd_journal_oldest(journal, request->scene, &oldest, &command->fault);
-    BD_SET(work->reply, oldest, oldest);
+    BD_SET(reply, oldest, oldest);
 }
 
-static void log_back(struct bd_journal_turn *turn)
-{
-    struct log_work *work = (struct log_work *)turn;
-    struct bd_command *command = work->command;
-    struct bd_answer answer = bd_answer_of(BOUNCED__ENVELOPE__BODY_SCENE_LOG_REPLY, work->reply);
-    free(work);
-    if (bd_command_stop_here(command))
-        bd_answer_finish(&answer);
-    else
-        bd_command_end(command, &answer);
-}
-
-void bd_command_scene_log(struct bd_command *command)
+static void check_log(struct bd_command *command)
 {
     const Bounced__SceneLog *request = command->envelope->scene_log;
     const struct bd_store_entry *entry;
-    const uint32_t limit = request->has_limit ? request->limit : LOG_LIMIT_DEFAULT;
+    const uint32_t limit = log_limit(request);
     command->err = bd_store_get(command->loop->serving->store, request->scene ? request->scene : "",
                                 &entry, &command->fault);
     if (!command->err && (limit == 0 || limit > LOG_LIMIT_MAX))
         command->err = bd_fault_set(&command->fault, BD_ERR_USAGE, "limit",
                                     "limit goes from 1 to %d", LOG_LIMIT_MAX);
-    if (bd_command_stop_here(command)) return;
-    struct log_work *work = calloc(1, sizeof *work);
-    Bounced__SceneLogReply *reply = malloc(sizeof *reply);
-    BD_ASSERT(work && reply);
-    bounced__scene_log_reply__init(reply);
-    reply->entries = calloc(limit, sizeof *reply->entries);
-    BD_ASSERT(reply->entries);
-    *work = (struct log_work){.turn = {.on_pool = log_on_pool, .back = log_back},
-                              .command = command,
-                              .limit = limit,
-                              .reply = reply};
-    bd_journal_turn_take(command->commands->commits, &work->turn);
 }
+
+// --- the steps ------------------------------------------------------------------------------
+
+const struct bd_step bd_steps_scene_list[] = {BD_STEP(LOOP, list_scenes), BD_STEPS_END};
+const struct bd_step bd_steps_scene_get[] = {BD_STEP(LOOP, get_scene), BD_STEPS_END};
+const struct bd_step bd_steps_scene_log[] = {BD_STEP(LOOP, check_log), BD_STEP(JOURNAL, read_log),
+                                             BD_STEPS_END};
