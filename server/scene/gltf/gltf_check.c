@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "scene/gltf/gltf_reader.h"
+#include "scene/gltf/gltf_schema.h"
 #include "scene/model/object_fields.h"
 
 // What the caller of CHECK_INDEX needs when an index is out of range.
@@ -286,8 +287,9 @@ static enum bd_err check_map(struct bd_gltf_reader *reader, uint32_t i, const ch
 static enum bd_err check_material(struct bd_gltf_reader *reader, uint32_t i)
 {
     const struct bd_object_field *row;
-    enum bd_err err = check_map(reader, i, "occlusionTexture");
-    if (!err) err = check_map(reader, i, "extensions.KHR_materials_volume.thicknessTexture");
+    enum bd_err err = BD_ERR_OK;
+    for (int n = 0; !err && bd_gltf_unread_maps[n]; n++)
+        err = check_map(reader, i, bd_gltf_unread_maps[n]);
     for (uint32_t n = 0; !err && (row = bd_material_map_row(n)); n++)
         err = check_map(reader, i, row->gltf);
     return err;

@@ -142,7 +142,6 @@ static const struct bd_gltf_property scene[] = {VALUE("name", STRING), ARRAY("no
 static const struct bd_gltf_property material[] = {
     VALUE("name", STRING),
     CHILD("pbrMetallicRoughness", PBR),
-    CHILD("occlusionTexture", TEXTURE_INFO),
     CHILD("extensions", MATERIAL_EXTENSIONS),
 };
 
@@ -156,16 +155,6 @@ static const struct bd_gltf_property texture_info_extensions[] = {
 static const struct bd_gltf_property texture_transform[] = {
     ARRAY("offset", NUMBER, 2), VALUE("rotation", NUMBER), ARRAY("scale", NUMBER, 2),
     VALUE("texCoord", INDEX)};
-
-static const struct bd_gltf_property material_extensions[] = {
-    CHILD("KHR_materials_emissive_strength", EMISSIVE_STRENGTH),
-    CHILD("KHR_materials_ior", IOR),
-    CHILD("KHR_materials_transmission", TRANSMISSION),
-    CHILD("KHR_materials_volume", VOLUME),
-    CHILD("KHR_materials_unlit", UNLIT),
-};
-
-static const struct bd_gltf_property volume[] = {CHILD("thicknessTexture", TEXTURE_INFO)};
 
 static const struct bd_gltf_property texture[] = {VALUE("sampler", INDEX), VALUE("source", INDEX)};
 
@@ -255,12 +244,7 @@ static struct bd_gltf_object_rule rules[BD_GLTF_OBJECT_COUNT] = {
     [BD_GLTF_TEXTURE_INFO] = RULE(texture_info, 500),
     [BD_GLTF_TEXTURE_INFO_EXTENSIONS] = RULE(texture_info_extensions, 500),
     [BD_GLTF_TEXTURE_TRANSFORM] = RULE(texture_transform, 1000),
-    [BD_GLTF_MATERIAL_EXTENSIONS] = RULE(material_extensions, 500),
-    [BD_GLTF_EMISSIVE_STRENGTH] = {.cost_bytes = 500},
-    [BD_GLTF_IOR] = {.cost_bytes = 500},
-    [BD_GLTF_TRANSMISSION] = {.cost_bytes = 1000},
-    [BD_GLTF_VOLUME] = RULE(volume, 1000),
-    [BD_GLTF_UNLIT] = {.cost_bytes = 500},
+    [BD_GLTF_MATERIAL_EXTENSIONS] = {.cost_bytes = 500},
     [BD_GLTF_TEXTURE] = RULE(texture, 500),
     [BD_GLTF_SAMPLER] = RULE(sampler, 500),
     [BD_GLTF_IMAGE] = RULE(image, 700),
@@ -275,26 +259,19 @@ static struct bd_gltf_object_rule rules[BD_GLTF_OBJECT_COUNT] = {
     [BD_GLTF_SPOT] = RULE(spot, 200),
 };
 
-// --- materials, by their rows
-// ---------------------------------------------------------------------
+// --- materials, by their rows -------------------------------------------------------------------
 
-#define PROPERTIES_MAX 32
+#define PROPERTIES_MAX  32
+#define EXTENSIONS_MAX  (BD_GLTF_MATERIAL_EXTENSION_LAST - BD_GLTF_MATERIAL_EXTENSION + 1)
+#define EXTENSION_BYTES 48
+#define EXTENSION_COST  1000
 
-// Where a row's path begins, and the object in which its last part lies.
-static const struct {
-    const char *path;
-    enum bd_gltf_object object;
-} places[] = {
-    {"", BD_GLTF_MATERIAL},
-    {"pbrMetallicRoughness.", BD_GLTF_PBR},
-    {"extensions.KHR_materials_emissive_strength.", BD_GLTF_EMISSIVE_STRENGTH},
-    {"extensions.KHR_materials_ior.", BD_GLTF_IOR},
-    {"extensions.KHR_materials_transmission.", BD_GLTF_TRANSMISSION},
-    {"extensions.KHR_materials_volume.", BD_GLTF_VOLUME},
-};
-#define PLACE_COUNT (sizeof places / sizeof *places)
+const char *const bd_gltf_unread_maps[] = {
+    "occlusionTexture", "extensions.KHR_materials_volume.thicknessTexture", NULL};
 
-static struct bd_gltf_property completed[PLACE_COUNT][PROPERTIES_MAX];
+static struct bd_gltf_property completed[BD_GLTF_OBJECT_COUNT][PROPERTIES_MAX];
+static char extensions[EXTENSIONS_MAX][EXTENSION_BYTES];
+static uint32_t extension_count;
 static char choices[256]; // of all rows, one behind the other
 static size_t choices_used;
 
@@ -323,38 +300,74 @@ static struct bd_gltf_property property_of(const struct bd_object_field *row, co
     return out;
 }
 
-// Nothing, where the path leads further: the scale of a map lies in the map.
-static void add(const struct bd_object_field *row, const char *path)
+static void add(enum bd_gltf_object object, struct bd_gltf_property property)
 {
-    for (size_t i = 0; i < PLACE_COUNT; i++) {
-        const size_t bytes = strlen(places[i].path);
-        if (strncmp(path, places[i].path, bytes) != 0 || strchr(path + bytes, '.')) continue;
-        struct bd_gltf_object_rule *rule = &rules[places[i].object];
-        BD_ASSERT(rule->property_count < PROPERTIES_MAX);
-        completed[i][rule->property_count++] = property_of(row, path + bytes);
+    struct bd_gltf_object_rule *rule = &rules[object];
+    if (rule->properties != completed[object] && rule->property_count)
+        memcpy(completed[object], rule->properties,
+               rule->property_count * sizeof completed[object][0]);
+    rule->properties = completed[object];
+    BD_ASSERT(rule->property_count < PROPERTIES_MAX);
+    completed[object][rule->property_count++] = property;
+}
+
+// The object of an extension, by its name up to a dot.
+static enum bd_gltf_object extension_of(const char *name)
+{
+    const size_t bytes = strcspn(name, ".");
+    uint32_t i = 0;
+    while (i < extension_count &&
+           !(strncmp(extensions[i], name, bytes) == 0 && extensions[i][bytes] == 0))
+        i++;
+    const enum bd_gltf_object object = (enum bd_gltf_object)(BD_GLTF_MATERIAL_EXTENSION + i);
+    if (i < extension_count) return object;
+    BD_ASSERT(i < EXTENSIONS_MAX && bytes < EXTENSION_BYTES);
+    memcpy(extensions[extension_count++], name, bytes);
+    rules[object].cost_bytes = EXTENSION_COST;
+    add(BD_GLTF_MATERIAL_EXTENSIONS,
+        (struct bd_gltf_property){.key = extensions[i], .type = BD_GLTF_OBJECT, .object = object});
+    return object;
+}
+
+// Where a path leads further than that, it leads into a map, which has its own rule.
+static void add_path(const struct bd_object_field *row, const char *path)
+{
+    static const char pbr[] = "pbrMetallicRoughness.", extension[] = "extensions.";
+    enum bd_gltf_object object = BD_GLTF_MATERIAL;
+    const char *key = path;
+    if (strncmp(path, pbr, sizeof pbr - 1) == 0) {
+        object = BD_GLTF_PBR;
+        key += sizeof pbr - 1;
+    } else if (strncmp(path, extension, sizeof extension - 1) == 0) {
+        object = extension_of(path + sizeof extension - 1);
+        key += sizeof extension - 1;
+        key += strcspn(key, ".");
+        if (!*key++) return; // a switch: the extension alone
     }
+    if (!strchr(key, '.')) add(object, property_of(row, key));
 }
 
 static void complete(void)
 {
     const struct bd_object_field_list list = bd_object_fields(BD_OBJECT_MATERIAL);
     const struct bd_object_field scale = {.type = BD_FIELD_NUMBERS, .count = 1};
-    for (size_t i = 0; i < PLACE_COUNT; i++) {
-        struct bd_gltf_object_rule *rule = &rules[places[i].object];
-        if (rule->property_count)
-            memcpy(completed[i], rule->properties, rule->property_count * sizeof completed[i][0]);
-        rule->properties = completed[i];
-    }
+    const struct bd_object_field map = {.type = BD_FIELD_MAP};
     for (uint32_t i = 0; i < list.count; i++) {
-        if (list.rows[i].gltf) add(&list.rows[i], list.rows[i].gltf);
-        if (list.rows[i].gltf_scale) add(&scale, list.rows[i].gltf_scale);
+        if (list.rows[i].gltf) add_path(&list.rows[i], list.rows[i].gltf);
+        if (list.rows[i].gltf_scale) add_path(&scale, list.rows[i].gltf_scale);
     }
+    for (int i = 0; bd_gltf_unread_maps[i]; i++) add_path(&map, bd_gltf_unread_maps[i]);
+}
+
+static void complete_once(void)
+{
+    static pthread_once_t once = PTHREAD_ONCE_INIT;
+    pthread_once(&once, complete);
 }
 
 const struct bd_gltf_object_rule *bd_gltf_rule(enum bd_gltf_object object)
 {
-    static pthread_once_t once = PTHREAD_ONCE_INIT;
-    pthread_once(&once, complete);
+    complete_once();
     return &rules[object];
 }
 
@@ -370,14 +383,21 @@ const struct bd_gltf_property *bd_gltf_find_property(enum bd_gltf_object object,
     return NULL;
 }
 
+const char *bd_gltf_material_extension(uint32_t number)
+{
+    complete_once();
+    return number < extension_count ? extensions[number] : NULL;
+}
+
 bool bd_gltf_extension_is_supported(const char *name)
 {
-    static const char *const supported[] = {
-        "KHR_lights_punctual",   "KHR_materials_emissive_strength", "KHR_materials_ior",
-        "KHR_materials_unlit",   "KHR_materials_transmission",      "KHR_materials_volume",
-        "KHR_texture_transform", "KHR_mesh_quantization",           "KHR_node_visibility",
-        "BOUNCED_environment"};
-    for (size_t i = 0; i < sizeof supported / sizeof supported[0]; i++)
-        if (strcmp(name, supported[i]) == 0) return true;
+    static const char *const others[] = {"KHR_lights_punctual", "KHR_texture_transform",
+                                         "KHR_mesh_quantization", "KHR_node_visibility",
+                                         "BOUNCED_environment"};
+    const char *extension;
+    for (size_t i = 0; i < sizeof others / sizeof others[0]; i++)
+        if (strcmp(name, others[i]) == 0) return true;
+    for (uint32_t i = 0; (extension = bd_gltf_material_extension(i)); i++)
+        if (strcmp(name, extension) == 0) return true;
     return false;
 }

@@ -50,11 +50,8 @@ enum bd_gltf_object {
     BD_GLTF_TEXTURE_INFO_EXTENSIONS,
     BD_GLTF_TEXTURE_TRANSFORM,
     BD_GLTF_MATERIAL_EXTENSIONS,
-    BD_GLTF_EMISSIVE_STRENGTH,
-    BD_GLTF_IOR,
-    BD_GLTF_TRANSMISSION,
-    BD_GLTF_VOLUME,
-    BD_GLTF_UNLIT,
+    BD_GLTF_MATERIAL_EXTENSION, // the first; as many more as rows of materials name
+    BD_GLTF_MATERIAL_EXTENSION_LAST = BD_GLTF_MATERIAL_EXTENSION + 15,
     BD_GLTF_TEXTURE,
     BD_GLTF_SAMPLER,
     BD_GLTF_IMAGE,
@@ -94,6 +91,11 @@ const struct bd_gltf_object_rule *bd_gltf_rule(enum bd_gltf_object object);
 // The property of that name (not terminated), or NULL.
 const struct bd_gltf_property *bd_gltf_find_property(enum bd_gltf_object object, const char *key,
                                                      size_t key_bytes);
+
+// The extensions that rows of materials lie in (object_fields.h), by number; NULL: no more.
+const char *bd_gltf_material_extension(uint32_t number);
+// Paths of maps that materials may have and nobody reads, up to a NULL.
+extern const char *const bd_gltf_unread_maps[];
 
 // True for the extensions that the importer reads.
 bool bd_gltf_extension_is_supported(const char *name);

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/assert.h"
+#include "scene/gltf/gltf_schema.h"
 #include "scene/gltf/gltf_write_parts.h"
 
 // --- notes ----------------------------------------------------------------------------------
@@ -32,30 +33,31 @@ static void write_notes(const struct bd_gltf_writer *writer)
 
 // --- the document ---------------------------------------------------------------------------
 
-const char *bd_gltf_extension_name(enum bd_gltf_extension extension)
+// NULL: there are no more.
+static const char *extension_name(uint32_t extension)
 {
     static const char *const names[] = {
 #define X(name, text) [BD_GLTF_EXTENSION_##name] = text,
         BD_GLTF_EXTENSION_MAP(X)
 #undef X
     };
-    return names[extension];
+    return extension < BD_GLTF_EXTENSION_COUNT
+               ? names[extension]
+               : bd_gltf_material_extension(extension - BD_GLTF_EXTENSION_COUNT);
 }
 
-void bd_gltf_open_extension(struct bd_gltf_writer *writer, enum bd_gltf_extension extension)
+void bd_gltf_open_extension(struct bd_gltf_writer *writer, uint32_t extension)
 {
     writer->extensions |= 1u << extension;
-    bd_gltf_json_open(&writer->json, bd_gltf_extension_name(extension), '{');
+    bd_gltf_json_open(&writer->json, extension_name(extension), '{');
 }
 
 static void write_extensions_used(struct bd_gltf_writer *writer)
 {
     if (!writer->extensions) return;
     bd_gltf_json_open(&writer->json, "extensionsUsed", '[');
-    for (int i = 0; i < BD_GLTF_EXTENSION_COUNT; i++)
-        if (writer->extensions & 1u << i)
-            bd_gltf_json_text(&writer->json, NULL,
-                              bd_gltf_extension_name((enum bd_gltf_extension)i));
+    for (uint32_t i = 0; extension_name(i); i++)
+        if (writer->extensions & 1u << i) bd_gltf_json_text(&writer->json, NULL, extension_name(i));
     bd_gltf_json_close(&writer->json, '[');
 }
 

@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "scene/gltf/gltf_schema.h"
 #include "scene/gltf/gltf_write_parts.h"
 #include "scene/model/object_fields.h"
 
@@ -180,16 +181,15 @@ static bool is_switched_on(const char *extension, const struct written *of)
 static void write_extensions(struct bd_gltf_writer *writer, const struct written *of)
 {
     struct bd_gltf_json *json = &writer->json;
+    const char *name;
     bool is_open = false;
-    for (int i = 0; i < BD_GLTF_EXTENSION_COUNT; i++) {
-        const enum bd_gltf_extension extension = (enum bd_gltf_extension)i;
-        const char *name = bd_gltf_extension_name(extension);
+    for (uint32_t i = 0; (name = bd_gltf_material_extension(i)); i++) {
         char place[64];
         snprintf(place, sizeof place, "extensions.%s.", name);
         if (!visit_place(writer, place, of, false) && !is_switched_on(name, of)) continue;
         if (!is_open) bd_gltf_json_open(json, "extensions", '{');
         is_open = true;
-        bd_gltf_open_extension(writer, extension);
+        bd_gltf_open_extension(writer, BD_GLTF_EXTENSION_COUNT + i);
         visit_place(writer, place, of, true);
         bd_gltf_json_close(json, '{');
     }

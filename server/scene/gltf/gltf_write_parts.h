@@ -16,16 +16,12 @@
 #include "scene/gltf/gltf_write_json.h"
 #include "scene/model/scene.h"
 
-// The extensions that a document may use, as bits of `extensions`.
+// The extensions that a document may use, as bits of `extensions`: these, and behind them those of
+// materials (bd_gltf_material_extension).
 // X(NAME, name in the file)
 #define BD_GLTF_EXTENSION_MAP(X)                                                                   \
     X(ENVIRONMENT, "BOUNCED_environment")                                                          \
     X(LIGHTS, "KHR_lights_punctual")                                                               \
-    X(EMISSIVE_STRENGTH, "KHR_materials_emissive_strength")                                        \
-    X(IOR, "KHR_materials_ior")                                                                    \
-    X(TRANSMISSION, "KHR_materials_transmission")                                                  \
-    X(UNLIT, "KHR_materials_unlit")                                                                \
-    X(VOLUME, "KHR_materials_volume")                                                              \
     X(VISIBILITY, "KHR_node_visibility")                                                           \
     X(TEXTURE_TRANSFORM, "KHR_texture_transform")
 
@@ -107,7 +103,7 @@ struct bd_gltf_writer {
     struct bd_gltf_out_view *views;
     uint32_t accessor_count, accessor_room;
     struct bd_gltf_out_accessor *accessors;
-    uint32_t extensions; // 1 << enum bd_gltf_extension: those in use
+    uint32_t extensions; // 1 << their numbers: those in use
     struct bd_gltf_json json;
     struct {
         uint32_t empty_meshes, empty_primitives, degenerate_triangles, unread_tangents;
@@ -118,8 +114,7 @@ struct bd_gltf_writer {
 
 // gltf_write.c: begins the extension's object within the "extensions" of something, and notes its
 // use.
-void bd_gltf_open_extension(struct bd_gltf_writer *writer, enum bd_gltf_extension extension);
-const char *bd_gltf_extension_name(enum bd_gltf_extension extension);
+void bd_gltf_open_extension(struct bd_gltf_writer *writer, uint32_t extension);
 
 // gltf_write_plan.c. False only without memory.
 BD_MUST_CHECK
