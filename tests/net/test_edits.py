@@ -772,6 +772,20 @@ def test_edits_that_are_cancelled_at_any_step(scene):
     assert scene.get().revision == 1 + len(done)
 
 
+def test_a_cancel_comes_too_late_for_what_is_staged(scene):
+    """Behind its edit in one message's bytes: whoever hears `cancelled` finds nothing changed."""
+    done = 0
+    for number in range(60):
+        edit = pb.Envelope(request_id=1000 + number, edit_batch=pb.EditBatch(
+            scene=scene.id, ops=[pb.EditOp(set_light=pb.LightEdit(light=0, intensity=1 + number))]))
+        cancel = pb.Envelope(request_id=2000 + number, cancel=pb.Cancel(request_id=1000 + number))
+        scene.client.sock.sendall(pack(edit) + pack(cancel))
+        answers = {answer.request_id: answer for answer, _ in (scene.client.receive(), scene.client.receive())}
+        done += answers[1000 + number].WhichOneof("body") == "edit_reply"
+        assert scene.get().revision == 1 + done, answers
+    assert done > 0
+
+
 def test_two_scenes_edits_in_one_turn(scene):
     other = scene.daemon.add_scene("checker.glb")
     asked = {}
