@@ -2,9 +2,13 @@
 // disk.
 //
 // A piece is what the daemon answers for a range of samples: an EXR with both halves, variances and
-// guides (protocol/README.md, "The reference's layers"). Pieces are added as exact weighted means,
+// guides (protocol/bounced.proto, FrameRequest.layers). Pieces are added as exact weighted means,
 // in double; a file read back is one more piece. What a file says about its making is the daemon's
-// manifest, with the samples of all pieces.
+// manifest, with the samples of all pieces. A file that was resumed equals an uninterrupted one up
+// to the rounding of 32-bit floats.
+//
+// A pixel takes about 750 bytes while the file is encoded: sums in double, and copies of 54 planes
+// of 32 bits.
 //
 // Thread: main.
 

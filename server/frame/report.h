@@ -58,7 +58,7 @@ struct bd_report {
     struct bd_report_time time_ms;
     uint32_t pass_count;
     struct {
-        char name[24]; // of the one fixed list in protocol/README.md
+        char name[24]; // of the one fixed list (protocol/bounced.proto, ReportPass)
         double ms;
         enum bd_pass_state state;
         uint32_t sub_frames;    // for which it ran; 0 of what is made for a light, or not at all

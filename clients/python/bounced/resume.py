@@ -1,5 +1,5 @@
 """A session that goes on after its connection broke: another transport, and `hello` with the
-session's token (protocol/README.md, Resuming). What then becomes of requests is in conn.py."""
+session's token (protocol/manual.md, HelloReply). What then becomes of requests is in conn.py."""
 from __future__ import annotations
 
 import threading
