@@ -29,7 +29,8 @@
 #define PIECE_S         2.0
 #define PIECE_OVERHEADS 5.0
 #define GROWTH_MAX      8.0
-// Between two writes, and that many times what a write takes.
+// Between two writes, and that many times what a write takes: never for more than a tenth of the
+// time.
 #define WRITE_S       10.0
 #define WRITE_LASTS   10.0
 #define LINE_S        10.0

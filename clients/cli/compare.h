@@ -98,7 +98,9 @@ void bd_cli_compare_print(const struct bd_cli_compare *compare,
                           const struct bd_cli_compare_layer *pictures,
                           const struct bd_metrics *metrics);
 
-// Adds the layer's figures to an object. False if there is no memory.
+// Adds the layer's figures to an object: the report itself, or of several layers that of the
+// layer's name in its `layers`. null stands for infinite and for what cannot be said. False if
+// there is no memory.
 bool bd_cli_compare_json(json_t *object, const struct bd_cli_compare_files *files,
                          const char *layer, const struct bd_cli_compare_layer *pictures,
                          const struct bd_metrics *metrics);

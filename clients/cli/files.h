@@ -1,5 +1,6 @@
 // The files that a scene is made of: the one named on the command line, and those that its uris
-// mean. Each gets its SHA-256, so that a server which holds it need not be sent it.
+// mean, the uris of a .glb too. Each gets its SHA-256, so that a server which holds it need not be
+// sent it.
 //
 // The daemon opens no path that a request names, so uris are resolved here, and strictly: a scene
 // from a stranger must not be able to send the reader's other files anywhere. Refused, with the

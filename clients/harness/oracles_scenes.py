@@ -20,7 +20,8 @@ DOWN, UP = (0, -1, 0), (0, 1, 0)
 @dataclasses.dataclass(frozen=True)
 class View:
     """Orthographic with `half` its half side, or perspective where `yfov` is given: of a plane
-    through `at` with the camera's own axis for normal, or of the sphere about 0 of radius `at`."""
+    through `at` with the camera's own axis for normal, or of the sphere about 0 of radius `at`.
+    Names of one oracle's views differ, or the daemon takes the first camera of the name for all."""
     name: str
     position: tuple
     look: tuple
@@ -467,6 +468,8 @@ CONVEX = (View("Back view", (0, 0, 0), (0, 0, -1), 0.9, at=(0, 0, -1)),
           View("Floor view", (0, 0, 0), DOWN, 0.9, up=(0, 0, -1), at=(0, -1, 0)))
 OFF_CENTRE = (0.7, -0.4, 0.5)
 
+# D9 and D16 wait for a technique that has such stages; D13 needs a sensor in space, D15 a spectrum. D14
+# is the reading with one bounce, two, ... (oracles.py, BOUNCES).
 ORACLES = (
     Oracle("D1 furnace", lit_by("emissive"), furnace_room, CONVEX, furnace_expected),
     Oracle("D1 with a block", lit_by("emissive", indirect_visibility=True),

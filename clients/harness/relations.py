@@ -22,7 +22,8 @@ from .verdicts import FAIL, SKIP, Table, Verdict, judged
 LAYERS = ("beauty", "direct", "indirect", "emission", "albedo", "normal", "depth")
 EXACT = 1e-6
 TRANSLATED = 1e-4
-# Samples all over a pixel, or its variance would not know of what its centre just missed.
+# Samples all over a pixel, or its variance would not know of what its centre just missed: through the
+# centre alone, blades of grass fall on this side or that by rounding.
 REFERENCE_SETTINGS = {"filter": "box"}
 REFERENCE_RUNG = 3  # of its ladder: whatever it is, the variance layer says what noise there is
 OUTWARD = np.array([0.6, -0.64, 0.48])  # a unit vector along no axis

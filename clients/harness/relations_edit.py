@@ -359,7 +359,7 @@ def with_lights(glb, keep):
 
 def with_a_lamp(glb, camera):
     """(the scene with one more light, its node): a point at the camera that gives 1 lx a quarter
-    of the scene's diagonal away."""
+    of the scene's diagonal away. At the camera: any other place may be inside a wall."""
     glb = glb.copy()
     low, high = corners(glb)
     distance = np.linalg.norm(high - low) / 4

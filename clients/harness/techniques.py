@@ -33,7 +33,9 @@ class Technique:
     tolerance_indirect: float
     hazard_codes: str
     is_reference: bool
-    is_sampled: bool  # decided by chance: exact in the mean, with noise
+    # Decided by chance: exact in the mean, with noise, which is measured from pixels that see one point
+    # (hazards/case.py), or by the variance layer where it is the reference.
+    is_sampled: bool
     is_default: bool = False  # what is rendered where nobody says
     for_comparison: bool = False  # judged on less, where all techniques are judged at once
     tolerance_settings: dict = dataclasses.field(default_factory=dict)  # what the tolerances ask for

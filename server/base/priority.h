@@ -1,7 +1,8 @@
 // Work that must not be in the way: imports of scenes, beside frames and the loop.
 //
 // Linux only. What is lowered stays lowered, since raising again takes rights that a daemon should
-// not have: lower a thread, or a process, that ends with its work.
+// not have (SCHED_IDLE could not be left either without them): lower a thread, or a process, that
+// ends with its work.
 
 #ifndef BD_BASE_PRIORITY_H
 #define BD_BASE_PRIORITY_H

@@ -66,6 +66,11 @@ struct bd_suspended_frame {
 // Called within a frame's `should_stop`: sets it aside, so that others may be rendered with
 // bd_frame_render, one after the other; then resume, and the frame goes on as if nothing had been.
 // Its bytes are the same. A device that was lost in between is told by the next slice.
+//
+// What makes that safe: passes bind all their state at each call; the pass and the target that are
+// being recorded are put away (bd_gpu_suspend); the memo keeps what any frame under way uses, and
+// hides from others what one of them forgot; meshes and textures are shared once they are uploaded
+// as a whole.
 void bd_renderer_suspend(struct bd_renderer *renderer, struct bd_suspended_frame *out);
 void bd_renderer_resume(struct bd_renderer *renderer, const struct bd_suspended_frame *suspended);
 

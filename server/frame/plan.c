@@ -57,8 +57,8 @@ bool bd_plan_traces(const struct bd_plan *plan, uint64_t samples)
     return plan->tracing == BD_TRACING_ALL;
 }
 
-// A frame whose rays have no structure yet is drawn: to build one takes as long as drawing two or
-// three times.
+// A frame that asks no rays otherwise is drawn: to build the structure of ten million triangles
+// takes as long as drawing them two or three times (tests/bench/results/many_triangles.json).
 static enum bd_tracing tracing_of(const struct bd_plan *plan)
 {
     if (plan->technique->is_reference || plan->params.drawing == BD_DRAWING_RASTER)

@@ -29,14 +29,16 @@ struct bd_plan {
     bool rig_yields;      // the default lights do, to what else shines
     bool area_lights;     // some surface emits or some sky shines, and lights
     bool emitters, sky;   // which of them
-    bool light_paths;     // surfaces send that on, or any light more than once
-    bool final_gather;    // the technique has one: light paths come in two sets
+    bool light_paths;     // surfaces send that on, lamps' light by rays, or any more than once
+    bool final_gather;    // the technique has one: there are light paths, in two sets
     uint32_t bounces;     // of indirect light
     bool indirect;        // the technique's indirect light runs
     bool rays;            // hide indirect light
     bool chosen;          // of some VPLs alone, since there are more of them than rays
     bool filtered;        // what few rays leave noisy
-    bool doubts; // something is decided by chance, and every pixel knows how far off that is
+    // Something is decided by chance, and every pixel knows how far off that is. Leaves the layers
+    // noise and blur, which go no further than the report's own_estimate unless they are asked for.
+    bool doubts;
     bool shared;          // of several sub-frames all but the first take its indirect light over
     uint32_t block_px; // pixels along a side of blocks whose light all of them take over; 1: none
     bool normal_maps;     // some surface has one
@@ -44,11 +46,16 @@ struct bd_plan {
     bool glossy;          // receivers with a specular lobe worth its price
     bool rough;           // and others, whose lobes get a few rays all the same
     bool emission;        // some surface emits or is unlit
-    bool unoccluded;      // there is indirect light, and nothing in the scene hides any of it
+    // There is indirect light, and nothing in the scene hides any of it. With auto_exposure such a
+    // frame makes the layers direct and emission too, since its brightness is measured on them;
+    // they go no further than the encoder.
+    bool unoccluded;
     uint32_t layers;      // that are made: the request's, beauty, and what auto exposure reads
     uint32_t light_count; // that are punctual and shine
     bool lamps_by_rays;   // without maps: area_light has their light, light_paths what is sent on
     double flux_lm;       // of all of them
+    // Follows from request and scene, until bd_plan_place. Keys of `seen`, `shadow_map` and `rsm`
+    // hold what it comes to, and `bvh` then reads SIDES, since rays pass backs by.
     enum bd_tracing tracing;
     uint32_t traced_stages;  // bits of those that do it, of some light
     uint64_t triangle_count; // of the scene, instanced

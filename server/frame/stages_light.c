@@ -22,8 +22,9 @@ enum bd_err bd_run_shadow_map(struct bd_frame *frame, struct bd_frame_light *lig
                                 &light->shadow_map, frame->fault);
 }
 
-// What a moved light keeps, and one whose scene changes: no pass of its own. Directional weights
-// are areas in render units; those of the others have no length in them.
+// What a moved light keeps, and one whose scene changes: no pass of its own. Six faces of 256 take
+// the processor four times as long as it takes to draw the map. Directional weights are areas in
+// render units; those of the others have no length in them.
 static enum bd_err find_weights(struct bd_frame *frame, struct bd_rsm_inputs *inputs)
 {
     struct bd_memo *memo = frame->renderer->memo;

@@ -12,7 +12,8 @@
 // - what a solid transmits follows Snell and the exact Fresnel terms, base colour at each passage.
 //
 // Values are for radiance: what passes into a solid grows by its index squared and shrinks again as
-// it leaves. Only a camera or a lamp inside of a solid sees the difference.
+// it leaves. Only a camera or a lamp inside of a solid sees the difference (a furnace of 1 shows
+// 2.25 in glass).
 //
 // Directions are unit, in world space, and point away from the surface: `wo` to the eye, `wi` to
 // where the light comes from. Any thread; no state.
@@ -64,7 +65,9 @@ void bd_bsdf_look(struct bd_bsdf *bsdf, const float wo[3]);
 
 struct bd_bsdf_sample {
     float wi[3];
-    float weight[3]; // f |cos| / density
+    // f |cos| / density: the two multiply to what bd_bsdf_eval gives, to the last bits, since the
+    // density is that of the whole mixture, not of the lobe that was chosen.
+    float weight[3];
     float density;   // per steradian; 0 for a delta lobe
     bool delta;      // smooth: direction by a point mass
     bool transmitted;

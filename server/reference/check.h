@@ -22,7 +22,7 @@
 // The 95 % interval is one on the log of the error, by Student's t with a correction for skewness
 // at the upper end, widened by what a pixel that was not looked at would add if it were as badly
 // predicted as the worst that was. It includes the reference's own noise and the uncertainty of
-// mean R. README.md tells how its coverage was measured.
+// mean R. tests/bench/results/NOTES.md has its coverage.
 //
 // Thread: any one; tracing uses the pool's. Knows no scheduler and no technique.
 

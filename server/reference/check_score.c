@@ -1,8 +1,8 @@
 // What predicts the squared error of a pixel, from the frame and a first look at the truth.
 //
 // Every feature is a squared radiance (or a squared radiance where an edge is, and 0 elsewhere),
-// and enters by its share of the frame's sum: the mixture needs no unit. How the shares were
-// chosen: README.md.
+// and enters by its share of the frame's sum: the mixture needs no unit. What choosing by it gains:
+// tests/bench/results/NOTES.md.
 
 #include <math.h>
 #include <stdlib.h>
@@ -24,7 +24,7 @@ enum feature {
     FEATURE_LEVEL,          // luminance where it was shaded coarsely
     FEATURE_SURPRISE,       // what a first look found there
     FEATURE_SURPRISE_AROUND,
-    FEATURE_LONE, // smallest squared difference to a neighbour
+    FEATURE_LONE, // smallest squared difference to a neighbour: a bright speck that stands alone
     FEATURE_TIE,  // brightest square around, where the reference sees another surface
     FEATURE_COUNT,
 };

@@ -1,7 +1,8 @@
 // Where a frame and the reference see different surfaces through the middle of a pixel: ties on the
 // edges of what is drawn, gaps, texels. A frame of 96x96 may owe nine tenths of its error to one
 // such pixel, and nothing in it gives away which: so each pixel on an edge is looked at, by a ray
-// from the camera without a path behind it. Private to reference/.
+// from the camera without a path behind it. Places exactly on an edge are none: rays pass by them
+// on the side that rasterisers take (BD_TIE_RIGHT, scene/model/framing.h). Private to reference/.
 
 #ifndef BD_REFERENCE_CHECK_TIES_H
 #define BD_REFERENCE_CHECK_TIES_H

@@ -11,7 +11,10 @@
 // - Only what can give nothing for sure has probability 0: boxes that lie behind the receiver or
 //   that face away with all they hold, by more than their coordinates' rounding; lamps that are out
 //   of range or cone. Everything else has at least BD_LIGHT_SHARE_MIN of its parent's, so that a
-//   strong light behind a wall takes little from weak ones before it.
+//   strong light behind a wall takes little from weak ones before it. Of lamps a billion times
+//   weaker than a hidden one 32,768 samples still leave 30 %; by power alone none would be found.
+// - What it cannot know: a double-sided lamp that is closed (a sphere) hides half of its triangles
+//   from every point. Model it single-sided.
 // - The probabilities of all lights at a point add up to 1.
 // - Without a receiver the choice is in proportion to power.
 // - Memory: 96 bytes a light in nodes, 8 in its way from the root; lamps 16 more. Time to build:

@@ -53,6 +53,9 @@ struct bd_integrand {
                               // seen directly whatever stands here. A default rig is none of them
                               // where something else shines that is
     uint32_t indirect_lights; // of those, whose light surfaces send on
+    // A frame with sub-frames looks through fixed points of its pixels, the box over all of each:
+    // with few sub-frames a part of the error is that difference, and no parameter of the technique
+    // removes it.
     enum bd_pixel_filter filter;
     enum bd_alpha_reading alpha;
     double

@@ -10,9 +10,11 @@ static bd_dvec3 widened(const float p[3])
     return (bd_dvec3){p[0], p[1], p[2]};
 }
 
-// Points keep that far off edges, of about a scene's size, so that one on the edge between floor and
-// wall is before the wall, and rays from there meet it: more than 32 bits can tell apart, and in
-// corners of 60 degrees and more enough for what rays start off a fat triangle.
+// Points keep that far off edges, of about a scene's size, so that one on the edge between floor
+// and wall is before the wall, and rays from there meet it: more than 32 bits can tell apart, and
+// in corners of 60 degrees and more enough for what rays start off a fat triangle. In sharper
+// corners one path in a million still gets out; 2^-19 would hold for 45 degrees, and loses .4 % of
+// the light of a lamp at the hub of a fan.
 #define OFF_EDGE 0x1p-20
 
 // Of the barycentric that is 1 in the corner opposite to an edge.

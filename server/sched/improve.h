@@ -1,6 +1,6 @@
 // Frames that are rendered again, better: of technique `auto` while their own estimate of the error
 // (frame/report.h) is above what nobody should have to ask for, and those with a budget of time
-// while there is some left.
+// while there is some left. What stands is kept, and is the answer should the better one fail.
 //
 // By its own estimate a frame is the same bytes whenever it is asked for. With a budget the clock
 // decides how far it goes, and the flag `chosen_by_clock` says so; each setting by itself has the

@@ -29,7 +29,10 @@ struct bd_job {
     uint64_t budget_ends_ns;   // for the frame that is to be better; 0 = none. Render thread
     struct bd_standby *standby; // NULL unless a cheaper frame may stand in (sched/standby.h)
     struct bd_job_check *check; // NULL unless its error is to be estimated (sched/job_check.h)
-    struct bd_job_result rendered; // what its frame makes, until it is at its end. Render thread
+    // What its frame makes, until it is at its end. Render thread. The frame of a job that was
+    // cancelled while aside is unwound when it gets the device back: `result` was the client's by
+    // then.
+    struct bd_job_result rendered;
     struct bd_job_result result;
     pthread_mutex_t lock; // of `ended`
     pthread_cond_t ended_changed;

@@ -17,7 +17,8 @@ _Static_assert((int)BD_LIGHTS_EMISSIVE == (int)BD_REFERENCE_EMISSIVE, "one set o
 _Static_assert((int)BD_LIGHTS_ENVIRONMENT == (int)BD_REFERENCE_ENVIRONMENT, "one set of bits");
 _Static_assert(BD_MODEL_BOUNCES_UNLIMITED == BD_BOUNCES_UNLIMITED, "one word for unlimited");
 
-// Sums are kept for so many pixels at a time: 5 MB, whatever the size of the picture.
+// Of pictures whose sums are not kept (reference_sums.h): pixels of a band, 5 MB of sums whatever
+// the picture's size.
 #define BAND_PIXELS 16384u
 // An item is a run of pixels and a range of samples of each half: 128 paths, a few milliseconds.
 #define ITEM_PIXELS  8u

@@ -3,8 +3,9 @@
 //
 // Paper:  Nichols, Shopf and Wyman 2009, 3.4
 // Exact when: as `multires_gather` is
-// Known:  what is known of `multires_gather`; `vpls` is the number of the largest blocks, and how
-//         many there are in all shows in the frame's report
+// Known:  what is known of `multires_gather`; `vpls` is the number of the largest blocks: how many
+//         VPLs there are in all changes with the light, and shows in the frame's report; light of
+//         receivers' specular lobes is left out (`glossy_as_diffuse`)
 
 #include "technique/fragment_light.h"
 

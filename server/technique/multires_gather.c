@@ -5,8 +5,10 @@
 //         and 3.5 (discontinuities, upsampling)
 // Exact when: as `rsm` is, and `coarsest` reaches the picture's longer side: then every pixel is a
 //         fragment. Thresholds of 0 leave blocks only where depth and normals are the same
-// Known:  ignores occlusion of VPLs unless told otherwise; light that changes quickly over a smooth surface is blurred
-//         over blocks. Glossy pixels pay for every VPL
+// Known:  ignores occlusion of VPLs unless told otherwise; light that changes quickly over a smooth
+//         surface is blurred over blocks. Glossy pixels pay for every VPL. Rough normal maps come
+//         out darker: the irradiance vector counts VPLs below a pixel's own horizon as negative,
+//         where `rsm` counts none
 
 #include "technique/fragment_light.h"
 #include "technique/glossy_light.h"
@@ -59,8 +61,9 @@ static const char *const ladder[] = {
     NULL,
 };
 
-// Found on seven scenes (README): nowhere is the error above that of the papers' tests, in most it
-// is half of it or less, for a quarter fewer fragments where there are many.
+// Found on seven scenes (tests/bench/results/NOTES.md): nowhere is the error above that of the
+// papers' tests, in most it is half of it or less, for a quarter fewer fragments where there are
+// many.
 static const struct bd_param_default defaults[] = {
     {BD_PARAM_DEPTH_TEST, BD_DEPTH_TEST_STEP},
     {BD_PARAM_DEPTH_THRESHOLD, 0.01},

@@ -5,8 +5,9 @@
 // changes.
 //
 // Paper:  Nichols and Wyman 2010
-// Exact when: as `multires_gather`, whose picture it makes of what is diffuse, to rounding; of what
-//         is glossy as `rsm`, with radiance_threshold=0
+// Exact when: as `multires_gather`, whose picture it makes of what is diffuse, to rounding, at the
+//         same blocks and with light_threshold=inf (its own defaults are the papers' blocks, those
+//         of `multires_gather` are not); of what is glossy as `rsm`, with radiance_threshold=0
 // Known:  ignores occlusion of VPLs; a lobe that is narrow before the quarters of a block is
 //         missed, as is light that changes quickly over a smooth surface; a fragment's surface is
 //         read again for every VPL: that is why the later paper gathers

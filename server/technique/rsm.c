@@ -7,7 +7,10 @@
 // Exact when: `vpls` grows, nothing stands between VPL and receiver or indirect_visibility=rays,
 //         surfaces that send light on are diffuse
 // Known:  ignores occlusion of VPLs unless told otherwise; metals send no light on (their lobe is
-// not diffuse)
+//         not diffuse); VPLs show as dots on glossy receivers, whose roughness is held to .25
+//         (kernel/brdf.h); rough dielectrics reflect by base colour / pi alone
+//         (common/gbuffer.glsl); beside a crease, with very many VPLs, a receiver may all but touch
+//         a patch of the next facet and get twice its light
 
 #include "technique/fragment_light.h"
 #include "technique/technique.h"

@@ -153,7 +153,7 @@ enum bd_when {
 
 // A pass of the technique's own, which it brackets with bd_gpu_pass_begin and _end.
 struct bd_technique_pass {
-    const char *name; // of protocol/README.md
+    const char *name; // of protocol/bounced.proto, ReportPass
     uint32_t when;    // bits of enum bd_when
 };
 

@@ -1,7 +1,7 @@
 """The direct layer against pictures by an independent renderer, by metric.
 
 Relative RMSE is debiased with the reference's two halves (algorithms.md E1, E2). The goal is 3 % and
-a signed error of 1 %. Sibenik does not reach it, and why is in server/technique/README.md: a window
+a signed error of 1 %. Sibenik does not reach it, and why is in tests/bench/results/NOTES.md: a window
 of alpha 0.5 that we render as opaque, the terminator of normal maps, coincident faces. Its bounds
 hold what is reached, so that nothing gets worse unseen.
 """

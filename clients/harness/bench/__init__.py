@@ -1,4 +1,4 @@
-"""bench: error against run time. See command.py for what it does, README.md above for the modules."""
+"""bench: error against run time. README.md above says how it is used; each module's docstring says what it is."""
 from .command import main
 
 __all__ = ["main"]

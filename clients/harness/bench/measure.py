@@ -13,6 +13,7 @@ from ..daemon import DaemonDied, RenderTimeout
 from .stats import quartiles
 
 FRAME_SECONDS = 900
+# No halves: `bounce compare` would take the noise of technique `reference` out of its own picture.
 LAYERS = ("beauty", "direct", "indirect", "emission")
 
 

@@ -80,6 +80,7 @@ function press(stage: HTMLElement, gesture: Gesture, event: PointerEvent): void 
   if (gesture.pointers.size === 0) gesture.travelPx = 0;
   gesture.isPan = event.button !== 0 || event.shiftKey;
   gesture.pointers.set(event.pointerId, pointOf(event, stage));
+  // The capture swallows the click on whatever lies inside of the stage: buttons and layers are its siblings.
   stage.setPointerCapture(event.pointerId);
   stage.focus({ preventScroll: true });
 }

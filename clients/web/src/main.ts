@@ -375,6 +375,7 @@ class Page {
     this.isExporting = false;
   }
 
+  // Not by HEAD: of a missing blob that is a red line in every console.
   private async isHeld(blob: string): Promise<boolean> {
     const reply = await this.connection.request("blobReply", { case: "blobHave", value: { blobs: [blob] } });
     return reply.have.includes(blob);

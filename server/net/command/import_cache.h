@@ -1,4 +1,5 @@
-// The last few imports, by the content that they were made of.
+// The last few imports, by the content that they were made of: four of them, of at most 512 MiB of
+// files together.
 //
 // The same file twice gives the same snapshot, and so everything that the renderer has kept for
 // it: a second one-shot render costs no upload and no light-side pass, and leaves nothing new

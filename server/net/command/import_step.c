@@ -91,6 +91,8 @@ static void import_files(struct bd_command *command, const struct bd_import_file
     command->err = bd_import_under(commands->import_pool, import->files, import->file_count,
                                    &limits, environment, &command->scene, &command->fault);
     if (command->err) return;
+    // Behind authored_flag_count: in no hash, no flat form and no journal, and gone after the first
+    // edit or a restart.
     if (sky && sky->negative_count)
         bd_scene_flag(command->scene, "environment_negative: %llu texels raised to 0",
                       (unsigned long long)sky->negative_count);

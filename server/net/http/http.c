@@ -85,6 +85,8 @@ static int on_complete(llhttp_t *parser)
     return HPE_PAUSED; // what follows is the next request's
 }
 
+// llhttp pauses only from within a callback: what is left of a buffer behind a message is stashed
+// and fed again.
 static const llhttp_settings_t parser_settings = {
     .on_url = on_url,
     .on_header_field = on_name,

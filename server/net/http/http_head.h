@@ -45,7 +45,8 @@ struct bd_http_head {
 // The head's bytes before anybody reads them: where a line, a name or the head itself ends must not
 // be a matter of opinion between us and a proxy. Lines end in CR LF and in nothing else, no line
 // goes on with a space in the next, the first has two spaces and three words, names are tokens and
-// end at their colon, and there is no zero.
+// end at their colon, and there is no zero. llhttp 8.1 ends lines at a bare line feed or carriage
+// return, takes folded headers, and several spaces in the request line: this looks first.
 struct bd_http_lines {
     enum {
         BD_HTTP_AT_START, // an empty line may come before a request

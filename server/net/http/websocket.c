@@ -319,6 +319,9 @@ static const struct bd_conn_ops websocket_ops = {
     .free = bd_http_free,
 };
 
+// libwslay's buffering mode allocates what a frame's head promises; its event interface copies what
+// is sent; it tells of a frame only with the first byte of its content, and closes without a code
+// where the frame itself is broken.
 static struct bd_websocket *create(struct bd_conn *conn)
 {
     static const struct wslay_event_callbacks event_callbacks = {

@@ -1,5 +1,7 @@
 // Proxies that are named (--proxy): their connections begin with a PROXY header of version 2
-// (haproxy.org/download/2.6/doc/proxy-protocol.txt), which says for whom they ask.
+// (haproxy.org/download/2.6/doc/proxy-protocol.txt), which says for whom they ask. haproxy says so
+// at a connection's beginning only, and uses a connection for requests of others of its clients
+// unless it sends this header: with send-proxy-v2 each client has one of its own.
 //
 // Nobody else's does: to whoever is not named, those bytes are a request that makes no sense.
 //

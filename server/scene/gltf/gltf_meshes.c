@@ -318,6 +318,8 @@ static enum bd_err pose_skin(struct bd_gltf_reader *reader, const struct bd_gltf
     return BD_ERR_OK;
 }
 
+// A skinned mesh is baked in world space and its node's transform does not count; a morphed one
+// stays in its node's space.
 static enum bd_err read_deformed_mesh(struct bd_gltf_reader *reader, uint32_t node_index)
 {
     const struct bd_gltf_document *doc = reader->doc;

@@ -11,6 +11,9 @@
 
 // Debian ships the library compiled with its own image code, which is never called: both loaders
 // below replace it. The header is only its interface.
+//
+// tinygltf 2.7.0 leaves out properties of the wrong type without a word, shifts the indices of
+// later primitives where ParsePrimitive fails, and wants byteLength to be exactly the file's size.
 #include <tiny_gltf.h>
 
 #include "scene/model/scene.h"

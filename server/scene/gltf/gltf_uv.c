@@ -15,7 +15,8 @@
 #include "scene/gltf/gltf_write_parts.h"
 
 // u' = R(rotation) S(scale) u + offset, where a positive rotation turns the coordinates
-// counter-clockwise as one looks at a picture whose v runs down.
+// counter-clockwise as one looks at a picture whose v runs down. The GLSL in the extension's own
+// text turns the other way; its test scene, and Blender, turn this way.
 void bd_gltf_uv_matrix(const double offset[2], double rotation, const double scale[2], float m[6])
 {
     const double c = cos(rotation), s = sin(rotation);

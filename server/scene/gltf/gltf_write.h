@@ -3,7 +3,7 @@
 // What is written is what the importer reads, so that an import of it is the same scene: the same
 // bytes of every stream, texel, matrix and factor, hence the same content hash, and the same again
 // when that is exported. What differs is told in `notes`, each with a count: what glTF cannot hold,
-// and what the importer would leave out (scene/README.md has the list). Ids are not kept where
+// and what the importer would leave out (README.md has the list). Ids are not kept where
 // objects were removed, and flags of an earlier import are not either: what was repaired is whole.
 //
 // Thread: any but the event loop: pictures are compressed, some 20 MiB of texels a second.

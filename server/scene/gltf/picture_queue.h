@@ -4,7 +4,8 @@
 // At any time it holds no more than a window's worth of them, however many there are: a picture is
 // decoded when those before it leave room. What comes out depends on the bytes and the limits
 // alone, never on which thread was faster: sizes are read from the heads of all, and what is to be
-// shrunk is decided, before the first is decoded.
+// shrunk is decided, before the first is decoded. What the file had is not kept: exports have what
+// is held.
 //
 // Runs in the import child (and in tests). Thread: one owner calls; threads of its own decode.
 

@@ -18,6 +18,8 @@
 #include "base/clock.h"
 #include "base/priority.h"
 
+// As many as imports_at_once was when the daemon began, and no more than this: a reload changes how
+// many imports run, not how many wait.
 #define SPARES_MAX   8
 #define IDLE_SECONDS 20
 

@@ -3,8 +3,7 @@
 //
 // It stores bytes and knows nothing of scenes: an edit is a forward and an inverse delta, a
 // snapshot is the index of a scene, and what is heavy (meshes, pictures) is content, named by its
-// SHA-256 and stored once. Server/scene/README.md tells the format and what each kind of crash
-// leaves.
+// SHA-256 and stored once. README.md tells the format and what each kind of crash leaves.
 //
 // Thread: any, one at a time (the caller's turn-taking); every call may wait for the disk, so keep
 // them off the event loop. No call takes longer than one bounded transaction and one bounded

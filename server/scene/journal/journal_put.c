@@ -1,4 +1,5 @@
-// Content on its way in, and out again.
+// Content on its way in, and out again. Where the power goes while content comes in, what is there
+// of it counts as missing until it is put again or collected.
 
 #include <stdio.h>
 #include <stdlib.h>

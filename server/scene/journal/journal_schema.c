@@ -8,7 +8,8 @@
 #define APPLICATION_ID 0x62644a6c // "bdJl", in the file's header: `file` and we know it by that
 
 // `chk` is the sum over the fields before it (journal_check.c). What is long stands last: the
-// columns before it are read without walking through it.
+// columns before it are read without walking through it. Each table has an integer key of its own,
+// so that rows can be found past a broken page, and indexes can be made again.
 static const char format_1[] =
     "CREATE TABLE scenes(id INTEGER PRIMARY KEY AUTOINCREMENT, scene TEXT NOT NULL UNIQUE,"
     " name TEXT NOT NULL, added_ms INTEGER NOT NULL, revision INTEGER NOT NULL,"
@@ -110,7 +111,8 @@ static void harden(sqlite3 *db)
 #define TEXT(number)    TEXT_OF(number)
 
 // The lock is taken with the first read, so the mode comes before it: exclusive, and the
-// write-ahead log needs no shared memory.
+// write-ahead log needs no shared memory. No mapping: a failing disk would be a signal, not an
+// error.
 static int set_before_reading(sqlite3 *db)
 {
     return sqlite3_exec(db,

@@ -1,5 +1,5 @@
-// What stands in for a missing camera and missing lights. The user manual of both is here and in
-// scene/README.md; a scene that gets them says `default_camera`, `default_lights`.
+// What stands in for a missing camera and missing lights. The user manual of both is here; a scene
+// that gets them says `default_camera`, `default_lights`.
 //
 // Camera: from the front, a little right and above (glTF's front is +z), 45 degrees, at the
 // distance where the bounds just fit a square picture. From below or behind if that side shows

@@ -25,7 +25,7 @@ bool bd_derive_placements(struct bd_scene *scene);
 
 // The order of nodes and meshes in a file means nothing, and no picture may hang on it: instances
 // and lights are ordered by what they are, and by their nodes only where that is the same
-// (order.c). Part of the two above. False only without memory.
+// (draw_order.c). Part of the two above. False only without memory.
 BD_MUST_CHECK
 bool bd_derive_instance_order(struct bd_scene *scene);
 BD_MUST_CHECK

@@ -5,6 +5,10 @@
 // clamped and counted. They are compared as floats, which is how they are kept, so that what a
 // scene says of itself is always taken.
 //
+// A row is bytes of the flat form, in this order: a new one changes every hash, and what journals
+// of older builds hold cannot be read, for no reader of an older layout exists (flat.c,
+// delta_flat.c).
+//
 // Thread: any; all data is constant.
 
 #ifndef BD_SCENE_MODEL_OBJECT_FIELDS_H

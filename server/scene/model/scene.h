@@ -4,9 +4,9 @@
 // (meshes, images) are shared between snapshots by reference, so that an edit copies only what
 // it touches. An object's id is its index; one that was removed leaves an empty slot (`is_removed`:
 // all zero, referring to nothing, referred to by nothing), so that while the daemon runs no id
-// comes to mean anything else (README.md says what a restart forgets). Angles are radians, lengths
-// metres, light in glTF's photometric units. World positions are double: `upload/` subtracts the
-// scene's own origin before anything becomes float.
+// comes to mean anything else (scene/README.md says what a restart forgets). Angles are radians,
+// lengths metres, light in glTF's photometric units. World positions are double: `upload/`
+// subtracts the scene's own origin before anything becomes float.
 //
 // Thread: built on one thread, published once, then read by all. Retain and release: any thread.
 
@@ -131,8 +131,8 @@ struct bd_node {
     // Computed by bd_scene_finish:
     bd_dmat4 world_from_node;
     bool in_scene; // neither it nor what is above it is hidden or removed
-    // Skinned and morphed meshes were baked at the default pose in world space: their instance
-    // ignores the node's transform, as glTF says for skins.
+    // A skinned mesh was baked at the default pose in world space: its instance ignores the node's
+    // transform, as glTF says for skins. A mesh that is morphed alone stays in its node's space.
     bool mesh_is_world_space;
 };
 

@@ -2,7 +2,7 @@
 // the device, named in the G-buffer and found by rays.
 //
 // Instances stand in groups of one mesh and one winding, meshes in the order in which the instances
-// come to them; instances are ordered by content (order.c), so equal scenes have equal numbers
+// come to them; instances are ordered by content (draw_order.c), so equal scenes have equal numbers
 // whatever was edited to get there. A run is one primitive in one group: triangle t of its i-th
 // instance has the number first_triangle + i * triangles_per_instance + t.
 //

@@ -1,8 +1,8 @@
 """Figures of the source papers redrawn on our techniques, and cost curves: `bounce bench --figures`.
 
 A figure is data (figure.py): groups of frames to be measured, what is drawn of them, and the paper's
-ratios beside ours. One module a figure; FIGURES lists them in the page's order. matplotlib is loaded
-in panels.py and nowhere else.
+ratios beside ours. One module a figure; FIGURES lists them in the page's order. Here matplotlib is
+loaded in panels.py alone.
 """
 from importlib import import_module
 
