@@ -1,4 +1,4 @@
-// The unit of the framed faces: `u32 total | u32 header_len | header | payload`, little-endian.
+// The unit of the framed transports: `u32 total | u32 header_len | header | payload`, little-endian.
 //
 // `total` counts what follows it: 4 + header_len + payload. The header is one protobuf Envelope
 // (protocol/wire.h), which this file knows nothing about. A WebSocket message is the same without

@@ -26,7 +26,7 @@ int bd_cmd_bench(const char *const *words, int count);
 // standard output. Returns the exit code.
 int bd_cmd_fail(enum bd_err err, const struct bd_fault *fault, bool json);
 
-// The fault in the shape that the daemon's HTTP face gives errors; NULL without memory.
+// The fault in the shape that the daemon's HTTP transport gives errors; NULL without memory.
 json_t *bd_cmd_fault_json(enum bd_err err, const struct bd_fault *fault);
 
 // Puts the scene's file and the place in it before what the importer says, which knows neither

@@ -78,30 +78,31 @@ static void print_frame_options(bool (*has)(const struct bd_frame_option *option
 
 int bd_help(void)
 {
-    fputs("usage: bounce COMMAND ...\n"
-          "\n"
-          "  render SCENE -o FILE   one frame of a .glb or .gltf as PNG, JPEG or EXR\n"
-          "  reference SCENE -o F   the same, path-traced: EXR with halves and variances, resumable\n"
-          "  compare REF IMAGE      how wrong an image is against a reference, with intervals\n"
-          "  devices                the devices that frames can be rendered on\n"
-          "  techniques             what frames can be rendered with, and its parameters\n"
-          "  scenes                 the scenes that the daemon holds\n"
-          "  scene add FILE         gives the daemon a scene; prints its id\n"
-          "  scene rm ID            takes it away\n"
-          "  scene log|export|revert|name|undo|redo|commit ID    its history\n"
-          "  edit ID FILE.json|-    changes it, batch by batch\n"
-          "  watch [ID]             says what becomes of it\n"
-          "  replay JOURNAL         plays what a data directory's journal holds, edit by edit\n"
-          "  stability              every technique through the inputs that break renderers\n"
-          "  bench                  error against run time, as tables and one HTML page\n"
-          "\n"
-          "  bounce COMMAND --help  the options of one\n"
-          "  bounce --version\n"
-          "\n"
-          "Exit codes: 0 ok, 1 images differ or a technique failed, 2 usage, 3 no reference,\n"
-          "4 bad input, 5 budget missed, 6 device wrong or missing, 7 server unreachable,\n"
-          "130 interrupted.\n",
-          stdout);
+    fputs(
+        "usage: bounce COMMAND ...\n"
+        "\n"
+        "  render SCENE -o FILE   one frame of a .glb or .gltf as PNG, JPEG or EXR\n"
+        "  reference SCENE -o F   the same, path-traced: EXR with halves and variances, resumable\n"
+        "  compare REF IMAGE      how wrong an image is against a reference, with intervals\n"
+        "  devices                the devices that frames can be rendered on\n"
+        "  techniques             what frames can be rendered with, and its parameters\n"
+        "  scenes                 the scenes that the daemon holds\n"
+        "  scene add FILE         gives the daemon a scene; its line begins with the id\n"
+        "  scene rm ID            takes it away\n"
+        "  scene log|export|revert|name|undo|redo|commit ID    its history\n"
+        "  edit ID FILE.json|-    changes it, batch by batch\n"
+        "  watch [ID]             says what becomes of it\n"
+        "  replay JOURNAL         plays what a data directory's journal holds, edit by edit\n"
+        "  stability              every technique through the inputs that break renderers\n"
+        "  bench                  error against run time, as tables and one HTML page\n"
+        "\n"
+        "  bounce COMMAND --help  the options of one\n"
+        "  bounce --version\n"
+        "\n"
+        "Exit codes: 0 ok, 1 images differ or a technique failed, 2 usage, 3 no reference,\n"
+        "4 bad input, 5 budget missed or no room, 6 device wrong or missing, 7 server not\n"
+        "reached or token refused, 130 interrupted.\n",
+        stdout);
     return 0;
 }
 
@@ -182,11 +183,15 @@ int bd_help_compare(void)
         "  --layer NAME         beauty (default), direct, indirect, emission, ...; repeatable\n"
         "  --map FILE.png       where the error is: |I - R| over the mean, 0.001 to 10\n"
         "  --tolerance N=VALUE  exit 1 if the figure N of this list is worse; repeatable. It\n"
-        "                       looks at the value; N.high (of psnr and ssim N.low) at the interval's\n"
+        "                       looks at the value; N.high (of psnr and ssim N.low) at the "
+        "interval's\n"
         "                       worse end. Pixels that are NaN or infinite miss any tolerance\n"
         "                       but nonfinite=COUNT\n"
         "  --ppd N              pixels per degree of FLIP's observer (default 67.02)\n"
         "  --ignore filter      compare although the pixel filters differ\n" END_HELP "\n"
+        "With --json one layer's figures are the object's own members, several layers' lie under\n"
+        "their names in `layers`; null is infinite, or what cannot be said.\n"
+        "\n"
         "Figures, and with --json names of objects {value, low, high}:\n",
         stdout);
     for (int i = 0; i < BD_METRIC_COUNT; i++)
@@ -224,24 +229,25 @@ int bd_help_scenes(void)
 
 int bd_help_edit(void)
 {
-    fputs("usage: bounce edit SCENE_ID FILE.json|- [options]\n"
-          "\n"
-          "Applies batches of edits: one JSON document after the other, each wholly or not at\n"
-          "all, each answered by a line of JSON on standard output before the next is read.\n"
-          "\n"
-          "  {\"message\": \"a lamp\",\n"
-          "   \"ops\": [{\"add_light\": {\"kind\": \"point\", \"intensity\": 5}},\n"
-          "           {\"add_node\": {\"light\": -2}}]}\n"
-          "\n"
-          "The form is EditBatch of protocol/bounced.proto; -2 - k names what operation k adds.\n"
-          "Names that are not in it are refused. The first batch that fails ends it, with its\n"
-          "exit code.\n"
-          "\n"
-          "  -k, --keep-going     a failure is a line too, and the next batch is read\n"
-          "  --by NAME            who does it, where a document does not say: for log and undo\n"
-          "  --help-ops           every operation, with what its fields take\n" COMMON_HELP
-              END_HELP,
-          stdout);
+    fputs(
+        "usage: bounce edit SCENE_ID FILE.json|- [options]\n"
+        "\n"
+        "Applies batches of edits: one JSON document after the other, each wholly or not at\n"
+        "all, each answered by a line of JSON on standard output before the next is read.\n"
+        "\n"
+        "  {\"message\": \"a lamp\",\n"
+        "   \"ops\": [{\"add_light\": {\"kind\": \"point\", \"intensity\": 5}},\n"
+        "           {\"add_node\": {\"light\": -2}}]}\n"
+        "\n"
+        "The form is EditBatch of protocol/bounced.proto; -2 - k names what operation k adds.\n"
+        "Names that are not in it are refused. The first batch that fails ends it, with its\n"
+        "exit code.\n"
+        "\n"
+        "  -k, --keep-going     a failure is a line too, and the next batch is read;\n"
+        "                       the exit code is that of the first\n"
+        "  --by NAME            who does it, where a document does not say: for log and undo\n"
+        "  --help-ops           every operation, with what its fields take\n" COMMON_HELP END_HELP,
+        stdout);
     return 0;
 }
 

@@ -1,4 +1,4 @@
-// The network: listeners, connections, and one layer of commands behind both faces.
+// The network: listeners, connections, and one layer of commands behind all transports.
 //
 // Owns the libuv loop's work. A socket's callback decodes, checks limits, starts a command and
 // returns; disk and encoding run on libuv's pool, imports and exports on threads of low priority,
@@ -22,7 +22,7 @@
 #define BD_NET_SOCKET_MODE     0600 // without a word about it
 
 struct bd_net_options {
-    const char *http;                       // HOST:PORT; NULL = no HTTP face
+    const char *http;                       // HOST:PORT; NULL = no HTTP transport
     const char *listens[BD_NET_LISTEN_MAX]; // framed: "unix:PATH", "tcp:HOST:PORT"; up to a NULL
     int private_fd;                         // serve this one connection and nothing else; -1 = no
     const char *token_file;                 // NULL = none

@@ -181,8 +181,9 @@ static const struct option {
     enum bd_err (*set)(struct bd_options *options, const char *value, struct bd_fault *fault);
     const char *help;
 } table[] = {
-    {"http", set_http, "HOST:PORT          the HTTP face (default 127.0.0.1:7480; none = off)"},
-    {"listen", set_listen, "unix:PATH|tcp:HOST:PORT  a framed face, repeatable"},
+    {"http", set_http,
+     "HOST:PORT          the HTTP transport (default 127.0.0.1:7480; none = off)"},
+    {"listen", set_listen, "unix:PATH|tcp:HOST:PORT  a framed transport, repeatable"},
     {"data", set_data, "DIR                scenes, blobs, shader caches"},
     {"device", set_device, "auto|software|egl:N|uuid:HEX|pci:ID"},
     {"code", set_code,

@@ -15,7 +15,7 @@
 #include "net/net.h"
 
 struct bd_options {
-    const char *http; // "none" = no HTTP face
+    const char *http; // "none" = no HTTP transport
     const char *listens[BD_NET_LISTEN_MAX];
     uint32_t listen_count;
     const char *data; // NULL = the default

@@ -1,4 +1,4 @@
-"""The stress test's client of the HTTP face."""
+"""The stress test's client of the HTTP transport."""
 import random
 import socket
 import threading

@@ -1,4 +1,4 @@
-"""The framed face: hello, uploads, requests under way together, cancel, the private daemon."""
+"""The framed transport: hello, uploads, requests under way together, cancel, the private daemon."""
 import os
 import signal
 import socket

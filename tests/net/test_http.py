@@ -1,4 +1,4 @@
-"""The HTTP face: every route, the queries, who may ask, what may be sent."""
+"""The HTTP transport: every route, the queries, who may ask, what may be sent."""
 import http.client
 import json
 import socket

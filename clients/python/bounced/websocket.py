@@ -1,4 +1,4 @@
-"""The framed face over a WebSocket: each binary message is u32 header_len | header | payload.
+"""The framed transport over a WebSocket: each binary message is u32 header_len | header | payload.
 
 Debian's python3-websockets does the protocol; sockets and threads are ours, so that this transport
 behaves as the others do.

@@ -2,7 +2,7 @@
 //
 // The token file holds one entry a line:
 //
-//     TOKEN                       whoever shows it, on whatever face
+//     TOKEN                       whoever shows it, on whatever transport
 //     uid:NAME|NUMBER             a user of this machine, on a Unix socket
 //     gid:NAME|NUMBER             whoever is in that group, on a Unix socket
 //     uid:*                       every other user of this machine, on a Unix socket

@@ -1,10 +1,11 @@
-// Decoded requests, whichever face they came by, and how they are carried out.
+// Decoded requests, whichever transport they came by, and how they are carried out.
 //
 // A command takes one request and ends with one answer. What lies in between is a list of steps in
 // its row (command_internal.h): each says where it runs, and between any two the runner looks for
 // errors and cancels.
 //
-// Hello, blob uploads and cancel are no commands: they belong to a connection, and so to its face.
+// Hello, blob uploads and cancel are no commands: they belong to a connection, and so to its
+// transport.
 //
 // Thread: the event loop's.
 
@@ -92,8 +93,8 @@ struct bd_command_start {
     bool may_remember; // a frame of a held scene may be one that was sent before
 };
 
-// Its face has counted the request and taken it out of the bucket. NULL if it has been answered
-// already.
+// Its transport has counted the request and taken it out of the bucket. NULL if it has been
+// answered already.
 struct bd_command *bd_command_start(const struct bd_command_start *start);
 
 // Asks it to stop; it is still answered, by `cancelled` unless it was done by then.

@@ -163,7 +163,8 @@ char *bd_net_metrics_text(const struct bd_loop *loop)
     write_gauge(out, "uptime_seconds", "Since start.", bd_ms_since(loop->counts.start_ns) * 1e-3);
     write_device(out, &sched);
     write_jobs(out, &sched);
-    write_counter(out, "requests_total", "Requests, both faces.", (double)loop->counts.requests);
+    write_counter(out, "requests_total", "Requests, all transports.",
+                  (double)loop->counts.requests);
     write_counter(out, "requests_refused_total", "Requests answered by an error.",
                   (double)loop->counts.requests_refused);
     write_counter(out, "frames_remembered_total", "Frames answered as they were sent before.",

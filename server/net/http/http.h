@@ -1,4 +1,4 @@
-// The HTTP face: one connection, its requests one after the other.
+// The HTTP transport: one connection, its requests one after the other.
 //
 // llhttp reads the bytes, once they are found to be lines (http_head.h); what a request may be is
 // decided by http_guard.h (who asks) and http_route.h (what for); commands do the work.
@@ -12,7 +12,7 @@
 
 #include "net/session/session.h"
 
-// What the face has from below. Owned by net.c.
+// What the transport has from below. Owned by net.c.
 struct bd_web {
     struct bd_sessions *sessions;
     const char *const *public_names; // Host names beside our addresses, up to a NULL

@@ -1,4 +1,4 @@
-// A request's head as the HTTP face keeps it: the line and the few headers that it looks at.
+// A request's head as the HTTP transport keeps it: the line and the few headers that it looks at.
 //
 // Thread: any.
 

@@ -1,4 +1,4 @@
-// What the files of the HTTP face share: one connection's state.
+// What the files of the HTTP transport share: one connection's state.
 
 #ifndef BD_NET_HTTP_HTTP_INTERNAL_H
 #define BD_NET_HTTP_HTTP_INTERNAL_H

@@ -1,4 +1,4 @@
-// Answers of the HTTP face: one head, one body, always with a length.
+// Answers of the HTTP transport: one head, one body, always with a length.
 
 #include <ctype.h>
 #include <inttypes.h>

@@ -137,7 +137,7 @@ static void finish(struct bd_conn *conn, const struct bd_fault *fault)
     bd_conn_finish(conn);
 }
 
-static const struct bd_session_face face = {.send = send_unit, .finish = finish};
+static const struct bd_session_transport transport = {.send = send_unit, .finish = finish};
 
 // --- receiving ------------------------------------------------------------------------------
 
@@ -370,11 +370,11 @@ static void send_accept(struct bd_http *http)
 void bd_websocket_begin(struct bd_http *http)
 {
     const struct bd_session_start start = {
-        .face = &face, .says_goodbye = true, .grant = http->grant};
+        .transport = &transport, .says_goodbye = true, .grant = http->grant};
     send_accept(http);
     http->websocket = create(&http->conn);
     http->conn.ops = &websocket_ops;
-    http->conn.is_known = false; // until hello, as on every face
+    http->conn.is_known = false; // until hello, as on every transport
     bd_session_begin(http->web->sessions, &http->conn, &start);
     bd_conn_touch(&http->conn);
 }

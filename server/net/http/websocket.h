@@ -1,5 +1,6 @@
-// The WebSocket face: a session on a connection of the HTTP port, after its handshake. A message is
-// protocol/framing.h's unit without `total`. Frames, fragments, pings and closes are libwslay's.
+// The WebSocket transport: a session on a connection of the HTTP port, after its handshake. A
+// message is protocol/framing.h's unit without `total`. Frames, fragments, pings and closes are
+// libwslay's.
 //
 // Thread: the event loop's.
 

@@ -1,8 +1,8 @@
-// A stream connection of either face: reading, writing, patience, closing.
+// A stream connection of each transport: reading, writing, patience, closing.
 //
-// Above it, a face (framed.c, http.c) makes sense of the bytes. Below it, libuv. What every face
-// needs alike is here: writes that own their bytes, a peer that vanishes, one that sends a byte a
-// minute, one that does not read, and a close that lets the last answer arrive.
+// Above it, a transport (framed.c, http.c) makes sense of the bytes. Below it, libuv. What every
+// transport needs alike is here: writes that own their bytes, a peer that vanishes, one that sends
+// a byte a minute, one that does not read, and a close that lets the last answer arrive.
 //
 // Thread: the event loop's.
 
@@ -58,7 +58,7 @@ union bd_socket {
     uv_pipe_t pipe;
 };
 
-// The first member of each face's own struct.
+// The first member of each transport's own struct.
 struct bd_conn {
     struct bd_loop *loop;
     const struct bd_conn_ops *ops;
@@ -69,7 +69,7 @@ struct bd_conn {
     struct bd_proxy_header *proxy; // that still has to come, from a proxy that is named
     struct bd_conn *previous, *next;
     enum bd_conn_state state;
-    struct bd_session *session; // of those faces that speak in envelopes
+    struct bd_session *session; // of those transports that speak in envelopes
     // Said hello, or asked for something that it may have: until then it is a stranger, of which
     // next to nothing is kept (limit hello_bytes).
     bool is_known;
@@ -88,10 +88,10 @@ struct bd_conn {
     uint32_t writes; // under way
 };
 
-// Accepts from `listener` into `conn`, which its face has allocated, zeroed, and given `ops`.
+// Accepts from `listener` into `conn`, which its transport has allocated, zeroed, and given `ops`.
 // Frees it (ops->free) and returns false if it cannot be, or if there are too many connections.
 // `is_proxied`: whoever comes there is a proxy; at other places it may be by its address. Its
-// header comes first, and the face sees what is behind it.
+// header comes first, and the transport sees what is behind it.
 bool bd_conn_accept(struct bd_loop *loop, struct bd_conn *conn, uv_stream_t *listener, bool is_pipe,
                     bool is_proxied);
 // The same for a descriptor that is open already.

@@ -13,7 +13,7 @@ struct bd_framed {
     struct bd_decoder decoder;
 };
 
-// --- a session's face -----------------------------------------------------------------------
+// --- a session's transport -----------------------------------------------------------------------
 
 static void send_unit(struct bd_conn *conn, uint8_t *head, size_t head_bytes, uint8_t *payload,
                       size_t payload_bytes)
@@ -27,7 +27,7 @@ static void finish(struct bd_conn *conn, const struct bd_fault *fault)
     bd_conn_finish(conn);
 }
 
-static const struct bd_session_face face = {.send = send_unit, .finish = finish};
+static const struct bd_session_transport transport = {.send = send_unit, .finish = finish};
 
 // --- the connection -------------------------------------------------------------------------
 
@@ -92,7 +92,7 @@ void bd_framed_accept(struct bd_sessions *sessions, uv_stream_t *listener, bool 
     struct bd_framed *framed = create(sessions);
     if (!bd_conn_accept(sessions->loop, &framed->conn, listener, is_pipe, is_proxied)) return;
     // A proxy on a Unix socket is no user: it asks for others.
-    struct bd_session_start start = {.face = &face, .is_user = is_pipe && !is_proxied};
+    struct bd_session_start start = {.transport = &transport, .is_user = is_pipe && !is_proxied};
     if (start.is_user) start.grant = bd_access_of_user(sessions->access, &framed->conn);
     bd_session_begin(sessions, &framed->conn, &start);
 }
@@ -102,7 +102,7 @@ bool bd_framed_open_private(struct bd_sessions *sessions, int fd)
     struct bd_framed *framed = create(sessions);
     if (!bd_conn_open_fd(sessions->loop, &framed->conn, fd)) return false;
     const struct bd_session_start start = {
-        .face = &face, .is_private = true, .grant = &bd_grant_of_all};
+        .transport = &transport, .is_private = true, .grant = &bd_grant_of_all};
     bd_session_begin(sessions, &framed->conn, &start);
     return true;
 }

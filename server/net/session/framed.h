@@ -1,4 +1,4 @@
-// The framed face: protocol/framing.h on a Unix or TCP socket, or on an inherited descriptor.
+// The framed transport: protocol/framing.h on a Unix or TCP socket, or on an inherited descriptor.
 //
 // Thread: the event loop's.
 

@@ -28,8 +28,8 @@ static void send_now(struct bd_session *session, struct bd_answer *answer, bool 
     bd_envelope_encode(answer->envelope, answer->payload_bytes, &head, &head_bytes);
     if (is_kept) bd_session_keep(session, answer, head, head_bytes);
     if (session->conn) {
-        session->face->send(session->conn, head, head_bytes, answer->payload,
-                            answer->payload_bytes);
+        session->transport->send(session->conn, head, head_bytes, answer->payload,
+                                 answer->payload_bytes);
         answer->payload = NULL;
     } else {
         free(head);
@@ -82,7 +82,7 @@ void bd_session_written(struct bd_conn *conn)
 
 void bd_session_finish(struct bd_session *session, const struct bd_fault *fault)
 {
-    if (session->conn) session->face->finish(session->conn, fault);
+    if (session->conn) session->transport->finish(session->conn, fault);
 }
 
 // --- commands -------------------------------------------------------------------------------
@@ -330,7 +330,7 @@ void bd_session_begin(struct bd_sessions *sessions, struct bd_conn *conn,
                                    .loop = sessions->loop,
                                    .client = conn->client,
                                    .conn = conn,
-                                   .face = start->face,
+                                   .transport = start->transport,
                                    .is_private = start->is_private,
                                    .says_goodbye = start->says_goodbye,
                                    .grant = start->grant,

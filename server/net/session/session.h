@@ -1,5 +1,6 @@
 // A session: what a client does in envelopes, whatever carries them. Hello, requests under way,
-// uploads and cancel are here; a face (framed.c, websocket.c) turns bytes into messages and back.
+// uploads and cancel are here; a transport (framed.c, websocket.c) turns bytes into messages and
+// back.
 //
 // Thread: the event loop's.
 
@@ -28,8 +29,8 @@ struct bd_sessions {
     uint64_t kept_bytes;     // of answers, for sessions that may be resumed
 };
 
-// How a face carries envelopes.
-struct bd_session_face {
+// How a transport carries envelopes.
+struct bd_session_transport {
     // One unit. `head` is what bd_envelope_encode makes, `total` included; both are malloc'ed and
     // the callee's from now on; `payload` may be NULL.
     void (*send)(struct bd_conn *conn, uint8_t *head, size_t head_bytes, uint8_t *payload,
@@ -39,8 +40,9 @@ struct bd_session_face {
 };
 
 struct bd_session_start {
-    const struct bd_session_face *face;
-    bool says_goodbye; // the face has a close of its own: what breaks without one may be resumed
+    const struct bd_session_transport *transport;
+    bool says_goodbye; // the transport has a close of its own: what breaks without one may be
+                       // resumed
     bool is_private;   // the private daemon's one connection: never silent for too long
     const struct bd_grant *grant; // NULL: by the token that hello shows
     bool is_user; // of this machine: refused without a grant where no token could give one
@@ -59,7 +61,7 @@ void bd_session_give_up(struct bd_session *session, const struct bd_fault *fault
 // Room for more, or none: goes on or stops reading.
 void bd_session_update_reading(struct bd_session *session);
 
-// --- a connection's own events (bd_conn_ops), for every face that has a session ---
+// --- a connection's own events (bd_conn_ops), for every transport that has a session ---
 
 uint64_t bd_session_patience_s(const struct bd_conn *conn);
 void bd_session_silent(struct bd_conn *conn);

@@ -18,7 +18,7 @@ struct bd_session {
     struct bd_loop *loop; // theirs
     struct bd_client *client;
     struct bd_conn *conn; // NULL once it is gone
-    const struct bd_session_face *face;
+    const struct bd_session_transport *transport;
     const struct bd_grant *grant; // what the client may do; NULL before a hello that needs a token
     bool greeted, is_private, says_goodbye, is_user;
     bool is_resumable; // outlives its connection by resume_seconds

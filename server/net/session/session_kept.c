@@ -162,7 +162,8 @@ void bd_session_resend(struct bd_session *session)
 {
     for (struct bd_session_kept *kept = session->kept; kept && session->conn; kept = kept->next) {
         mark_sent(session, kept);
-        session->face->send(session->conn, copy(kept->head, kept->head_bytes), kept->head_bytes,
-                            copy(kept->payload, kept->payload_bytes), kept->payload_bytes);
+        session->transport->send(session->conn, copy(kept->head, kept->head_bytes),
+                                 kept->head_bytes, copy(kept->payload, kept->payload_bytes),
+                                 kept->payload_bytes);
     }
 }

@@ -80,7 +80,7 @@ static void take_over(struct bd_session *session, struct bd_session *old)
     bd_session_leave_conn(session);
     bd_session_end(session);
     old->conn = conn;
-    old->face = session->face;
+    old->transport = session->transport;
     old->says_goodbye = session->says_goodbye;
     old->parked_until_ns = 0;
     conn->session = old;

@@ -1,4 +1,4 @@
-// Answers: what a command ends with, whichever face asked.
+// Answers: what a command ends with, whichever transport asked.
 //
 // Messages here are built from malloc'ed pieces, so that protobuf-c's own free takes them apart.
 // Thread: any for building; the event loop's for sending.
