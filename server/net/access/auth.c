@@ -5,6 +5,7 @@
 
 #include "net/access/auth_internal.h"
 #include "net/loop/peer.h"
+#include "scene/blobs/blobs.h"
 
 const char *const bd_role_names[] = {"read", "edit", "admin"};
 
@@ -118,4 +119,13 @@ enum bd_err bd_grant_check_role(const struct bd_grant *grant, enum bd_role neede
 bool bd_grant_covers(const struct bd_grant *grant, const char *scene_name)
 {
     return strncmp(scene_name, grant->scene_prefix, strlen(grant->scene_prefix)) == 0;
+}
+
+// --- blobs
+// ----------------------------------------------------------------------------------------
+
+struct bd_blobs *bd_grant_blobs(struct bd_blobs *all, const struct bd_grant *grant)
+{
+    const bool is_anyone = grant == &bd_grant_of_all;
+    return bd_blobs_of(all, is_anyone ? "" : grant->name, grant->scene_prefix[0] == 0);
 }

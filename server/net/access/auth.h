@@ -60,6 +60,7 @@ struct bd_grant {
 // For whoever needs no token: everything, without quotas of its own.
 extern const struct bd_grant bd_grant_of_all;
 
+struct bd_blobs;
 struct bd_peer;
 struct bd_tokens;
 
@@ -101,6 +102,11 @@ enum bd_err bd_grant_check_role(const struct bd_grant *grant, enum bd_role neede
 
 // Whether it may know of a scene of this name. Others do not exist for it.
 bool bd_grant_covers(const struct bd_grant *grant, const char *scene_name);
+
+// Whose blobs somebody finds, and whose those are that he sends: a line of the token file finds
+// what was sent by that line, and all others' too if it sees every scene; whoever needs no token
+// finds all and is nobody. Any thread.
+struct bd_blobs *bd_grant_blobs(struct bd_blobs *all, const struct bd_grant *grant);
 
 // Its name where it is a token; NULL: a user's, or none (`grant` may be NULL).
 static inline const char *bd_grant_token(const struct bd_grant *grant)

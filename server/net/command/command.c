@@ -8,7 +8,7 @@
 #include "base/assert.h"
 #include "base/clock.h"
 #include "base/log.h"
-#include "net/access/blob_rights.h"
+#include "net/access/auth.h"
 #include "net/command/command_internal.h"
 #include "net/command/command_rights.h"
 #include "net/command/edit_work.h"

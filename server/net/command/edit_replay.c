@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "base/assert.h"
-#include "net/access/blob_rights.h"
+#include "net/access/auth.h"
 #include "net/command/import_files.h"
 #include "scene/model/content_table.h"
 

@@ -6,8 +6,8 @@
 #include <string.h>
 
 #include "base/assert.h"
+#include "net/access/auth.h"
 #include "net/access/author.h"
-#include "net/access/blob_rights.h"
 #include "net/command/revision_name.h"
 #include "net/loop/release.h"
 #include "net/wire/edit_decode.h"

@@ -52,7 +52,7 @@ enum bd_err bd_edit_work_read_heavy(struct bd_edit_work *work);
 BD_MUST_CHECK
 enum bd_err bd_edit_work_read_past(struct bd_edit_work *work, struct bd_journal *journal);
 
-// edit_dry_run.c: the answer to a batch that is only tried. `base`: what it was checked against.
+// The answer to a batch that is only tried. `base`: what it was checked against.
 void bd_edit_dry_run(struct bd_edit_work *work, const struct bd_scene *base);
 
 #endif

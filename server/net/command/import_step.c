@@ -5,7 +5,7 @@
 
 #include "base/assert.h"
 #include "base/clock.h"
-#include "net/access/blob_rights.h"
+#include "net/access/auth.h"
 #include "net/command/command_internal.h"
 #include "net/command/environment.h"
 #include "net/command/import_cache.h"

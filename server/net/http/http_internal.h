@@ -53,7 +53,7 @@ struct bd_http {
     size_t stash_bytes;
 };
 
-// --- http_check.c ---
+// --- http_request.c: a request from its head to what it starts ---
 
 // The whole head is there: may who asks have what it asks for? Otherwise `refusal` says why not.
 BD_MUST_CHECK
@@ -61,22 +61,17 @@ enum bd_err bd_http_check_head(struct bd_http *http);
 // Does it bring content, which goes to the disk?
 bool bd_http_has_long_body(const struct bd_http *http);
 
-// --- http_body.c ---
-
 // Called with the whole head: sets has_refusal, or how the body is to be received.
 void bd_http_begin_body(struct bd_http *http);
 // One piece of the body.
 void bd_http_take_body(struct bd_http *http, const uint8_t *bytes, size_t size);
-
-// --- http_request.c: what a request wants ---
 
 // The whole request is there: starts what it asks for. One answer follows, now or later.
 void bd_http_run(struct bd_http *http);
 // The same of a one-shot render once its body is on the disk.
 void bd_http_render_body(struct bd_http *http);
 
-// --- http_session.c: browser sessions; each answers ---
-
+// Browser sessions; each answers.
 void bd_http_begin_session(struct bd_http *http);
 void bd_http_end_session(struct bd_http *http);
 

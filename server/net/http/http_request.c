@@ -1,14 +1,20 @@
-// What a request wants: its route into a command, or an answer at once.
+// From a request's head to what it asks for: who may ask, its body, and what is started.
 
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
+#include <strings.h>
 
 #include "base/assert.h"
+#include "net/access/auth.h"
+#include "net/access/cookie.h"
 #include "net/command/stats.h"
 #include "net/http/http_commands.h"
+#include "net/http/http_guard.h"
 #include "net/http/http_internal.h"
 #include "net/http/http_stream.h"
 #include "net/http/websocket.h"
+#include "net/http/ws_accept.h"
 #include "net/wire/multipart.h"
 #include "protocol/json.h"
 #include "protocol/wire.h"
@@ -188,4 +194,224 @@ void bd_http_run(struct bd_http *http)
         BD_ASSERT(!"refused with its head");
         break;
     }
+}
+
+// --- who asks
+// -------------------------------------------------------------------------------------
+
+bool bd_http_has_long_body(const struct bd_http *http)
+{
+    return http->target.route == BD_HTTP_ROUTE_RENDER ||
+           (http->target.route == BD_HTTP_ROUTE_BLOB && http->method == BD_HTTP_PUT);
+}
+
+static enum bd_err check_blob_name(struct bd_http *http)
+{
+    if (http->target.route != BD_HTTP_ROUTE_BLOB || bd_blob_name_is_valid(http->target.id))
+        return BD_ERR_OK;
+    return bd_fault_set(&http->refusal.fault, BD_ERR_USAGE, "path",
+                        "a blob's name is sha256: and 64 lower-case hexadecimal digits");
+}
+
+static enum bd_err check_body_size(struct bd_http *http)
+{
+    const struct bd_limits *limits = &http->conn.loop->serving->limits;
+    bool is_long = bd_http_has_long_body(http);
+    uint64_t most = is_long ? limits->blob_bytes : limits->message_bytes;
+    uint64_t size = http->parser.content_length;
+    const char *name = is_long ? "blob_bytes" : "message_bytes";
+    if (size <= most) return BD_ERR_OK;
+    return bd_fault_set(&http->refusal.fault, BD_ERR_LIMIT, name,
+                        "a body of %llu bytes is above the limit %s of %llu",
+                        (unsigned long long)size, name, (unsigned long long)most);
+}
+
+// Who asks, and how often.
+static enum bd_err check_rate(struct bd_http *http, const struct bd_http_guard *guard)
+{
+    struct bd_loop *loop = http->conn.loop;
+    bool has_token;
+    const struct bd_grant *grant = bd_http_guard_grant(guard, &http->head, &has_token);
+    enum bd_err err =
+        bd_conn_identify(&http->conn, grant, bd_grant_token(grant), &http->refusal.fault);
+    if (err) return err;
+    if (!grant && has_token)
+        return bd_client_take_failed_login(loop->clients, http->conn.origin, &http->refusal.fault);
+    if (http->target.route == BD_HTTP_ROUTE_HEALTH || http->target.route == BD_HTTP_ROUTE_READY)
+        return BD_ERR_OK;
+    return bd_client_take_request(loop->clients, http->conn.client, &http->refusal.fault);
+}
+
+static enum bd_err check_version(struct bd_http *http)
+{
+    if (http->parser.http_major == 1 && http->parser.http_minor <= 1) return BD_ERR_OK;
+    http->refusal.status = 505;
+    http->keep_alive = false;
+    return bd_fault_set(&http->refusal.fault, BD_ERR_UNSUPPORTED, "", "HTTP 1.1 is spoken here");
+}
+
+static bool is_login(const struct bd_http *http)
+{
+    return http->target.route == BD_HTTP_ROUTE_SESSION && http->method == BD_HTTP_POST;
+}
+
+// A socket may change anything once it is open.
+static bool changes_something(const struct bd_http *http)
+{
+    return http->target.route == BD_HTTP_ROUTE_SOCKET ||
+           (http->method != BD_HTTP_GET && http->method != BD_HTTP_HEAD);
+}
+
+// The viewer's files are the same for everyone; its page brings the token, and cannot before it is
+// loaded.
+static bool needs_token(enum bd_http_route route)
+{
+    return route != BD_HTTP_ROUTE_HEALTH && route != BD_HTTP_ROUTE_VIEWER;
+}
+
+// What is no command says here whom it is for; an upload is refused before its body is kept.
+static enum bd_role role_for(const struct bd_http *http)
+{
+    if (bd_http_has_long_body(http)) return BD_ROLE_EDIT;
+    return http->target.route == BD_HTTP_ROUTE_METRICS ? BD_ROLE_ADMIN : BD_ROLE_READ;
+}
+
+enum bd_err bd_http_check_head(struct bd_http *http)
+{
+    const struct bd_access *access = http->web->sessions->access;
+    struct bd_http_guard guard = {.public_names = http->web->public_names,
+                                  .local_host = http->local_host,
+                                  .tokens = access->tokens,
+                                  .cookies = access->cookies,
+                                  .needs_token = needs_token(http->target.route),
+                                  .wants_bearer = is_login(http),
+                                  .changes = changes_something(http)};
+    http->refusal = (struct bd_http_refusal){0};
+    // Before all that may be wrong with it: a flood of nonsense empties the bucket like any other.
+    enum bd_err err = check_rate(http, &guard);
+    if (!err) err = check_version(http);
+    if (!err) err = bd_http_guard_check(&guard, &http->head, &http->grant, &http->refusal);
+    if (!err) err = bd_http_route_check(&http->target, http->method, &http->refusal);
+    if (!err && (http->method == BD_HTTP_POST || http->method == BD_HTTP_PUT))
+        err = bd_http_guard_content_type(&http->head, http->target.route == BD_HTTP_ROUTE_RENDER,
+                                         &http->refusal);
+    if (!err && http->target.route == BD_HTTP_ROUTE_SOCKET)
+        err = bd_ws_check_handshake(&http->head, &http->refusal);
+    http->refusal.status = err ? http->refusal.status : 0;
+    if (!err) err = bd_grant_check_role(http->grant, role_for(http), &http->refusal.fault);
+    if (!err) err = check_blob_name(http);
+    if (!err) err = check_body_size(http);
+    http->conn.is_known |= !err && guard.needs_token;
+    return err;
+}
+
+// --- the body
+// -------------------------------------------------------------------------------------
+
+static void on_spool_drained(void *user)
+{
+    bd_conn_read(&((struct bd_http *)user)->conn, true);
+}
+
+static void on_spool_ended(void *user, enum bd_err err, const struct bd_fault *fault)
+{
+    struct bd_http *http = user;
+    if (err) {
+        struct bd_http_refusal refusal = {.fault = *fault};
+        // The disk may fail in mid-body: what still comes is not ours to read.
+        if (http->phase == BD_HTTP_PHASE_BODY) http->keep_alive = false;
+        bd_http_send_fault(http, &refusal);
+    } else if (http->target.route == BD_HTTP_ROUTE_RENDER) {
+        bd_http_render_body(http);
+    } else {
+        bd_http_send_text(http, 201, NULL, NULL);
+    }
+}
+
+static const struct bd_spool_events spool_events = {on_spool_drained, on_spool_ended};
+
+static bool has_body(const struct bd_http *http)
+{
+    return http->parser.content_length > 0;
+}
+
+static void send_continue(struct bd_http *http)
+{
+    static const char line[] = "HTTP/1.1 100 Continue\r\n\r\n";
+    bd_conn_write(&http->conn, (uint8_t *)bd_answer_text(line), sizeof line - 1, NULL, 0);
+}
+
+// A file that is rendered once is not kept.
+static uint64_t most_bytes_of(const struct bd_http *http)
+{
+    return http->target.route == BD_HTTP_ROUTE_BLOB ? http->grant->bytes_max : UINT64_MAX;
+}
+
+void bd_http_begin_body(struct bd_http *http)
+{
+    http->conn.loop->counts.requests++;
+    if (bd_http_check_head(http)) {
+        http->has_refusal = true;
+        return;
+    }
+    if (http->head.values[BD_HTTP_EXPECT] && has_body(http)) send_continue(http);
+    if (bd_http_has_long_body(http))
+        http->spool = bd_spool_create(http->conn.loop,
+                                      bd_grant_blobs(http->conn.loop->serving->blobs, http->grant),
+                                      most_bytes_of(http), &spool_events, http);
+}
+
+void bd_http_take_body(struct bd_http *http, const uint8_t *bytes, size_t size)
+{
+    if (http->spool) {
+        bd_spool_append(http->spool, bytes, size);
+        if (bd_spool_is_full(http->spool)) bd_conn_read(&http->conn, false);
+        return;
+    }
+    // Grows with what arrives; the whole was checked against message_bytes.
+    http->body = realloc(http->body, http->body_bytes + size);
+    BD_ASSERT(http->body);
+    memcpy(http->body + http->body_bytes, bytes, size);
+    http->body_bytes += size;
+}
+
+// --- browser sessions
+// -----------------------------------------------------------------------------
+
+// Nothing is asked for but the session itself: a name in the body would be passed over.
+static bool has_good_body(struct bd_http *http)
+{
+    const char *type = http->head.values[BD_HTTP_CONTENT_TYPE];
+    struct bd_http_refusal refusal = {0};
+    ProtobufCMessage *message;
+    if (http->body_bytes == 0 || !bd_http_media_is(type, "application/json")) return true;
+    if (bd_json_text_to_message((const char *)http->body, http->body_bytes,
+                                &bounced__done__descriptor, &message, &refusal.fault)) {
+        bd_http_send_fault(http, &refusal);
+        return false;
+    }
+    protobuf_c_message_free_unpacked(message, NULL);
+    return true;
+}
+
+void bd_http_begin_session(struct bd_http *http)
+{
+    if (!has_good_body(http)) return;
+    char value[BD_COOKIE_BYTES];
+    const char *origin = http->head.values[BD_HTTP_ORIGIN];
+    bool is_secure = origin && strncasecmp(origin, "https://", 8) == 0;
+    bd_cookies_issue(http->web->sessions->access->cookies, http->grant, value);
+    snprintf(http->set_cookie, sizeof http->set_cookie,
+             BD_COOKIE_NAME "=%s; Path=/; HttpOnly; SameSite=Strict; Max-Age=%llu%s", value,
+             (unsigned long long)http->conn.loop->serving->limits.cookie_seconds,
+             is_secure ? "; Secure" : "");
+    bd_http_send_text(http, 204, NULL, NULL);
+}
+
+void bd_http_end_session(struct bd_http *http)
+{
+    bd_cookies_end(http->web->sessions->access->cookies, http->head.values[BD_HTTP_COOKIE]);
+    snprintf(http->set_cookie, sizeof http->set_cookie,
+             BD_COOKIE_NAME "=; Path=/; HttpOnly; SameSite=Strict; Max-Age=0");
+    bd_http_send_text(http, 204, NULL, NULL);
 }

@@ -1,4 +1,4 @@
-// What is live, with the loop.
+// What is live, with the loop; and the way of frames back to it.
 
 #include "net/live/live.h"
 
@@ -28,4 +28,46 @@ void bd_live_close(struct bd_live *live)
 void bd_live_finish(struct bd_live *live)
 {
     uv_mutex_destroy(&live->ended_lock);
+}
+
+// --- frames that ended
+// ----------------------------------------------------------------------------
+
+void bd_frame_job_done(void *user, struct bd_job *job)
+{
+    struct bd_frame_job *frame_job = user;
+    struct bd_live *live = frame_job->live;
+    (void)job;
+    uv_mutex_lock(&live->ended_lock);
+    frame_job->next = live->ended;
+    live->ended = frame_job;
+    // Under the lock: once it is open, the loop may take the job, end with it, and close.
+    uv_async_send(&live->frames_ended);
+    uv_mutex_unlock(&live->ended_lock);
+}
+
+// Newest first, as pushed: the loop wants them in the order in which they ended.
+static struct bd_frame_job *reverse(struct bd_frame_job *list)
+{
+    struct bd_frame_job *reversed = NULL;
+    while (list) {
+        struct bd_frame_job *next = list->next;
+        list->next = reversed;
+        reversed = list;
+        list = next;
+    }
+    return reversed;
+}
+
+void bd_frame_jobs_collect(struct bd_live *live)
+{
+    uv_mutex_lock(&live->ended_lock);
+    struct bd_frame_job *ended = reverse(live->ended);
+    live->ended = NULL;
+    uv_mutex_unlock(&live->ended_lock);
+    while (ended) {
+        struct bd_frame_job *job = ended;
+        ended = job->next;
+        job->ended(job);
+    }
 }

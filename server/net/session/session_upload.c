@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "base/assert.h"
-#include "net/access/blob_rights.h"
+#include "net/access/auth.h"
 #include "net/loop/spool.h"
 #include "net/session/session_internal.h"
 
