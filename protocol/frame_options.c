@@ -93,12 +93,14 @@ const struct bd_frame_option bd_frame_options[] = {
     {.name = "seed", .form = "N", .standard = "0", .help = "same seed, same bytes"},
     {.name = "deadline_ms",
      .form = "N",
+     .of_now = true,
      .standard = "0: none",
      .help = "after this long what stands: the technique's cheapest settings (flag deadline_rung), "
              "with target_error the best so far"},
     {.name = "budget_ms",
      .form = "N",
      .of_one = true,
+     .of_now = true,
      .standard = "0: none",
      .help = "the best settings that so many milliseconds of rendering are good for (flag "
              "chosen_by_clock)"},
@@ -118,6 +120,7 @@ const struct bd_frame_option bd_frame_options[] = {
      .least = 1e-6,
      .most = 1e4,
      .of_one = true,
+     .of_now = true,
      .standard = "none",
      .help = "per cent: better and better parameters until the error is below, from those that are "
              "given on, or a line with what reaches it"},
@@ -135,6 +138,7 @@ const struct bd_frame_option bd_frame_options[] = {
     {.name = "fresh",
      .form = "none|camera|all",
      .words = fresh,
+     .of_now = true,
      .standard = "none",
      .help =
          "to time a frame: take nothing over from earlier ones of the camera's side, or nothing "
@@ -142,6 +146,7 @@ const struct bd_frame_option bd_frame_options[] = {
     {.name = "plan_only",
      .alias = "plan",
      .of_one = true,
+     .of_now = true,
      .standard = "no",
      .help = "what would run and what is left out; nothing is rendered"},
 };
@@ -368,10 +373,10 @@ static enum bd_err cut_against(const struct bd_frame_option *option, char *text,
     const struct bd_frame_option *other = bd_frame_option_named("against", NULL);
     if (bd_frame_option_word(other, colon + 1) < 0) return refuse(other, colon + 1, fault);
     if (request->against && strcmp(request->against, colon + 1) != 0)
-        return bd_fault_set(fault, BD_ERR_USAGE, option->name,
-                            "check and target_error measure against one thing, not against %s and "
-                            "%.20s",
-                            request->against, colon + 1);
+        return bd_fault_set(
+            fault, BD_ERR_USAGE, option->name,
+            "%s: errors of one frame are measured against one thing, not %s and %.20s",
+            option->name, request->against, colon + 1);
     return bd_frame_option_set(other, colon + 1, request, fault);
 }
 
@@ -417,6 +422,24 @@ static bool is_allowed(const struct bd_frame_option *option, const Bounced__Fram
     return field->type != PROTOBUF_C_TYPE_DOUBLE || is_within(option, *(const double *)at);
 }
 
+const char *bd_frame_option_type(const struct bd_frame_option *option, bool *has_many)
+{
+    const ProtobufCFieldDescriptor *field = field_of(option);
+    *has_many = field->label == PROTOBUF_C_LABEL_REPEATED;
+    switch (field->type) {
+    case PROTOBUF_C_TYPE_BOOL:
+        return "switch";
+    case PROTOBUF_C_TYPE_STRING:
+        return "text";
+    case PROTOBUF_C_TYPE_DOUBLE:
+        return "number";
+    case PROTOBUF_C_TYPE_MESSAGE:
+        return "message";
+    default:
+        return "whole";
+    }
+}
+
 bool bd_frame_option_is_set(const struct bd_frame_option *option,
                             const Bounced__FrameRequest *request)
 {
@@ -436,6 +459,14 @@ bool bd_frame_option_is_set(const struct bd_frame_option *option,
     default:
         return *(void *const *)at != NULL;
     }
+}
+
+bool bd_frame_options_are_lasting(const Bounced__FrameRequest *request)
+{
+    for (uint32_t i = 0; i < bd_frame_option_count; i++)
+        if (bd_frame_options[i].of_now && bd_frame_option_is_set(&bd_frame_options[i], request))
+            return false;
+    return true;
 }
 
 static void write_value(const ProtobufCFieldDescriptor *field, const Bounced__FrameRequest *request,

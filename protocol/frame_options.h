@@ -23,6 +23,7 @@ struct bd_frame_option {
     bool or_none;             // 0 is taken, too: as if it were not set
     bool or_number;           // beside its words
     bool of_one;              // of frames that are asked for alone: not of views
+    bool of_now; // the answer is told by a clock, or is none that another could be given
     uint32_t count;           // of numbers, with `between` between them
     char between;
     const char *standard; // what holds where it is not set, for a reader
@@ -36,9 +37,11 @@ extern const uint32_t bd_frame_option_count;
 const struct bd_frame_option *bd_frame_option_named(const char *name, struct bd_fault *fault);
 // True: on a command line it has no value.
 bool bd_frame_option_is_flag(const struct bd_frame_option *option);
+// Of its field: "switch", "whole", "number", "text" or "message"; and whether it has many of them.
+const char *bd_frame_option_type(const struct bd_frame_option *option, bool *has_many);
 
-// Sets a field from text; `parameters` and `layers` grow. ":full" or ":model" behind `check` and
-// `target_error` sets `against`. BD_ERR_USAGE: names the option and what it takes.
+// Sets a field from text; `parameters` and `layers` grow. Where the form has ":full" and ":model",
+// these set `against`. BD_ERR_USAGE: names the option and what it takes.
 BD_MUST_CHECK
 enum bd_err bd_frame_option_set(const struct bd_frame_option *option, const char *text,
                                 Bounced__FrameRequest *request, struct bd_fault *fault);
@@ -46,6 +49,8 @@ enum bd_err bd_frame_option_set(const struct bd_frame_option *option, const char
 // Whether a field says anything: not an empty list, 0 or false.
 bool bd_frame_option_is_set(const struct bd_frame_option *option,
                             const Bounced__FrameRequest *request);
+// Nothing that is set is of_now: the same request gets the same answer at any time.
+bool bd_frame_options_are_lasting(const Bounced__FrameRequest *request);
 // Of all that is set: words and ranges. BD_ERR_USAGE as above.
 BD_MUST_CHECK
 enum bd_err bd_frame_options_check(const Bounced__FrameRequest *request, struct bd_fault *fault);

@@ -130,7 +130,7 @@ int bd_cmd_render(const char *const *words, int count)
     enum bd_err err = bd_cli_parse_render(words, count, &options, &fault);
     if (!err && options.help) {
         bd_cli_frame_finish(&options.frame);
-        return bd_help_render();
+        return bd_help_render(options.common.json);
     }
     if (!err) err = check_outputs(&options, &fault);
     if (!err) err = bd_cli_source_check(options.scene, options.environment, &fault);

@@ -5,6 +5,7 @@
 
 #include "base/flags.h"
 #include "clients/cli/options_common.h"
+#include "clients/cli/print.h"
 #include "image/metric.h"
 
 #define COMMON_HELP                                                                                \
@@ -106,8 +107,30 @@ int bd_help(void)
     return 0;
 }
 
-int bd_help_render(void)
+static json_t *option_json(const struct bd_frame_option *option)
 {
+    char takes[BD_FRAME_OPTION_TAKES_BYTES];
+    bool has_many;
+    const char *type = bd_frame_option_type(option, &has_many);
+    return json_pack("{s:s, s:s, s:b, s:i, s:s, s:s?, s:s}", "name", option->name, "type", type,
+                     "many", has_many, "count", (int)option->count, "takes",
+                     bd_frame_option_takes(option, takes), "standard", option->standard, "help",
+                     option->help);
+}
+
+static int print_options_json(void)
+{
+    json_t *options = json_array();
+    for (uint32_t i = 0; i < bd_frame_option_count; i++)
+        json_array_append_new(options, option_json(&bd_frame_options[i]));
+    const bool ok = bd_cli_print_json_line(stdout, options, JSON_INDENT(1));
+    json_decref(options);
+    return ok ? 0 : bd_err_exit_code(BD_ERR_NO_MEMORY);
+}
+
+int bd_help_render(bool as_json)
+{
+    if (as_json) return print_options_json();
     fputs("usage: bounce render SCENE -o FILE [options]\n"
           "\n"
           "Renders one frame. SCENE is a .glb or .gltf file, or scene:ID for one that the daemon\n"

@@ -6,7 +6,7 @@
 #include <stdbool.h>
 
 int bd_help(void);
-int bd_help_render(void);
+int bd_help_render(bool as_json); // as JSON the options of a frame
 int bd_help_reference(void);
 int bd_help_compare(void);
 int bd_help_scenes(void);

@@ -25,7 +25,7 @@ from . import exr
 START_SECONDS = 60
 FRAME_SECONDS = 120
 EXIT_DEVICE = 6
-CHOICES = {"budget_ms": "--budget-ms", "target_error": "--target-error"}  # settings that are no parameters
+CHOICES = {"budget_ms": "--budget-ms"}  # settings that are no parameters
 JUDGED_HERE = ("--fail-on", "none")  # flags are for who asked to judge: some inputs are meant to be black
 
 

@@ -25,7 +25,8 @@ FACTS = {
     "material property (alpha_cutoff)": (r"alpha_?cutoff", ("server/upload", "server/pass", "server/lights", "server/rays",
                                                               "server/reference", "server/technique", "server/scene/model/aspects.c",
                                                               "clients/harness", "shaders")),
-    "frame option (target_error)": (r"target[_-]error", ("server/frame", "server/sched", "server/technique")),
+    # The command line's exit code says that the target was missed.
+    "frame option (target_error)": (r"target[_-]error", ("server/frame", "server/sched", "server/technique", "clients/cli/cmd_render.c")),
     "command (scene_log)": (r"scene_?log(_reply)?", ()),
     "pass (discontinuity)": (r"discontinuity", ("server/pass", "shaders")),
 }

@@ -113,8 +113,3 @@ def test_numbers_of_numpy_are_numbers(scene):
         lamp = edit.add_light(kind="point", intensity=numpy.float32(2), color=numpy.ones(3))
         edit.add_node(light=lamp, matrix=numpy.eye(4), name="lamp")
     assert edit.result.revision == 2
-
-
-def test_every_option_of_the_schema_is_a_keyword():
-    """But for what the client decides: that what is read at once is not compressed."""
-    assert set(FrameOptions.__annotations__) == set(pb.FrameRequest.DESCRIPTOR.fields_by_name) - {"exr_raw"}

@@ -1,4 +1,4 @@
-"""What the client's type hints say of objects' fields is what the daemon's table says."""
+"""What the client's type hints say of objects' fields and of frames is what the daemon's table says."""
 import json
 import os
 import pathlib
@@ -26,6 +26,12 @@ def test_every_field_of_the_schema_has_a_row():
         assert sorted(rows) == sorted(name for name in message.DESCRIPTOR.fields_by_name if name != kind), kind
     operations = [operation["name"] for one in json.loads(told.stdout) for operation in one["operations"]]
     assert sorted(operations) == sorted(pb.EditOp.DESCRIPTOR.fields_by_name)
+
+
+def test_every_option_of_a_frame_has_a_row():
+    told = subprocess.run([os.environ["BOUNCE"], "render", "--help", "--json"], check=True, capture_output=True, text=True)
+    named = sorted(option["name"] for option in json.loads(told.stdout))
+    assert named == sorted(pb.FrameRequest.DESCRIPTOR.fields_by_name) == sorted(fields.FrameOptions.__annotations__)
 
 
 def test_told_to_people():

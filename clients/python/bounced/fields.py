@@ -1,12 +1,13 @@
-"""What edits can say of objects. Made by make_fields.py from the daemon's table: not to be changed by hand."""
+"""What edits and frames can say. Made by make_fields.py from the daemon's table: not to be changed by hand."""
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, TypedDict
+from typing import TYPE_CHECKING, Any, Sequence, TypedDict
 
 from .types import Vector
 
 if TYPE_CHECKING:
     from .edit import Reference
+    from .frame import Pose
 
 REFERENCES = frozenset(['base_color_texture', 'camera', 'emissive_texture', 'environment', 'light', 'material', 'mesh', 'metallic_roughness_texture', 'node', 'normal_texture', 'parent', 'texture', 'transmission_texture'])
 LENGTHS = {'base_color': 4, 'emissive': 3, 'attenuation_color': 3, 'color': 3, 'radiance': 3, 'rotation': 4}  # of lists of numbers
@@ -68,3 +69,33 @@ class NodeFields(TypedDict, total=False):
     camera: Reference  # a camera's id, or -1: placed
     light: Reference  # a light's id, or -1: placed
     shown: bool  # true or false: with all that is below it
+
+
+class FrameOptions(TypedDict, total=False):
+    """What a frame can be asked to be. `encoding` is "exr" where it is not said, and then not compressed."""
+
+    size: tuple[int, int]  # WxH: pixels (default 512x512)
+    camera: str | int  # a node's name, a camera's, or its index (default the scene's first, or one that frames it)
+    pose: Pose  # instead of a camera: 6, 7, 9 or 10 numbers, places in metres, the vertical angle in radians (default up +y, yfov that of the scene's first camera)
+    technique: str  # NAME: `bounce techniques` lists them (default auto: many_light, in steps until its own estimate of the picture's error is below 5 %, or one that reads the parameters that are given)
+    parameters: dict[str, Any]  # of the technique; repeatable: vpls=256
+    aa: int  # a whole number from 1 to 64: sub-frames averaged (default 1; by `bounce` 16 to PNG and JPEG)
+    layers: Sequence[str]  # A,B,C: beauty,direct,indirect,emission,albedo,normal,depth,noise,blur: an EXR holds all of them, other pictures one (default beauty)
+    exposure: str | float  # of PNG and JPEG: pixel = luminance * 2^stops (default auto)
+    tonemap: str  # neutral, agx or linear: of PNG and JPEG (default neutral)
+    encoding: str  # png, jpeg, jpg, exr, half or none: half: four 16-bit floats a pixel; none: the report alone (default png; of a view jpeg)
+    jpeg_quality: int  # a whole number from 1 to 100: of JPEG (default 90)
+    exr_half: bool  # 0 or 1: EXR with 16 bits a channel where these hold it (default 32 bits)
+    exr_raw: bool  # 0 or 1: EXR that is not compressed, for who reads it at once (default compressed)
+    seed: int  # a whole number: same seed, same bytes (default 0)
+    deadline_ms: int  # a whole number: after this long what stands: the technique's cheapest settings (flag deadline_rung), with target_error the best so far (default 0: none)
+    budget_ms: int  # a whole number: the best settings that so many milliseconds of rendering are good for (flag chosen_by_clock) (default 0: none)
+    check: int  # a whole number from 16 to 65536, or 0: estimate the relative RMSE from N pixels that the reference traces: against the whole rendering equation and the technique's own model, which leaves out what no setting brings back (default 0: none)
+    target_error: float  # a number from 1e-06 to 10000: per cent: better and better parameters until the error is below, from those that are given on, or a line with what reaches it (default none)
+    against: str  # full or model: which of the two errors decides (default full)
+    region: tuple[int, int, int, int]  # X,Y,WIDTH,HEIGHT: technique reference: trace only these pixels (default all)
+    fresh: str  # none, camera or all: to time a frame: take nothing over from earlier ones of the camera's side, or nothing at all but the uploaded scene (default none)
+    plan_only: bool  # 0 or 1: what would run and what is left out; nothing is rendered (default no)
+
+
+OPTION_LENGTHS = {'size': 2, 'region': 4}

@@ -6,13 +6,14 @@ import os
 from dataclasses import dataclass, field
 from functools import cached_property
 from numbers import Integral, Real
-from typing import Any, Sequence, TypedDict, cast
+from typing import Any, cast
 
 import numpy
 from numpy.typing import NDArray
 
 from . import due, exr
 from .errors import BadInput, Error, Unreachable
+from .fields import OPTION_LENGTHS, FrameOptions
 from .files import PathLike, open_regular
 from .messages import add_pairs, as_dict, pb
 from .types import Report, Vector
@@ -40,35 +41,6 @@ class Pose:
                 getattr(message, name).extend(due.row(f"pose.{name}", values, length=3))
         if self.yfov is not None:
             message.yfov = due.number("pose.yfov", self.yfov)
-
-
-class FrameOptions(TypedDict, total=False):
-    """What a frame can be asked to be. What is left out is as the daemon likes."""
-
-    size: tuple[int, int]        # width, height in pixels
-    technique: str               # "direct", "rsm", "hisr", "reference", ...
-    parameters: dict[str, Any]   # of the technique: {"vpls": 1024}
-    camera: str | int            # node name, camera name or index
-    pose: Pose                   # instead of `camera`
-    layers: Sequence[str]        # beside beauty: "direct", "indirect", "albedo", "normal", ...
-    aa: int                      # sub-frames averaged
-    seed: int
-    exposure: str | float        # "auto" or stops; PNG and JPEG only
-    tonemap: str                 # "neutral", "agx", "linear"; PNG and JPEG only
-    encoding: str                # "exr" (default), "half", "png", "jpeg"; "none": the report alone
-    exr_half: bool               # 16 bits a channel where these hold it
-    jpeg_quality: int            # 1 to 100
-    deadline_ms: int             # from the daemon's receipt; cheaper after it (flag deadline_rung)
-    budget_ms: int               # of rendering: the best settings that it is good for
-    check: int                   # pixels to be traced for an estimate of the error, 16 to 65536
-    target_error: float          # per cent; refine until the interval's upper end is below
-    against: str                 # "full" (default) or "model": which error decides; both are told
-    region: tuple[int, int, int, int]  # x, y, width, height; technique reference only
-    fresh: str                   # "none" (default), "camera", "all"
-    plan_only: bool              # what would run, without running it
-
-
-_LENGTHS = {"size": 2, "region": 4}
 
 
 def _camera(value: Any) -> str:
@@ -113,9 +85,9 @@ def fill_request(request: Any, options: FrameOptions, encoding: str = "exr") -> 
         elif name == "exposure":
             request.exposure = _exposure(value)
         else:
-            due.put(request, name, value, _LENGTHS.get(name))
-    # Read at once, so that compression would only cost time.
-    request.exr_raw = request.encoding == "exr"
+            due.put(request, name, value, OPTION_LENGTHS.get(name))
+    if "exr_raw" not in options:  # read at once, so that compression would only cost time
+        request.exr_raw = request.encoding == "exr"
 
 
 @dataclass(frozen=True)

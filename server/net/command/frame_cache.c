@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/assert.h"
+#include "protocol/frame_options.h"
 
 #define CHAIN_COUNT 1024
 
@@ -86,8 +87,7 @@ void bd_frame_cache_destroy(struct bd_frame_cache **cache)
 bool bd_frame_cache_may_keep(const Bounced__FrameRequest *request)
 {
     const bool is_report = request->encoding && strcmp(request->encoding, "none") == 0;
-    return !request->has_deadline_ms && !request->has_budget_ms && !request->has_target_error &&
-           !request->fresh && !request->plan_only && !is_report;
+    return bd_frame_options_are_lasting(request) && !is_report;
 }
 
 // With its length in front, so that no two lists of texts read alike.
