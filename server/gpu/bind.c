@@ -112,7 +112,7 @@ static void prepare_dispatch(struct bd_gpu *gpu, const struct bd_program *progra
                              const struct bd_bindings *bindings, const struct bd_buf *counts)
 {
     BD_ASSERT(program->source.compute && !gpu->in_target);
-    bd_warm_dispatch(gpu, program, bindings);
+    bd_precompile_dispatch(gpu, program, bindings);
     gpu->serial++;
     bd_bind_note(gpu, bindings);
     if (counts) bd_barrier_read(gpu, &counts->access, BD_USE_COMMAND);

@@ -227,7 +227,7 @@ void bd_gpu_draw(struct bd_gpu *gpu, const struct bd_draw *draw)
     bd_bind_note(gpu, &draw->bindings);
     note_attributes(gpu, draw);
     bd_barrier_issue(gpu);
-    bd_warm_draw(gpu, draw);
+    bd_precompile_draw(gpu, draw);
     bd_draw_submit(gpu, draw, draw->index_count, draw->instance_count);
     bd_gpu_check(gpu, "bd_gpu_draw");
 }

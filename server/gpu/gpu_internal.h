@@ -95,13 +95,13 @@ void bd_uniform_bind(struct bd_gpu *gpu, uint32_t index, const void *bytes, size
 
 // --- programs -----------------------------------------------------------------------------
 
-#define BD_WARM_MAX 32
+#define BD_PRECOMPILED_MAX 32
 
 struct bd_program {
     struct bd_program_source source; // names owned
     GLuint id;
     uint32_t group_size[3];     // compute only
-    uint64_t warm[BD_WARM_MAX]; // signatures of bindings that it has been run with
+    uint64_t warm[BD_PRECOMPILED_MAX]; // signatures of bindings that it has been run with
     uint32_t warm_count;
 };
 
@@ -110,9 +110,9 @@ void bd_programs_finish(struct bd_gpu *gpu);
 // Runs the program once with what decides the driver's code generation (formats and sampling of
 // `bindings`, of the current target) and writes nothing that anyone sees. Does nothing the
 // second time. The time goes to `compile`, not to the pass being recorded.
-void bd_warm_dispatch(struct bd_gpu *gpu, const struct bd_program *program,
-                      const struct bd_bindings *bindings);
-void bd_warm_draw(struct bd_gpu *gpu, const struct bd_draw *draw);
+void bd_precompile_dispatch(struct bd_gpu *gpu, const struct bd_program *program,
+                            const struct bd_bindings *bindings);
+void bd_precompile_draw(struct bd_gpu *gpu, const struct bd_draw *draw);
 
 // --- recording ----------------------------------------------------------------------------
 

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "base/assert.h"
-#include "base/large.h"
+#include "base/huge_pages.h"
 #include "kernel/all_channels.h"
 
 // What reflects less is not divided by less: its light is noise over next to nothing.
@@ -96,8 +96,8 @@ enum bd_err bd_light_filter_create(const struct bd_light_filter_inputs *inputs,
     BD_ASSERT_CMP(f->level_count, <=, LEVELS_MAX);
     look_at_light(f);
     if (f->is_needed)
-        f->planes =
-            bd_large_alloc(PLANE_COUNT * (size_t)f->width * (size_t)f->height * sizeof *f->planes);
+        f->planes = bd_huge_pages_alloc(PLANE_COUNT * (size_t)f->width * (size_t)f->height *
+                                        sizeof *f->planes);
     if (f->is_needed && !f->planes) {
         free(f);
         return bd_fault_set(fault, BD_ERR_NO_MEMORY, "size", "no memory to filter %ux%u pixels",

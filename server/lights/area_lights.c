@@ -63,9 +63,9 @@ static void add_triangle(struct making *m, const struct bd_area_source *source,
                                   .u = {0, 1, 0},
                                   .v = {0, 0, 1}};
     for (int c = 0; c < 3; c++)
-        whole.corner[c] =
-            bd_corner_of(&m->space, instance,
-                         primitive->position + 3 * (size_t)primitive->index[3 * (size_t)t + c]);
+        whole.corner[c] = bd_shading_vertex_of(&m->space, instance,
+                                               primitive->position +
+                                                   3 * (size_t)primitive->index[3 * (size_t)t + c]);
     const f3 across = f3_cross(f3_sub(whole.corner[1], whole.corner[0]),
                                f3_sub(whole.corner[2], whole.corner[0]));
     const float twice = f3_length(across);

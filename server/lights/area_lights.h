@@ -99,11 +99,11 @@ f3 bd_sky_light_radiance(const struct bd_sky_light *sky, f3 direction);
 // The same, and how dense, per steradian, choices lie around there; 0 for a sky without cells.
 struct bd_sky_look {
     f3 radiance;
-    float density;
+    float pdf;
 };
 struct bd_sky_look bd_sky_light_look(const struct bd_sky_light *sky, f3 direction);
-// Of a sky with cells: a direction for two numbers in [0, 1), and the density there, which may be
+// Of a sky with cells: a direction for two numbers in [0, 1), and the pdf there, which may be
 // NULL.
-f3 bd_sky_light_choose(const struct bd_sky_light *sky, const float number[2], float *density);
+f3 bd_sky_light_choose(const struct bd_sky_light *sky, const float number[2], float *pdf);
 
 #endif

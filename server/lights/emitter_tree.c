@@ -300,9 +300,9 @@ void bd_emitter_tree_cut(const struct bd_emitter_tree *tree, f3 point, f3 normal
 
 // --- drawing ------------------------------------------------------------------------------------
 
-// The chance of the first half of a node; below 0 where neither has any.
-static inline float first_chance(const struct bd_emitter_tree *tree, uint32_t first,
-                                 uint32_t second, f3 point, f3 normal)
+// The pdf of the first half of a node; below 0 where neither has any.
+static inline float first_pdf(const struct bd_emitter_tree *tree, uint32_t first, uint32_t second,
+                              f3 point, f3 normal)
 {
     const struct look a = look_at(&tree->nodes[first], point, normal);
     const struct look b = look_at(&tree->nodes[second], point, normal);
@@ -316,7 +316,7 @@ static float within_1(float number)
 }
 
 bool bd_emitter_tree_draw(const struct bd_emitter_tree *tree, const struct bd_emitter_cut *cut,
-                          f3 point, f3 normal, float number, uint32_t *light, float *chance)
+                          f3 point, f3 normal, float number, uint32_t *light, float *pdf)
 {
     float left = number * cut->weight;
     uint32_t at = 0;
@@ -324,16 +324,16 @@ bool bd_emitter_tree_draw(const struct bd_emitter_tree *tree, const struct bd_em
     while (at + 1 < cut->count && left >= cut->nodes[at].weight) left -= cut->nodes[at++].weight;
     if (!(cut->nodes[at].weight > 0)) return false;
     number = within_1(left / cut->nodes[at].weight);
-    *chance = cut->nodes[at].weight / cut->weight;
+    *pdf = cut->nodes[at].weight / cut->weight;
     uint32_t node = cut->nodes[at].node, begin = cut->nodes[at].begin, end = cut->nodes[at].end;
     while (end - begin > 1) {
         const uint32_t middle = begin + (end - begin) / 2, second = node + 2 * (middle - begin);
-        const float first = first_chance(tree, node + 1, second, point, normal);
+        const float first = first_pdf(tree, node + 1, second, point, normal);
         if (first < 0) return false;
         const bool is_first = number < first;
         const float share = is_first ? first : 1 - first;
         number = within_1((is_first ? number : number - first) / share);
-        *chance *= share;
+        *pdf *= share;
         node = is_first ? node + 1 : second;
         if (is_first)
             end = middle;
@@ -341,28 +341,28 @@ bool bd_emitter_tree_draw(const struct bd_emitter_tree *tree, const struct bd_em
             begin = middle;
     }
     *light = tree->order[begin];
-    return *chance > 0;
+    return *pdf > 0;
 }
 
-float bd_emitter_tree_chance(const struct bd_emitter_tree *tree, const struct bd_emitter_cut *cut,
-                             f3 point, f3 normal, uint32_t light)
+float bd_emitter_tree_pdf(const struct bd_emitter_tree *tree, const struct bd_emitter_cut *cut,
+                          f3 point, f3 normal, uint32_t light)
 {
     const uint32_t place = tree->place[light];
     uint32_t at = 0;
     while (place < cut->nodes[at].begin || place >= cut->nodes[at].end) at++;
     uint32_t node = cut->nodes[at].node, begin = cut->nodes[at].begin, end = cut->nodes[at].end;
-    float chance = cut->weight > 0 ? cut->nodes[at].weight / cut->weight : 0;
+    float pdf = cut->weight > 0 ? cut->nodes[at].weight / cut->weight : 0;
     while (end - begin > 1) {
         const uint32_t middle = begin + (end - begin) / 2, second = node + 2 * (middle - begin);
-        const float first = first_chance(tree, node + 1, second, point, normal);
+        const float first = first_pdf(tree, node + 1, second, point, normal);
         if (first < 0) return 0;
         const bool is_first = place < middle;
-        chance *= is_first ? first : 1 - first;
+        pdf *= is_first ? first : 1 - first;
         node = is_first ? node + 1 : second;
         if (is_first)
             end = middle;
         else
             begin = middle;
     }
-    return chance;
+    return pdf;
 }

@@ -72,12 +72,12 @@ struct bd_emitter_cut {
 void bd_emitter_tree_cut(const struct bd_emitter_tree *tree, f3 point, f3 normal,
                          struct bd_emitter_cut *cut);
 
-// The emitter that a number in [0, 1) draws for the cut's receiver, and its chance; false where all
+// The emitter that a number in [0, 1) draws for the cut's receiver, and its pdf; false where all
 // below a node lie under the horizon or turn away.
 bool bd_emitter_tree_draw(const struct bd_emitter_tree *tree, const struct bd_emitter_cut *cut,
-                          f3 point, f3 normal, float number, uint32_t *light, float *chance);
-// The chance of an emitter.
-float bd_emitter_tree_chance(const struct bd_emitter_tree *tree, const struct bd_emitter_cut *cut,
-                             f3 point, f3 normal, uint32_t light);
+                          f3 point, f3 normal, float number, uint32_t *light, float *pdf);
+// The pdf of an emitter.
+float bd_emitter_tree_pdf(const struct bd_emitter_tree *tree, const struct bd_emitter_cut *cut,
+                          f3 point, f3 normal, uint32_t light);
 
 #endif

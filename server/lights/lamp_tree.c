@@ -313,10 +313,10 @@ void bd_lamp_tree_cut(const struct bd_lamp_tree *lamps, f3 least, f3 most, struc
 // --- drawing ------------------------------------------------------------------------------------
 
 bool bd_lamp_tree_draw(const struct bd_lamp_tree *lamps, const struct bd_lamp_node *below, f3 point,
-                       f3 normal, float number, uint32_t *lamp, float *chance)
+                       f3 normal, float number, uint32_t *lamp, float *pdf)
 {
     struct bd_lamp_node at = *below, half[2];
-    *chance = 1;
+    *pdf = 1;
     while (at.end - at.begin > 1) {
         split(&at, half);
         const float first = bd_lamp_tree_weight(lamps, half[0].node, point, normal);
@@ -326,9 +326,9 @@ bool bd_lamp_tree_draw(const struct bd_lamp_tree *lamps, const struct bd_lamp_no
         const bool is_first = number < share;
         const float own = is_first ? share : 1 - share;
         number = f_min(f_max((is_first ? number : number - share) / own, 0), 0x1.fffffep-1f);
-        *chance *= own;
+        *pdf *= own;
         at = half[is_first ? 0 : 1];
     }
     *lamp = lamps->tree.order[at.begin];
-    return *chance > 0;
+    return *pdf > 0;
 }

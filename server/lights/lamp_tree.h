@@ -60,9 +60,9 @@ void bd_lamp_tree_cut(const struct bd_lamp_tree *lamps, f3 least, f3 most, struc
 
 // About what a node's lamps send to a receiver; 0 only where none of them can.
 float bd_lamp_tree_weight(const struct bd_lamp_tree *lamps, uint32_t node, f3 point, f3 normal);
-// The lamp below a node that a number in [0, 1) draws, and its chance; false where none can light
+// The lamp below a node that a number in [0, 1) draws, and its pdf; false where none can light
 // the receiver.
 bool bd_lamp_tree_draw(const struct bd_lamp_tree *lamps, const struct bd_lamp_node *below, f3 point,
-                       f3 normal, float number, uint32_t *lamp, float *chance);
+                       f3 normal, float number, uint32_t *lamp, float *pdf);
 
 #endif

@@ -231,7 +231,7 @@ uint32_t bd_cumulated_at(const float *cumulated, uint32_t count, float number)
     return low;
 }
 
-static float chance(const float *cumulated, uint32_t at)
+static float pdf(const float *cumulated, uint32_t at)
 {
     return cumulated[at] - (at ? cumulated[at - 1] : 0);
 }
@@ -239,14 +239,14 @@ static float chance(const float *cumulated, uint32_t at)
 // Where between the cells of a place and the next.
 static double within(const float *cumulated, uint32_t at, float number)
 {
-    const float before = at ? cumulated[at - 1] : 0, share = chance(cumulated, at);
+    const float before = at ? cumulated[at - 1] : 0, share = pdf(cumulated, at);
     return share > 0 ? fmin(fmax((number - before) / share, 0), 1) : 0.5;
 }
 
 // Within a cell a direction's place is uniform along the azimuth, and along the angle from the
 // zenith; `share` of it lies there, of a cell between texels in proportion to its brightness.
-static float density_at(const struct bd_sky_light *sky, uint32_t column, uint32_t row, double s,
-                        double t)
+static float pdf_at(const struct bd_sky_light *sky, uint32_t column, uint32_t row, double s,
+                    double t)
 {
     const double top = row_edge(sky, row), bottom = row_edge(sky, row + 1);
     const double across = column_edge(sky, column + 1) - column_edge(sky, column);
@@ -259,19 +259,19 @@ static float density_at(const struct bd_sky_light *sky, uint32_t column, uint32_
         const float mean = mean_of(&b);
         share = mean > 0 ? (above + (below - above) * t) / mean : 0;
     }
-    return (float)(chance(sky->cumulated_rows, row) *
-                   (double)chance(sky->cumulated + (size_t)row * sky->columns, column) * share /
+    return (float)(pdf(sky->cumulated_rows, row) *
+                   (double)pdf(sky->cumulated + (size_t)row * sky->columns, column) * share /
                    (across * (bottom - top) * sine));
 }
 
-// Where a number falls whose density goes from a at 0 to b at 1.
+// Where a number falls whose pdf goes from a at 0 to b at 1.
 static double along_line(double number, double a, double b)
 {
     const double root = sqrt((1 - number) * a * a + number * b * b);
     return a + root > 0 ? fmin(number * (a + b) / (a + root), 1) : number;
 }
 
-f3 bd_sky_light_choose(const struct bd_sky_light *sky, const float number[2], float *density)
+f3 bd_sky_light_choose(const struct bd_sky_light *sky, const float number[2], float *pdf)
 {
     const uint32_t row = bd_cumulated_at(sky->cumulated_rows, sky->rows, number[1]);
     const float *columns = sky->cumulated + (size_t)row * sky->columns;
@@ -286,7 +286,7 @@ f3 bd_sky_light_choose(const struct bd_sky_light *sky, const float number[2], fl
     const double top = row_edge(sky, row), left = column_edge(sky, column);
     const double angle = top + (row_edge(sky, row + 1) - top) * t;
     const double turn = left + (column_edge(sky, column + 1) - left) * s;
-    if (density) *density = density_at(sky, column, row, s, t);
+    if (pdf) *pdf = pdf_at(sky, column, row, s, t);
     const bd_dvec3 d =
         in_world(sky, (bd_dvec3){sin(angle) * sin(turn), cos(angle), -sin(angle) * cos(turn)});
     return f3_of((float)d.x, (float)d.y, (float)d.z);
@@ -299,7 +299,7 @@ static uint32_t cell_of(uint32_t place, uint32_t cells, uint32_t texels)
     return cell;
 }
 
-static float density_at_place(const struct bd_sky_light *sky, double x, double y)
+static float pdf_at_place(const struct bd_sky_light *sky, double x, double y)
 {
     const struct bd_sky_map *map = sky->map;
     const double across = x * map->width_px, down = y * map->height_px;
@@ -308,14 +308,14 @@ static float density_at_place(const struct bd_sky_light *sky, double x, double y
         const uint32_t row = (uint32_t)fmin(down, map->height_px - 1.0);
         const uint32_t cell = cell_of(row, sky->rows, map->height_px);
         const double top = row_edge(sky, cell);
-        return density_at(sky, cell_of(column, sky->columns, map->width_px), cell, 0.5,
-                          (y * pi - top) / (row_edge(sky, cell + 1) - top));
+        return pdf_at(sky, cell_of(column, sky->columns, map->width_px), cell, 0.5,
+                      (y * pi - top) / (row_edge(sky, cell + 1) - top));
     }
     const double column = floor(across + 0.5);
     const uint32_t row = (uint32_t)fmin(floor(down + 0.5), map->height_px);
     const double top = row_edge(sky, row), t = (y * pi - top) / (row_edge(sky, row + 1) - top);
-    return density_at(sky, (uint32_t)column % sky->columns, row, across + 0.5 - column,
-                      fmin(fmax(t, 0), 1));
+    return pdf_at(sky, (uint32_t)column % sky->columns, row, across + 0.5 - column,
+                  fmin(fmax(t, 0), 1));
 }
 
 struct bd_sky_look bd_sky_light_look(const struct bd_sky_light *sky, f3 direction)
@@ -323,5 +323,5 @@ struct bd_sky_look bd_sky_light_look(const struct bd_sky_light *sky, f3 directio
     if (!sky->map) return (struct bd_sky_look){sky->radiance, 0};
     double x, y;
     place_of(sky, direction, &x, &y);
-    return (struct bd_sky_look){radiance_at(sky, x, y), density_at_place(sky, x, y)};
+    return (struct bd_sky_look){radiance_at(sky, x, y), pdf_at_place(sky, x, y)};
 }

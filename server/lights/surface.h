@@ -14,8 +14,8 @@
 #include "scene/model/triangle_order.h"
 
 // A vertex of an instance, in render space.
-static inline f3 bd_corner_of(const struct bd_render_space *space,
-                              const struct bd_instance *instance, const float position[3])
+static inline f3 bd_shading_vertex_of(const struct bd_render_space *space,
+                                      const struct bd_instance *instance, const float position[3])
 {
     const bd_dvec3 p = {position[0], position[1], position[2]};
     const bd_dvec3 r = bd_render_from_world(space, bd_dmat4_point(&instance->world_from_mesh, p));
@@ -38,7 +38,7 @@ static inline bool bd_triangle_place_of(const struct bd_render_space *space,
     const uint32_t *index = primitive->index + 3 * (size_t)triangle;
     for (int c = 0; c < 3; c++)
         place->corner[c] =
-            bd_corner_of(space, instance, primitive->position + 3 * (size_t)index[c]);
+            bd_shading_vertex_of(space, instance, primitive->position + 3 * (size_t)index[c]);
     const f3 across = f3_cross(f3_sub(place->corner[1], place->corner[0]),
                                f3_sub(place->corner[2], place->corner[0]));
     const float twice = f3_length(across);

@@ -91,7 +91,7 @@ static uint64_t place_of(const struct spreading *s, const struct bd_primitive *p
     for (uint32_t i = 0; i < CORNERS_HASHED; i++) {
         const uint64_t at = (uint64_t)(primitive->index_count - 1) * i / (CORNERS_HASHED - 1);
         const float *position = primitive->position + 3 * (size_t)primitive->index[at];
-        const f3 corner = bd_corner_of(&s->space, instance, position);
+        const f3 corner = bd_shading_vertex_of(&s->space, instance, position);
         const int64_t steps[3] = {llround(STEPS_PER_UNIT * corner.x),
                                   llround(STEPS_PER_UNIT * corner.y),
                                   llround(STEPS_PER_UNIT * corner.z)};

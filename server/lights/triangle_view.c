@@ -108,7 +108,7 @@ static f3 choose_direction(const struct bd_triangle_view *view, const float numb
 
 // Where the line in a direction goes through the part's plane, as barycentrics of the part, which
 // rounding may put outside.
-static bool meet(const struct bd_area_light *light, f3 point, f3 direction, float out[2])
+static bool intersect(const struct bd_area_light *light, f3 point, f3 direction, float out[2])
 {
     const f3 edge1 = f3_sub(light->corner[1], light->corner[0]);
     const f3 edge2 = f3_sub(light->corner[2], light->corner[0]);
@@ -127,7 +127,8 @@ bool bd_triangle_view_choose(const struct bd_triangle_view *view, const struct b
 {
     const float root = sqrtf(number[0]);
     float s[2] = {root * (1 - number[1]), root * number[1]};
-    if (view->solid_sr >= SOLID_MIN_SR && !meet(light, point, choose_direction(view, number), s))
+    if (view->solid_sr >= SOLID_MIN_SR &&
+        !intersect(light, point, choose_direction(view, number), s))
         return false;
     const f3 *corner = light->corner;
     out->u = light->u[0] + s[0] * (light->u[1] - light->u[0]) + s[1] * (light->u[2] - light->u[0]);
@@ -137,12 +138,12 @@ bool bd_triangle_view_choose(const struct bd_triangle_view *view, const struct b
     const f3 span = f3_sub(out->position, point);
     const float distance = f3_length(span);
     if (!(distance > 0)) return false;
-    out->density = bd_triangle_view_density(view, light, f3_scale(span, 1 / distance), distance);
-    return out->density > 0 && isfinite(out->density);
+    out->pdf = bd_triangle_view_pdf(view, light, f3_scale(span, 1 / distance), distance);
+    return out->pdf > 0 && isfinite(out->pdf);
 }
 
-float bd_triangle_view_density(const struct bd_triangle_view *view,
-                               const struct bd_area_light *light, f3 direction, float distance)
+float bd_triangle_view_pdf(const struct bd_triangle_view *view, const struct bd_area_light *light,
+                           f3 direction, float distance)
 {
     if (view->solid_sr >= SOLID_MIN_SR) return 1 / view->solid_sr;
     const float cosine = fabsf(f3_dot(light->normal, direction));

@@ -29,16 +29,16 @@ static inline float bd_triangle_view_weight(const struct bd_triangle_view *view,
 }
 
 // A point of the part for two numbers in [0, 1): barycentrics of the triangle, where it is, and
-// the density of its direction, per steradian.
+// the pdf of its direction, per steradian.
 struct bd_triangle_point {
     float u, v;
     f3 position;
-    float density;
+    float pdf;
 };
 bool bd_triangle_view_choose(const struct bd_triangle_view *view, const struct bd_area_light *light,
                              f3 point, const float number[2], struct bd_triangle_point *out);
-// That density, of a direction to a point of the part at a distance.
-float bd_triangle_view_density(const struct bd_triangle_view *view,
-                               const struct bd_area_light *light, f3 direction, float distance);
+// That pdf, of a direction to a point of the part at a distance.
+float bd_triangle_view_pdf(const struct bd_triangle_view *view, const struct bd_area_light *light,
+                           f3 direction, float distance);
 
 #endif

@@ -56,7 +56,7 @@ static void add(struct sampler *s, f3 to, uint32_t to_triangle, f3 direction, f3
     struct bd_segment *segment = &s->segments[s->count];
     struct bd_area_light_found *found = &s->found[s->count];
     const float of_lobe =
-        s->shares->lobes ? (float)s->shares->lobes * bd_lobe_density(&s->lobe, direction) : 0;
+        s->shares->lobes ? (float)s->shares->lobes * bd_lobe_pdf(&s->lobe, direction) : 0;
     const float share = density / (density + of_lobe);
     const float factor = s->sampling->from_cd_m2 * share / chosen_density;
     if (!isfinite(factor) || !(factor > 0)) return;
@@ -73,7 +73,7 @@ static void add(struct sampler *s, f3 to, uint32_t to_triangle, f3 direction, f3
 struct candidate {
     const struct bd_area_light *light;
     struct bd_triangle_view view;
-    float weight, stands_for, chance; // chance: of being drawn, where not all are weighed
+    float weight, stands_for, pdf; // of being drawn, where not all are weighed
 };
 
 struct candidates {
@@ -82,7 +82,7 @@ struct candidates {
     struct candidate list[BD_AREA_WEIGHED_MAX];
 };
 
-static void weigh(const struct sampler *s, uint32_t index, float stands_for, float chance,
+static void weigh(const struct sampler *s, uint32_t index, float stands_for, float pdf,
                   struct candidates *candidates)
 {
     const struct bd_area_lights *lights = s->sampling->lights;
@@ -94,7 +94,7 @@ static void weigh(const struct sampler *s, uint32_t index, float stands_for, flo
                                   s->at->normal);
     c->weight = stands_for * bd_triangle_view_weight(&c->view, light);
     c->stands_for = stands_for;
-    c->chance = chance;
+    c->pdf = pdf;
     if (!(c->weight > 0) || !isfinite(c->weight)) return;
     candidates->weight += c->weight;
     candidates->count++;
@@ -126,10 +126,10 @@ static void find_candidates(struct sampler *s, uint32_t ray, struct candidates *
     for (uint32_t i = 0; i < DRAWN; i++) {
         const float at = ((float)i + number[0]) / DRAWN;
         uint32_t index;
-        float chance;
+        float pdf;
         if (bd_emitter_tree_draw(&lights->tree, cut, s->at->position, s->at->normal,
-                                 f_min(at, 0x1.fffffep-1f), &index, &chance))
-            weigh(s, index, 1 / (DRAWN * chance), chance, candidates);
+                                 f_min(at, 0x1.fffffep-1f), &index, &pdf))
+            weigh(s, index, 1 / (DRAWN * pdf), pdf, candidates);
     }
 }
 
@@ -147,11 +147,10 @@ static void send_to_emitter(struct sampler *s, const struct candidates *candidat
         bd_area_emission(s->sampling->lights, c->light, point.u, point.v, f3_scale(direction, -1));
     if (!(radiance.x > 0 || radiance.y > 0 || radiance.z > 0)) return;
     const float rays = (float)s->shares->emitters;
-    const float chosen = rays * c->weight / candidates->weight * point.density / c->stands_for;
+    const float chosen = rays * c->weight / candidates->weight * point.pdf / c->stands_for;
     // How many come here in the mean: of many emitters their chance to be drawn stands for it, and
     // does not depend on what else was drawn.
-    const float density =
-        bd_area_all_are_weighed(s->sampling) ? chosen : rays * c->chance * point.density;
+    const float density = bd_area_all_are_weighed(s->sampling) ? chosen : rays * c->pdf * point.pdf;
     add(s, point.position, c->light->triangle, direction, radiance, density, chosen);
 }
 
@@ -208,7 +207,7 @@ static void send_to_sky(struct sampler *s, f3 direction)
 {
     if (!bd_lobe_is_above(&s->lobe, direction)) return;
     const struct bd_sky_look look = bd_sky_light_look(&s->sampling->lights->sky, direction);
-    const float density = sky_density(s, direction, look.density);
+    const float density = sky_density(s, direction, look.pdf);
     if (!(look.radiance.x > 0 || look.radiance.y > 0 || look.radiance.z > 0) || !(density > 0))
         return;
     add(s, end_of_way(s->sampling, s->at->position, direction), BD_NO_TRIANGLE, direction,
@@ -238,7 +237,7 @@ static void sample_lobe(struct sampler *s, struct bd_area_lobe *lobes)
         float number[2];
         bd_sequence_pair(&s->sequence[OF_LOBE], s->place + i, number);
         const f3 l = bd_lobe_choose(&s->lobe, number);
-        const float density = (float)s->shares->lobes * bd_lobe_density(&s->lobe, l);
+        const float density = (float)s->shares->lobes * bd_lobe_pdf(&s->lobe, l);
         if (!bd_lobe_is_above(&s->lobe, l) || !(density > 0) || !isfinite(density)) continue;
         const struct bd_area_light_found found = bd_lobe_received(&s->lobe, l);
         lobes[i] = (struct bd_area_lobe){
@@ -316,15 +315,15 @@ static float emitter_density(const struct sampler *s, const struct bd_area_light
         light, lights->sources[light->source].two_sided, at->position, at->normal);
     const float weight = bd_triangle_view_weight(&view, light);
     if (!(weight > 0) || !isfinite(weight)) return 0;
-    float chance = weight / s->shares->weight;
+    float pdf = weight / s->shares->weight;
     if (!bd_area_all_are_weighed(s->sampling)) {
         struct bd_emitter_cut cut;
         bd_emitter_tree_cut(&lights->tree, at->position, at->normal, &cut);
-        chance = bd_emitter_tree_chance(&lights->tree, &cut, at->position, at->normal,
-                                        (uint32_t)(light - lights->lights));
+        pdf = bd_emitter_tree_pdf(&lights->tree, &cut, at->position, at->normal,
+                                  (uint32_t)(light - lights->lights));
     }
-    return (float)s->shares->emitters * chance *
-           bd_triangle_view_density(&view, light, direction, distance);
+    return (float)s->shares->emitters * pdf *
+           bd_triangle_view_pdf(&view, light, direction, distance);
 }
 
 struct bd_area_light_found bd_area_lobe_light(const struct bd_area_sampling *sampling,
@@ -343,7 +342,7 @@ struct bd_area_light_found bd_area_lobe_light(const struct bd_area_sampling *sam
         if (!lights->sky.shines) return nothing;
         const struct bd_sky_look look = bd_sky_light_look(&lights->sky, l);
         radiance = look.radiance;
-        density = sky_density(&s, l, look.density);
+        density = sky_density(&s, l, look.pdf);
     } else {
         const struct bd_area_light *light = bd_area_light_at(lights, hit->triangle, hit->u, hit->v);
         if (!light) return nothing;

@@ -46,8 +46,13 @@ void bd_askers_bind(const struct bd_askers *askers, const struct bd_askers_slice
     const struct bd_tile *tile = &slice->tile;
     *out = (struct bd_asking){
         .view = bd_viewpoint_uniform(askers->viewpoint, askers->space),
-        .args.tile = {tile->x, tile->y, tile->width, tile->height},
-        .args.fragments = {slice->first, slice->count, askers->finest_level, 0},
+        .args.tile_x = tile->x,
+        .args.tile_y = tile->y,
+        .args.tile_width = tile->width,
+        .args.tile_height = tile->height,
+        .args.first_fragment = slice->first,
+        .args.fragment_count = slice->count,
+        .args.finest_level = askers->finest_level,
     };
     bd_gbuffer_bind(askers->gbuffer, &out->bindings);
     out->bindings.textures[BD_UNIT_GBUFFER_TRIANGLE].tex = askers->gbuffer->triangle;
@@ -68,6 +73,7 @@ void bd_askers_dispatch(struct bd_gpu *gpu, const struct bd_program *program,
     uint32_t group[3];
     bd_askers_set_uniforms(asking);
     bd_program_group_size(program, group);
-    bd_gpu_dispatch(gpu, program, &asking->bindings, bd_divided_up(asking->args.tile.z, group[0]),
-                    bd_divided_up(asking->args.tile.w, group[1]), 1);
+    bd_gpu_dispatch(gpu, program, &asking->bindings,
+                    bd_divided_up(asking->args.tile_width, group[0]),
+                    bd_divided_up(asking->args.tile_height, group[1]), 1);
 }

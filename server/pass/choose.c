@@ -51,7 +51,9 @@ static enum bd_err ask_all(const struct bd_pass_context *context, const struct b
     if (err) return err;
     struct bd_asking asking;
     bd_askers_bind(askers, slice, &asking);
-    asking.args.vpls = (struct bd_uvec4){first_vpl, vpl_count, words_of(vpl_count), 0};
+    asking.args.first_item = first_vpl;
+    asking.args.item_count = vpl_count;
+    asking.args.words_per_receiver = words_of(vpl_count);
     bind_vpls(list, &asking.bindings);
     bd_bind_storage(&asking.bindings, BD_STORAGE_SEGMENTS, segments->segments, false, true);
     bd_askers_dispatch(context->gpu, program, &asking);
@@ -207,13 +209,15 @@ static void bind(const struct bd_chooser *c, struct bd_asking *asking)
 {
     const struct bd_chooser_inputs *in = &c->inputs;
     bd_askers_bind(&in->askers, &c->slice, asking);
-    asking->args.rays = (struct bd_uvec4){in->rays, bd_askers_seed(in->seed), 0, 0};
+    asking->args.rays_per_receiver = in->rays;
+    asking->args.seed = bd_askers_seed(in->seed);
     if (in->choice) {
-        asking->args.vpls.w = in->choice->spread_row;
+        asking->args.running_sum_count = in->choice->spread_row;
         return;
     }
-    asking->args.vpls = (struct bd_uvec4){0, in->list->count, c->groups.vpls, c->groups.count};
-    asking->args.rays.z = in->list->count;
+    asking->args.vpls_per_group = c->groups.vpls;
+    asking->args.running_sum_count = c->groups.count;
+    asking->args.list_vpl_count = in->list->count;
 }
 
 static void bind_choice(const struct bd_chooser *c, struct bd_asking *asking)
@@ -232,6 +236,8 @@ struct parts {
     double units; // of each, at a receiver
 };
 
+// A dispatch is a slice, and a tile many of them: of a tile so small that all VPLs are one slice a
+// dispatch would be four work groups.
 static enum bd_err run_parts(const struct bd_chooser *c, const struct parts *parts)
 {
     struct bd_asking asking;
@@ -241,13 +247,13 @@ static enum bd_err run_parts(const struct bd_chooser *c, const struct parts *par
     bd_slicer_work(c->context->slicer, parts->pass);
     for (uint32_t at = 0; !err && at < parts->count; at += parts->step) {
         const uint32_t left = parts->count - at;
-        asking.args.vpls.x = at;
-        asking.args.vpls.y = left < parts->step ? left : parts->step;
+        asking.args.first_item = at;
+        asking.args.item_count = left < parts->step ? left : parts->step;
         bd_gpu_pass_begin(c->context->gpu, parts->pass);
         bd_askers_dispatch(c->context->gpu, parts->program, &asking);
         bd_gpu_pass_end(c->context->gpu);
         err = bd_slicer_checkpoint(c->context->slicer,
-                                   (double)receivers_of(c) * asking.args.vpls.y * parts->units);
+                                   (double)receivers_of(c) * asking.args.item_count * parts->units);
     }
     return err;
 }

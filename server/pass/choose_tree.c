@@ -35,7 +35,7 @@ static void dispatch(struct bd_tree_choice *c, const char *pass, const struct bd
 {
     const struct bd_gather_tree_args args = bd_tree_walk_args(&c->walk, roots);
     bd_tree_walk_bind(&c->walk, roots, &args, &c->asking->bindings);
-    c->asking->args.vpls.z = roots->light;
+    c->asking->args.light_index = roots->light;
     bd_gpu_pass_begin(c->context->gpu, pass);
     bd_askers_dispatch(c->context->gpu, program, c->asking);
     bd_gpu_pass_end(c->context->gpu);
@@ -64,8 +64,8 @@ static enum bd_err walk(struct bd_tree_choice *c, const struct bd_program *progr
 
 static void ask_for(struct bd_tree_choice *c, uint32_t first, uint32_t most)
 {
-    c->asking->args.vpls.x = first;
-    c->asking->args.vpls.y = c->rays - first < most ? c->rays - first : most;
+    c->asking->args.first_item = first;
+    c->asking->args.item_count = c->rays - first < most ? c->rays - first : most;
 }
 
 // Leaves for the nodes of a light that were chosen.
@@ -77,8 +77,8 @@ static enum bd_err pick(struct bd_tree_choice *c, uint32_t light)
     for (uint32_t at = 0; !err && at < c->rays; at += PICKS_PER_DISPATCH) {
         ask_for(c, at, PICKS_PER_DISPATCH);
         dispatch(c, "choose", c->pick, &roots);
-        err =
-            bd_slicer_checkpoint(c->context->slicer, (double)c->receivers * c->asking->args.vpls.y);
+        err = bd_slicer_checkpoint(c->context->slicer,
+                                   (double)c->receivers * c->asking->args.item_count);
     }
     return err;
 }

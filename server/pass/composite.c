@@ -69,8 +69,8 @@ static enum bd_err run_rows(const struct bd_pass_context *context,
     bd_slicer_work(context->slicer, "composite");
     for (uint32_t row = 0; !err && row < height;) {
         uint32_t rows = bd_slicer_rows(context->slicer, UNITS_PER_PIXEL * width, height - row);
-        args->state.z = row;
-        args->state.w = rows;
+        args->first_row = row;
+        args->row_count = rows;
         bd_gpu_dispatch(context->gpu, program, bindings, (width + group[0] - 1) / group[0],
                         (rows + group[1] - 1) / group[1], 1);
         err = bd_slicer_checkpoint(context->slicer, UNITS_PER_PIXEL * width * rows);
@@ -87,10 +87,14 @@ enum bd_err bd_composite_run(const struct bd_pass_context *context,
     const struct bd_render_space *space = &inputs->scene->space;
     const struct bd_view view = bd_viewpoint_uniform(inputs->viewpoint, space);
     struct bd_composite_args args = {
-        .scale = {1, (float)space->unit_cd_m2, (float)(1 / space->render_per_m), 0},
-        .state = {inputs->first, inputs->only, 0, 0},
-        .doubted = {(float)inputs->doubted_blocks.left_px, (float)inputs->doubted_blocks.top_px,
-                    1.0f / (float)inputs->doubted_blocks.side_px, 0},
+        .sub_frame_weight = 1,
+        .unit_cd_m2 = (float)space->unit_cd_m2,
+        .render_unit_m = (float)(1 / space->render_per_m),
+        .doubted_per_px = 1.0f / (float)inputs->doubted_blocks.side_px,
+        .is_first_sub_frame = inputs->first,
+        .is_only_sub_frame = inputs->only,
+        .doubted_origin_px = {(float)inputs->doubted_blocks.left_px,
+                              (float)inputs->doubted_blocks.top_px, 0, 0},
     };
     struct bd_bindings bindings = {0};
     bind_inputs(inputs, which == BD_COMPOSITE_NOISE || which == BD_COMPOSITE_BLUR, &bindings);
@@ -105,7 +109,7 @@ enum bd_err bd_composite_finish(const struct bd_pass_context *context,
     struct bd_program_source source = {.compute = "pass/composite/finish.comp"};
     bd_define(&source.defines, "BD_LAYER", (int32_t)which);
     const struct bd_view view = bd_viewpoint_uniform(inputs->viewpoint, &inputs->scene->space);
-    struct bd_composite_args args = {.scale = {1.0f / (float)inputs->count, 0, 0, 0}};
+    struct bd_composite_args args = {.sub_frame_weight = 1.0f / (float)inputs->count};
     struct bd_bindings bindings = {0};
     bd_bind_image(&bindings, 0, layer, false, true);
     bd_bind_image(&bindings, 1, inputs->sums, true, false);

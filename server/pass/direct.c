@@ -30,7 +30,8 @@ static enum bd_err add_light(const struct bd_pass_context *context,
     bd_slicer_work(context->slicer, "direct");
     for (uint32_t row = 0; row < height;) {
         uint32_t rows = bd_slicer_rows(context->slicer, UNITS_PER_PIXEL * width, height - row);
-        const struct bd_direct_args args = {.rows = {row, rows, index == 0, 0}};
+        const struct bd_direct_args args = {
+            .first_row = row, .row_count = rows, .is_first = index == 0};
         struct bd_bindings bindings = {0};
         bind_light(&bindings, inputs, light->shadow_map);
         bindings.images[0].tex = radiance;

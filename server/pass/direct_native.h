@@ -1,4 +1,6 @@
-// Direct light by the processor's loops (pass/native). Private to pass/.
+// Direct light by the processor's loops (pass/native). Private to pass/. Reads the G-buffer, and of
+// shadow maps the rows that are looked at, straight from their textures: no receivers are written
+// out.
 //
 // Thread: render thread, and the pool's.
 

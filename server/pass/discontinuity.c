@@ -64,7 +64,7 @@ static enum bd_err create_stacks(struct work *w, struct bd_fault *fault)
     if (!err)
         err = create_texture(gpu, "block representatives", format, width, height,
                              &w->out->representative, fault);
-    if (!err && w->args.tests.x > 0)
+    if (!err && w->args.neighbour_count > 0)
         err = create_texture(gpu, "block own tests", format, width, height, &w->own, fault);
     return err;
 }
@@ -174,6 +174,7 @@ static enum bd_err run_level(struct work *w, const struct bd_program *program,
     const uint32_t width = w->args.multires.levels[level].x;
     const uint32_t height = w->args.multires.levels[level].y;
     const double units_per_row = UNITS_PER_BLOCK * width;
+    w->args.level = level;
     uint32_t group[3];
     bd_program_group_size(program, group);
     bindings->uniforms[BD_UNIFORM_ARGS].bytes = &w->args;
@@ -181,7 +182,8 @@ static enum bd_err run_level(struct work *w, const struct bd_program *program,
     bd_slicer_work(w->context->slicer, "discontinuity");
     for (uint32_t row = 0; row < height;) {
         uint32_t rows = bd_slicer_rows(w->context->slicer, units_per_row, height - row);
-        w->args.slice = (struct bd_uvec4){row, rows, level, w->inputs->face};
+        w->args.first_row = row;
+        w->args.row_count = rows;
         bd_gpu_dispatch(w->context->gpu, program, bindings, (width + group[0] - 1) / group[0],
                         (rows + group[1] - 1) / group[1], 1);
         enum bd_err err = note_work(w, units_per_row * rows);
@@ -293,11 +295,12 @@ static struct work work_of(const struct bd_pass_context *context,
         .view = bd_viewpoint_uniform(viewpoint, inputs->space),
         .args.multires = bd_multires_layout_of(viewpoint->width_px, viewpoint->height_px,
                                                settings->coarsest_side),
-        .args.tests = {neighbour_count(settings->neighbourhood), 0, 0, 0},
+        .args.face = inputs->face,
+        .args.neighbour_count = neighbour_count(settings->neighbourhood),
+        .args.depth_threshold = (float)settings->depth_threshold,
+        .args.normal_threshold = (float)settings->normal_threshold,
     };
-    w.args.limits =
-        (struct bd_vec4){(float)settings->depth_threshold, (float)settings->normal_threshold,
-                         depth_scale(viewpoint, &w.view), 0};
+    w.args.depth_scale = depth_scale(viewpoint, &w.view);
     return w;
 }
 

@@ -94,12 +94,12 @@ static void add(const struct far *f, uint32_t group, uint8_t lane, f3 irradiance
 }
 
 // Where little is left out few places ask for their first light (Russian roulette).
-static float chance_to_ask(const struct far *f, uint32_t ray, float part)
+static float pdf_of_asking(const struct far *f, uint32_t ray, float part)
 {
-    const float chance = f_min(ROULETTE * part, 1);
+    const float pdf = f_min(ROULETTE * part, 1);
     float number[2];
     bd_sequence_pair(&f->roulette, f->rays.numbers[ray], number);
-    return number[0] < chance ? chance : 0;
+    return number[0] < pdf ? pdf : 0;
 }
 
 // For each unit of irradiance where the ray ends.
@@ -117,9 +117,9 @@ static void tell_ray(const struct far *f, uint32_t group, uint32_t ray)
     const float *d = f->rays.rays[ray].direction;
     struct bd_surface_point at;
     if (hit->triangle == BD_NO_TRIANGLE) return;
-    const float part = left_out(f, hit->distance), chance = chance_to_ask(f, ray, part);
-    if ((!in->cells && chance == 0) || !bd_surface_hit_at(&f->surfaces, hit->triangle, hit->u,
-                                                          hit->v, f3_of(d[0], d[1], d[2]), &at))
+    const float part = left_out(f, hit->distance), pdf = pdf_of_asking(f, ray, part);
+    if ((!in->cells && pdf == 0) || !bd_surface_hit_at(&f->surfaces, hit->triangle, hit->u, hit->v,
+                                                       f3_of(d[0], d[1], d[2]), &at))
         return;
     const float share = 1 / (float)in->rays;
     if (in->cells)
@@ -127,11 +127,11 @@ static void tell_ray(const struct far *f, uint32_t group, uint32_t ray)
             f3_scale(f3_mul(sent(f, ray, BD_FROM_EVERYWHERE),
                             bd_irradiance_cells_look(in->cells, at.position, at.normal)),
                      share));
-    if (chance == 0) return;
+    if (pdf == 0) return;
     const uint32_t slot = f->rays.first_ray[group] + f->place_count[group]++;
     at.number = f->rays.numbers[ray];
     f->places[slot] = at;
-    f->askers[slot] = (struct asker){share * part / chance, group, ray};
+    f->askers[slot] = (struct asker){share * part / pdf, group, ray};
 }
 
 static void tell_group(void *user, uint32_t group)

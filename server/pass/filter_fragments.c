@@ -47,7 +47,8 @@ static enum bd_err filter_list(const struct filter *f, const struct bd_fragments
     for (uint32_t at = first, count; !err && at < end; at += count) {
         struct bd_bindings bindings = {0};
         count = bd_list_slice(f->context->slicer, UNITS_PER_FRAGMENT, end - at);
-        const struct bd_gather_fragments_args args = {.fragments = {at, count, 0, 0}};
+        const struct bd_gather_fragments_args args = {.first_fragment = at,
+                                                      .fragment_count = count};
         bind(f, list, fine, &bindings);
         bindings.uniforms[BD_UNIFORM_ARGS].bytes = &args;
         bindings.uniforms[BD_UNIFORM_ARGS].size_bytes = sizeof args;

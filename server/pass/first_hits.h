@@ -29,7 +29,8 @@ struct bd_sample_ray bd_sample_ray_of(const struct bd_viewpoint *viewpoint,
                                       const struct bd_render_space *space, uint32_t x, uint32_t y);
 
 // Fills `numbers`, of all pixels row by row: triangles, or BD_NO_TRIANGLE where nothing is. What is
-// cut out of a surface is not there. In slices of their own; errors are the slicer's.
+// cut out of a surface is not there; with `passes_backs` neither are back faces of single-sided
+// materials, which a camera's picture culls. In slices of their own; errors are the slicer's.
 BD_MUST_CHECK
 enum bd_err bd_first_hits(const struct bd_tracer *tracer, const struct bd_viewpoint *viewpoint,
                           const struct bd_render_space *space, bool passes_backs,

@@ -41,12 +41,12 @@ static void lay_out_tiles(struct bd_fragments_args *args)
         args->tiles[k] = (struct bd_uvec4){tiles, columns, 2 * tiles, 0};
         tiles += columns * rows;
     }
-    args->total.x = tiles;
+    args->number_count = tiles;
 }
 
 static uint32_t end_half_tile(const struct bd_fragments_args *args, uint32_t level)
 {
-    return 2 * (level > 0 ? args->tiles[level - 1].x : args->total.x);
+    return 2 * (level > 0 ? args->tiles[level - 1].x : args->number_count);
 }
 
 // Numbers in all levels of the prefix sum.
@@ -67,7 +67,7 @@ static enum bd_err create_out(struct work *w, struct bd_fault *fault)
     w->out = calloc(1, sizeof *w->out);
     BD_ASSERT(w->out);
     w->out->layout = w->args.multires;
-    const size_t mask_bytes = 2 * sizeof(uint32_t) * w->args.total.x;
+    const size_t mask_bytes = 2 * sizeof(uint32_t) * w->args.number_count;
     enum bd_err err = bd_buf_create(gpu, "fragment masks", mask_bytes, NULL, &w->out->masks, fault);
     if (!err)
         err = bd_buf_create(gpu, "fragment dispatch", 4 * sizeof(uint32_t), NULL, &w->out->dispatch,
@@ -78,8 +78,9 @@ static enum bd_err create_out(struct work *w, struct bd_fault *fault)
 static enum bd_err create_scan(struct work *w, struct bd_fault *fault)
 {
     struct bd_gpu *gpu = w->context->gpu;
-    enum bd_err err = bd_buf_create(
-        gpu, "fragment scan", sizeof(uint32_t) * scan_size(w->args.total.x), NULL, &w->scan, fault);
+    enum bd_err err =
+        bd_buf_create(gpu, "fragment scan", sizeof(uint32_t) * scan_size(w->args.number_count),
+                      NULL, &w->scan, fault);
     if (!err)
         err = bd_buf_create(gpu, "fragment summary", sizeof(struct bd_fragments_summary), NULL,
                             &w->summary, fault);
@@ -101,9 +102,9 @@ static void destroy_work(struct work *w)
 static void dispatch(struct work *w, const struct bd_program *program, struct bd_bindings *bindings,
                      uint32_t first, uint32_t end)
 {
-    w->args.range.x = first;
-    w->args.range.y = end;
-    w->args.range.w = w->inputs->face;
+    w->args.first_item = first;
+    w->args.end_item = end;
+    w->args.face = w->inputs->face;
     bindings->uniforms[BD_UNIFORM_ARGS].bytes = &w->args;
     bindings->uniforms[BD_UNIFORM_ARGS].size_bytes = sizeof w->args;
     bd_gpu_dispatch(w->context->gpu, program, bindings,
@@ -168,7 +169,7 @@ static enum bd_err classify(struct work *w, enum bd_fragment_refinement refineme
     if (err) return err;
     bind_classify(w, &bindings);
     if (!iterative)
-        return run_words(w, program, &bindings, UNITS_PER_HALF_TILE, 0, 2 * w->args.total.x);
+        return run_words(w, program, &bindings, UNITS_PER_HALF_TILE, 0, 2 * w->args.number_count);
     for (uint32_t k = w->args.multires.size_px.z; !err && k-- > 0;)
         err = run_words(w, program, &bindings, UNITS_PER_HALF_TILE, w->args.tiles[k].z,
                         end_half_tile(&w->args, k));
@@ -184,19 +185,19 @@ static enum bd_err scan(struct work *w, struct bd_fault *fault)
     struct bd_bindings bindings = {0};
     bd_bind_storage(&bindings, BD_STORAGE_FRAGMENT_MASKS, w->masks, true, false);
     bd_bind_storage(&bindings, BD_STORAGE_FRAGMENT_SCAN, w->scan, true, true);
-    uint32_t numbers = w->args.total.x;
-    w->args.range.z = 0;
+    uint32_t numbers = w->args.number_count;
+    w->args.scan_level = 0;
     do {
         numbers = bd_divided_up(numbers, BD_FRAGMENT_SCAN_RUN);
         dispatch(w, program, &bindings, 0, numbers);
-        w->args.range.z++;
+        w->args.scan_level++;
     } while (numbers > 1);
     return BD_ERR_OK;
 }
 
 static void read_counts(const struct bd_fragments_summary *summary, struct bd_fragments *out)
 {
-    uint32_t end = out->count = summary->count.x;
+    uint32_t end = out->count = summary->fragment_count;
     for (uint32_t k = 0; k < out->layout.size_px.z; k++) {
         out->level_first[k] = summary->first[k].x;
         out->level_count[k] = end - summary->first[k].x;
@@ -271,7 +272,7 @@ static enum bd_err write_blocks(struct work *w, struct bd_fault *fault)
         bd_compute_get(w->context->gpu, "pass/fragments/list.comp", NULL, &program, fault);
     if (err) return err;
     struct bd_bindings bindings = bind_places(w);
-    return run_words(w, program, &bindings, UNITS_PER_HALF_TILE, 0, 2 * w->args.total.x);
+    return run_words(w, program, &bindings, UNITS_PER_HALF_TILE, 0, 2 * w->args.number_count);
 }
 
 static enum bd_err list_blocks(struct work *w, enum bd_fragment_refinement refinement,
@@ -302,8 +303,8 @@ enum bd_err bd_fragments_run(const struct bd_pass_context *context,
     };
     lay_out_tiles(&w.args);
     const uint32_t finest = inputs->settings.finest_level, levels = w.args.multires.size_px.z;
-    w.args.total.y = finest < levels ? finest : levels - 1;
-    w.lone_pixels = inputs->settings.lone_pixels && w.args.total.y > 0;
+    w.args.finest_level = finest < levels ? finest : levels - 1;
+    w.lone_pixels = inputs->settings.lone_pixels && w.args.finest_level > 0;
     if (w.lone_pixels) w.view = bd_viewpoint_uniform(inputs->viewpoint, inputs->space);
     return finish(&w, list_blocks(&w, refinement, fault), out);
 }
@@ -346,7 +347,7 @@ static void lay_out_parents(struct work *w)
     const uint32_t coarsest = w->args.multires.size_px.z - 1;
     for (uint32_t k = 0; k < coarsest; k++) w->args.tiles[k].z = w->parents->level_first[k + 1];
     w->args.tiles[coarsest].z = 0;
-    w->args.total.x = bd_divided_up(w->parents->level_first[0], 2);
+    w->args.number_count = bd_divided_up(w->parents->level_first[0], 2);
 }
 
 static enum bd_err list_children(struct work *w, const struct bd_fragments *first,
@@ -356,7 +357,7 @@ static enum bd_err list_children(struct work *w, const struct bd_fragments *firs
     if (err) return err;
     lay_out_parents(w);
     err = bd_buf_create(w->context->gpu, "children of fragments",
-                        2 * sizeof(uint32_t) * w->args.total.x, NULL, &w->split, fault);
+                        2 * sizeof(uint32_t) * w->args.number_count, NULL, &w->split, fault);
     if (err) return err;
     w->masks = w->split;
     err = mark_children(w, first, light, fault);
@@ -379,7 +380,7 @@ enum bd_err bd_fragments_refine(const struct bd_pass_context *context,
         .discontinuity = discontinuity,
         .parents = parents,
         .args.multires = discontinuity->layout,
-        .args.limits.x = (float)threshold,
+        .args.spread_threshold = (float)threshold,
     };
     lay_out_tiles(&w.args);
     return finish(&w, list_children(&w, first, light, fault), out);

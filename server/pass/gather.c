@@ -44,8 +44,8 @@ static void dispatch(const struct gather *g, const struct bd_vpl_list *list,
     uint32_t group[3];
     bd_program_group_size(g->program, group);
     bd_gpu_dispatch(g->context->gpu, g->program, &bindings,
-                    (args->tile.z + group[0] - 1) / group[0],
-                    (args->tile.w + group[1] - 1) / group[1], 1);
+                    (args->tile_width_px + group[0] - 1) / group[0],
+                    (args->tile_height_px + group[1] - 1) / group[1], 1);
 }
 
 // What the pixels of the tile see of the range.
@@ -54,9 +54,9 @@ static enum bd_err look(const struct gather *g, const struct bd_vpl_list *list,
 {
     const struct bd_askers askers = bd_gather_askers(g->inputs);
     const struct bd_askers_slice slice = {
-        .tile = {args->tile.x, args->tile.y, args->tile.z, args->tile.w}};
-    enum bd_err err = bd_choose_all(g->context, &askers, &slice, list, args->vpls.x, args->vpls.y,
-                                    g->inputs->visibility, g->segments, fault);
+        .tile = {args->tile_x_px, args->tile_y_px, args->tile_width_px, args->tile_height_px}};
+    enum bd_err err = bd_choose_all(g->context, &askers, &slice, list, args->first_vpl,
+                                    args->vpl_count, g->inputs->visibility, g->segments, fault);
     bd_slicer_work(g->context->slicer, g->kind);
     return err;
 }
@@ -79,8 +79,13 @@ static enum bd_err gather_range(const struct gather *g, const struct bd_vpl_list
     while (!err && bd_slicer_next_tile(g->context->slicer, units_of_pixel(g, vpl_count), width,
                                        height, &tile)) {
         const struct bd_gather_args args = {
-            .tile = {tile.x, tile.y, tile.width, tile.height},
-            .vpls = {first_vpl, vpl_count, first, 0},
+            .tile_x_px = tile.x,
+            .tile_y_px = tile.y,
+            .tile_width_px = tile.width,
+            .tile_height_px = tile.height,
+            .first_vpl = first_vpl,
+            .vpl_count = vpl_count,
+            .is_first = first,
         };
         if (g->segments) err = look(g, list, &args, fault);
         if (err) return err;

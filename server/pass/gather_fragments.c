@@ -125,9 +125,10 @@ static enum bd_err look(const struct gather *g, const struct bd_vpl_list *list,
                         const struct bd_gather_fragments_args *args, struct bd_fault *fault)
 {
     const struct bd_askers askers = bd_fragment_askers(g->inputs);
-    const struct bd_askers_slice slice = bd_askers_of_list(args->fragments.x, args->fragments.y);
-    enum bd_err err = bd_choose_all(g->context, &askers, &slice, list, args->vpls.x, args->vpls.y,
-                                    g->inputs->visibility, g->segments, fault);
+    const struct bd_askers_slice slice =
+        bd_askers_of_list(args->first_fragment, args->fragment_count);
+    enum bd_err err = bd_choose_all(g->context, &askers, &slice, list, args->first_vpl,
+                                    args->vpl_count, g->inputs->visibility, g->segments, fault);
     bd_slicer_work(g->context->slicer, "gather_fragments");
     return err;
 }
@@ -146,8 +147,13 @@ static enum bd_err visit_list(struct gather *g, const struct bd_vpl_list *list, 
         if (g->segments && count > bd_choose_all_max(vpl_count))
             count = bd_choose_all_max(vpl_count);
         const struct bd_gather_fragments_args args = {
-            .fragments = {at, count, g->ranges_done == 0, g->inputs->finest_level},
-            .vpls = {first_vpl, vpl_count, bd_divided_up(vpl_count, 32), 0},
+            .first_fragment = at,
+            .fragment_count = count,
+            .is_first = g->ranges_done == 0,
+            .finest_level = g->inputs->finest_level,
+            .first_vpl = first_vpl,
+            .vpl_count = vpl_count,
+            .words_per_receiver = bd_divided_up(vpl_count, 32),
         };
         enum bd_err err = g->segments ? look(g, list, &args, fault) : BD_ERR_OK;
         if (err) return err;
@@ -211,7 +217,7 @@ static enum bd_err draw_mask(const struct gather *g, bool fine, struct bd_fault 
     struct bd_program *program;
     enum bd_err err = bd_program_get(g->context->gpu, &source, &program, fault);
     if (err) return err;
-    const struct bd_gather_fragments_args args = {.depth = {DEPTH_OF_MASK, 0, 0, 0}};
+    const struct bd_gather_fragments_args args = {.depth = DEPTH_OF_MASK};
     struct bd_bindings bindings = {
         .storage[BD_STORAGE_FRAGMENT_MASKS] = {.buf = g->inputs->fragments->masks, .read = true},
         .uniforms[BD_UNIFORM_MULTIRES] = {&g->out->layout, sizeof g->out->layout},
@@ -226,9 +232,11 @@ static enum bd_err visit_target(struct gather *g, bool fine, const struct bd_vpl
 {
     const struct bd_tex_desc *desc = bd_tex_desc(fine ? g->out->fine : g->out->coarse);
     const struct bd_gather_fragments_args args = {
-        .fragments = {0, 0, g->ranges_done == 0, g->inputs->finest_level},
-        .vpls = {first_vpl, vpl_count, 0, 0},
-        .depth = {DEPTH_OF_GATHER, 0, 0, 0},
+        .is_first = g->ranges_done == 0,
+        .finest_level = g->inputs->finest_level,
+        .first_vpl = first_vpl,
+        .vpl_count = vpl_count,
+        .depth = DEPTH_OF_GATHER,
     };
     struct bd_bindings bindings = bind_common(g, &args);
     bind_vpls(list, &bindings);

@@ -63,8 +63,8 @@ static void dispatch(const struct gather_tree *g, const struct bd_tree_roots *ro
     if (!roots->estimate) bind_outputs(g, &bindings);
     uint32_t group[3];
     bd_program_group_size(program, group);
-    uint32_t across = g->blocks ? args->rows.y : args->blocks.z;
-    uint32_t down = g->blocks ? 1 : args->rows.y;
+    uint32_t across = g->blocks ? args->fragment_count : args->column_count;
+    uint32_t down = g->blocks ? 1 : args->row_count;
     bd_gpu_dispatch(g->context->gpu, program, &bindings, (across + group[0] - 1) / group[0],
                     (down + group[1] - 1) / group[1], 1);
 }
@@ -85,10 +85,10 @@ static enum bd_err light_fragments(struct gather_tree *g, const struct bd_tree_r
     for (uint32_t row = 0; row < g->row_count;) {
         uint32_t rows = fragment_rows(g, units * FRAGMENTS_PER_ROW, g->row_count - row);
         const uint32_t first = row * FRAGMENTS_PER_ROW, left = g->inputs->fragments->count - first;
-        args.rows.x = first;
-        args.rows.y = rows * FRAGMENTS_PER_ROW < left ? rows * FRAGMENTS_PER_ROW : left;
+        args.first_fragment = first;
+        args.fragment_count = rows * FRAGMENTS_PER_ROW < left ? rows * FRAGMENTS_PER_ROW : left;
         dispatch(g, roots, &args);
-        enum bd_err err = bd_slicer_checkpoint(g->context->slicer, units * args.rows.y);
+        enum bd_err err = bd_slicer_checkpoint(g->context->slicer, units * args.fragment_count);
         if (err) return err;
         row += rows;
     }
@@ -101,10 +101,10 @@ static enum bd_err light_pixels(struct gather_tree *g, const struct bd_tree_root
     struct bd_gather_tree_args args = bd_tree_walk_args(&g->walk, roots);
     struct bd_tile tile = {0};
     while (bd_slicer_next_tile(g->context->slicer, units, g->row_width, g->row_count, &tile)) {
-        args.rows.x = tile.y;
-        args.rows.y = tile.height;
-        args.blocks.y = tile.x;
-        args.blocks.z = tile.width;
+        args.first_row = tile.y;
+        args.row_count = tile.height;
+        args.first_column = tile.x;
+        args.column_count = tile.width;
         dispatch(g, roots, &args);
         enum bd_err err =
             bd_slicer_checkpoint(g->context->slicer, units * tile.width * tile.height);

@@ -74,7 +74,7 @@ static enum bd_err estimate(struct gather *g)
     for (uint32_t i = 0; !err && i < g->walk.inputs->tree_count; i++) {
         g->turn = &g->trees[i];
         err = bd_receivers_each(g->context, g->part->group_count,
-                                (double)g->trees[i].args.tree.y * BD_LANES, estimate_group, g);
+                                (double)g->trees[i].args.root_count * BD_LANES, estimate_group, g);
     }
     return err;
 }
@@ -82,21 +82,21 @@ static enum bd_err estimate(struct gather *g)
 // So many roots in a turn that their nodes are no more than a turn's, at least one.
 static uint32_t roots_of_turn(const struct bd_native_tree *tree)
 {
-    const uint32_t nodes_of_root = tree->args.cut.z;
+    const uint32_t nodes_of_root = tree->args.nodes_per_root;
     return nodes_of_root < BD_TURN_EVALUATIONS ? BD_TURN_EVALUATIONS / nodes_of_root : 1;
 }
 
 static enum bd_err gather_tree(struct gather *g, const struct bd_native_tree *tree)
 {
     enum bd_err err = BD_ERR_OK;
-    for (uint32_t root = 0; !err && root < tree->args.tree.y; root += roots_of_turn(tree)) {
+    for (uint32_t root = 0; !err && root < tree->args.root_count; root += roots_of_turn(tree)) {
         struct bd_native_tree turn = *tree;
-        const uint32_t left = tree->args.tree.y - root;
-        turn.args.tree.x = root;
-        turn.args.tree.y = left < roots_of_turn(tree) ? left : roots_of_turn(tree);
+        const uint32_t left = tree->args.root_count - root;
+        turn.args.first_root = root;
+        turn.args.root_count = left < roots_of_turn(tree) ? left : roots_of_turn(tree);
         g->turn = &turn;
         err = bd_receivers_each(g->context, g->part->group_count,
-                                UNITS_PER_ROOT * turn.args.tree.y * BD_LANES, gather_group, g);
+                                UNITS_PER_ROOT * turn.args.root_count * BD_LANES, gather_group, g);
     }
     return err;
 }

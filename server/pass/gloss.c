@@ -131,8 +131,7 @@ static f3 direction_of(const struct gloss *g, const struct bd_lobe *lobe, uint32
 static float density_of(const struct gloss *g, const struct bd_lobe *lobe, f3 d)
 {
     const float of_cosine = f_max(f3_dot(lobe->at->normal, d), 0) / F_PI;
-    return (float)(g->inputs->rays / HALVES) *
-           ((g->rough ? 0 : of_cosine) + bd_lobe_density(lobe, d));
+    return (float)(g->inputs->rays / HALVES) * ((g->rough ? 0 : of_cosine) + bd_lobe_pdf(lobe, d));
 }
 
 static f3 reflected(const struct gloss *g, const struct bd_lobe *lobe, f3 d)

@@ -70,9 +70,11 @@ static enum bd_err run_level(const struct work *w, uint32_t level, struct bd_fau
     for (uint32_t row = 0; !err && row < size.y;) {
         uint32_t rows = bd_slicer_rows(w->context->slicer, units_per_row, size.y - row);
         const struct bd_glossy_blocks_args args = {
-            .rows = {level, row, rows, 0},
-            .limits = {(float)fmin(w->inputs->normal_threshold, NO_LIMIT),
-                       (float)fmin(w->inputs->material_threshold, NO_LIMIT), 0, 0},
+            .level = level,
+            .first_row = row,
+            .row_count = rows,
+            .normal_threshold = (float)fmin(w->inputs->normal_threshold, NO_LIMIT),
+            .material_threshold = (float)fmin(w->inputs->material_threshold, NO_LIMIT),
         };
         struct bd_bindings bindings = bind(w, &args);
         bd_gpu_dispatch(w->context->gpu, program, &bindings, (size.x + 7) / 8, (rows + 7) / 8, 1);

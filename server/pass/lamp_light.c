@@ -167,13 +167,13 @@ static void draw(struct block *b, uint32_t receiver, const struct choice *c, uin
 {
     const struct bd_area_receiver *at = &b->at[receiver];
     uint32_t lamp;
-    float chance = 1;
+    float pdf = 1;
     if (i < c->lamp_count)
         lamp = lamp_of(b, c->place[i]);
     else if (!bd_lamp_tree_draw(b->light->lamps, &b->cut.nodes[c->place[i]], at->position,
-                                at->normal, number, &lamp, &chance))
+                                at->normal, number, &lamp, &pdf))
         return;
-    const float share = step / (c->weight[i] * chance);
+    const float share = step / (c->weight[i] * pdf);
     if (isfinite(share)) ask(b, receiver, lamp, half ? 0 : share, half ? share : 0);
 }
 

@@ -81,7 +81,7 @@ bool bd_lobe_is_above(const struct bd_lobe *lobe, f3 l)
     return f3_dot(lobe->at->normal, l) > 0 && f3_dot(lobe->at->normal_geometric, l) > 0;
 }
 
-float bd_lobe_density(const struct bd_lobe *lobe, f3 l)
+float bd_lobe_pdf(const struct bd_lobe *lobe, f3 l)
 {
     const f3 sum = f3_add(l, lobe->at->viewer), n = lobe->at->normal;
     const float length = f3_length(sum);

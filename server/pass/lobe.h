@@ -33,6 +33,6 @@ bool bd_lobe_is_above(const struct bd_lobe *lobe, f3 direction);
 
 // The viewer's direction mirrored at a visible normal, and its density per steradian.
 f3 bd_lobe_choose(const struct bd_lobe *lobe, const float number[2]);
-float bd_lobe_density(const struct bd_lobe *lobe, f3 direction);
+float bd_lobe_pdf(const struct bd_lobe *lobe, f3 direction);
 
 #endif

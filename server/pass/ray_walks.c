@@ -63,7 +63,7 @@ static void dispatch(const struct bd_pass_context *context, const struct bd_prog
     bindings.uniforms[BD_UNIFORM_ARGS].bytes = args;
     bindings.uniforms[BD_UNIFORM_ARGS].size_bytes = sizeof *args;
     bd_gpu_dispatch(context->gpu, program, &bindings,
-                    bd_divided_up(args->slice.y - args->slice.x, BD_LIST_GROUP), 1, 1);
+                    bd_divided_up(args->end_ray - args->first_ray, BD_LIST_GROUP), 1, 1);
 }
 
 // All walks, from the first node on or from where each one is. Time is that of whole slices.
@@ -78,9 +78,14 @@ static enum bd_err walk_all(const struct bd_pass_context *context, const struct 
     for (size_t at = 0, rays; !err && at < inputs->count; at += rays) {
         rays = bd_rays_of_slice(context->slicer, inputs->count - at);
         const struct bd_ray_walk_args args = {
-            .slice = {(uint32_t)at, (uint32_t)(at + rays), occluders->node_count, looks},
-            .walk = {begins, inputs->alpha == BD_RAYS_ALPHA_COVERAGE, occluders->cutout_triangles,
-                     0}};
+            .first_ray = (uint32_t)at,
+            .end_ray = (uint32_t)(at + rays),
+            .node_count = occluders->node_count,
+            .look_count_max = looks,
+            .is_first_round = begins,
+            .alpha_is_coverage = inputs->alpha == BD_RAYS_ALPHA_COVERAGE,
+            .first_cutout_triangle = occluders->cutout_triangles,
+        };
         const uint64_t start_ns = bd_clock_ns();
         dispatch(context, program, inputs, walks, &args);
         err = bd_gpu_wait(context->gpu);

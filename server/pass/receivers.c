@@ -153,7 +153,7 @@ static enum bd_err fetch(const struct receivers *r)
     if (r->starts) bd_bind_storage(&asking.bindings, BD_STORAGE_RAY_STARTS, r->starts, false, true);
     if (r->surfaces)
         bd_bind_storage(&asking.bindings, BD_STORAGE_GLOSSY_RECEIVERS, r->surfaces, false, true);
-    asking.args.rays.y = bd_askers_seed(r->inputs->seed);
+    asking.args.seed = bd_askers_seed(r->inputs->seed);
     dispatch(r, r->write, &asking);
     enum bd_err err =
         bd_buf_read(gpu, r->receivers, 0, r->part.receivers, groups * sizeof *r->part.receivers);

@@ -21,7 +21,8 @@ struct bd_defines bd_material_defines(const struct bd_scene_draws *draws,
     if (draws->surface) bd_define(&defines, "BD_SURFACE", 1);
     if (draws->emission) bd_define(&defines, "BD_EMISSION", 1);
     if (draws->lambert) bd_define(&defines, "BD_LAMBERT", 1);
-    // Who traces knows already what is there.
+    // Who traces knows already what is there: alpha tested again at the interpolated point would
+    // leave a pixel at a hole's rim without any surface.
     if (bd_material_has_holes(m) && !draws->tracer) bd_define(&defines, "BD_ALPHA_MASK", 1);
     if (needs_color(draws, m) && bd_gpu_scene_texture(scene, &m->base_color_map, true))
         bd_define(&defines, "BD_BASE_COLOR_MAP", 1);

@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "base/assert.h"
-#include "base/large.h"
+#include "base/huge_pages.h"
 #include "pass/scene_material.h"
 #include "shared/bindings.h"
 #include "shared/instance.h"
@@ -47,8 +47,8 @@ static enum bd_err make_room(const struct bd_scene_draws *draws, struct point_or
 {
     const size_t pixels = (size_t)draws->viewpoint->width_px * draws->viewpoint->height_px;
     const size_t runs = (size_t)draws->scene->order.run_count + 1;
-    *order = (struct point_order){.numbers = bd_large_alloc(pixels * sizeof *order->numbers),
-                                  .pixels = bd_large_alloc(pixels * sizeof *order->pixels),
+    *order = (struct point_order){.numbers = bd_huge_pages_alloc(pixels * sizeof *order->numbers),
+                                  .pixels = bd_huge_pages_alloc(pixels * sizeof *order->pixels),
                                   .run_ends = calloc(runs, sizeof *order->run_ends)};
     if (order->numbers && order->pixels && order->run_ends) return BD_ERR_OK;
     return bd_fault_set(fault, BD_ERR_NO_MEMORY, "size", "no memory for what %zu pixels see",
@@ -122,8 +122,8 @@ static bd_dvec3 in_view(const struct bd_viewpoint *v, double scale, bd_dvec3 wor
 
 // Where the pixel's ray meets the triangle's plane: shares of the corners, held to the triangle,
 // and the place on the ray. In double precision, relative to the viewpoint, as what is drawn is.
-static void meet(const struct bd_sample_ray *ray, const bd_dvec3 corner[3], double shares[3],
-                 float position[3])
+static void intersect(const struct bd_sample_ray *ray, const bd_dvec3 corner[3], double shares[3],
+                      float position[3])
 {
     const bd_dvec3 from = {ray->origin[0], ray->origin[1], ray->origin[2]};
     const bd_dvec3 along = {ray->direction[0], ray->direction[1], ray->direction[2]};
@@ -251,7 +251,7 @@ static void fill_point(const struct points *batch, const struct seen_triangle *t
     bd_dvec3 at[3];
     double shares[3];
     place_corners(batch, triangle, at);
-    meet(&ray, at, shares, to->position);
+    intersect(&ray, at, shares, to->position);
     mix(primitive->uv[0], 2, corner, shares, to->uv[0]);
     mix(primitive->uv[1], 2, corner, shares, to->uv[1]);
     const float *rows = batch->seen->rows + (size_t)to->instance[0] * ROW_FLOATS;

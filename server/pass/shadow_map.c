@@ -3,7 +3,7 @@
 #include <stdlib.h>
 
 #include "base/assert.h"
-#include "base/large.h"
+#include "base/huge_pages.h"
 #include "pass/scene_draws.h"
 #include "pass/scene_material.h"
 
@@ -71,7 +71,7 @@ static enum bd_err trace_faces(const struct bd_pass_context *context,
                                struct bd_fault *fault)
 {
     const uint32_t side = map->side_px;
-    uint32_t *numbers = bd_large_alloc((size_t)side * side * sizeof *numbers);
+    uint32_t *numbers = bd_huge_pages_alloc((size_t)side * side * sizeof *numbers);
     if (!numbers)
         return bd_fault_set(fault, BD_ERR_NO_MEMORY, "shadow_size",
                             "no memory for what %u x %u texels see", side, side);

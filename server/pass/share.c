@@ -15,9 +15,9 @@ static struct bd_share_args args_of(const struct bd_share_inputs *inputs)
     const struct bd_viewpoint *first = inputs->first_viewpoint;
     const struct bd_pixel_blocks *blocks = &inputs->blocks;
     return (struct bd_share_args){
-        .first_sample_px = {(float)first->sample_x_px, (float)first->sample_y_px,
-                            (float)blocks->side_px, 0},
+        .first_sample_px = {(float)first->sample_x_px, (float)first->sample_y_px, 0, 0},
         .first_origin_px = {(float)blocks->left_px, (float)blocks->top_px, 0, 0},
+        .first_side_px = (float)blocks->side_px,
     };
 }
 
@@ -57,7 +57,8 @@ static enum bd_err run_rows(const struct bd_pass_context *context,
     bd_slicer_work(context->slicer, "share");
     for (uint32_t row = 0; !err && row < height;) {
         uint32_t rows = bd_slicer_rows(context->slicer, UNITS_PER_PIXEL * width, height - row);
-        args.rows = (struct bd_uvec4){row, rows, 0, 0};
+        args.first_row = row;
+        args.row_count = rows;
         bd_gpu_dispatch(context->gpu, program, &bindings, bd_divided_up(width, 8),
                         bd_divided_up(rows, 8), 1);
         err = bd_slicer_checkpoint(context->slicer, UNITS_PER_PIXEL * width * rows);

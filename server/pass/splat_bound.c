@@ -41,7 +41,7 @@ static void dispatch(const struct search *s, const struct bd_vpl_list *list,
     bindings.uniforms[BD_UNIFORM_VIEW].size_bytes = sizeof s->view;
     bindings.uniforms[BD_UNIFORM_ARGS].bytes = args;
     bindings.uniforms[BD_UNIFORM_ARGS].size_bytes = sizeof *args;
-    uint32_t groups = (args->vpls.y + BD_SPLAT_TRIAL_VPLS - 1) / BD_SPLAT_TRIAL_VPLS;
+    uint32_t groups = (args->vpl_count + BD_SPLAT_TRIAL_VPLS - 1) / BD_SPLAT_TRIAL_VPLS;
     bd_gpu_dispatch(s->context->gpu, s->program, &bindings, groups, 1, 1);
 }
 
@@ -55,10 +55,10 @@ static enum bd_err try_on_list(const struct search *s, const struct bd_vpl_list 
         uint32_t groups = bd_slicer_rows(s->context->slicer, units_per_group, groups_left);
         uint32_t most = groups * BD_SPLAT_TRIAL_VPLS, left = list->count - at;
         if (most > VPLS_PER_DISPATCH) most = VPLS_PER_DISPATCH;
-        args->vpls.x = at;
-        args->vpls.y = left < most ? left : most;
+        args->first_vpl = at;
+        args->vpl_count = left < most ? left : most;
         dispatch(s, list, args);
-        at += args->vpls.y;
+        at += args->vpl_count;
         enum bd_err err = bd_slicer_checkpoint(s->context->slicer, units_per_group * groups);
         if (err) return err;
     }

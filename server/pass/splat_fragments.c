@@ -27,7 +27,8 @@ struct range {
 static void draw(const struct splat *s, uint32_t list, const struct range *range)
 {
     const struct bd_splat_fragments_args args = {
-        .vpls = {range->first_vpl, list == 0, 0, 0},
+        .first_vpl = range->first_vpl,
+        .is_first_list = list == 0,
         .size_px = {s->size->width_px, s->size->height_px, 0, 0},
     };
     struct bd_draw draw = {

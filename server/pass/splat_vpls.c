@@ -22,7 +22,7 @@ struct splat {
 static void draw(const struct splat *s, const struct bd_vpl_list *list, uint32_t first,
                  uint32_t count)
 {
-    const struct bd_splat_args args = {.vpls = {first, 0, 0, 0}, .bounds = {s->bound, 0, 0, 0}};
+    const struct bd_splat_args args = {.first_vpl = first, .bound = s->bound};
     struct bd_draw draw = {
         .program = s->program,
         .index_count = 6,

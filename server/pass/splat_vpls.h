@@ -4,7 +4,8 @@
 // term at a time.
 //
 // Without a bound: the gather's light to rounding. With one: less light, at every pixel, by up to
-// the bound a VPL; the last quarter of a splat's cross-section fades to nothing.
+// the bound a VPL; the last quarter of a splat's cross-section fades to nothing. A splat covers the
+// whole ball within its bound, though a VPL lights one side of its plane alone.
 
 #ifndef BD_PASS_SPLAT_VPLS_H
 #define BD_PASS_SPLAT_VPLS_H

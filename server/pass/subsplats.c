@@ -178,14 +178,14 @@ static void bind_test(const struct work *w, const struct bd_vpl_list *vpls, cons
 static enum bd_err run_slices(struct work *w, const struct bd_program *program,
                               const struct bd_bindings *bindings, double units)
 {
-    const uint32_t end = w->args.blocks.y;
+    const uint32_t end = w->args.list_block_count;
     bd_slicer_work(w->context->slicer, "subsplats");
     for (uint32_t at = 0; at < end;) {
         double fit = bd_slicer_units(w->context->slicer) / (units * BD_SUBSPLAT_GROUP);
         uint32_t groups = fit < 1 ? 1 : fit > GROUPS_MAX ? GROUPS_MAX : (uint32_t)fit;
         uint32_t most = groups * BD_SUBSPLAT_GROUP, count = end - at < most ? end - at : most;
-        w->args.blocks.z = at;
-        w->args.blocks.w = at + count;
+        w->args.first_block = at;
+        w->args.end_block = at + count;
         bd_gpu_dispatch(w->context->gpu, program, bindings, bd_divided_up(count, BD_SUBSPLAT_GROUP),
                         1, 1);
         enum bd_err err = bd_slicer_checkpoint(w->context->slicer, units * count);
@@ -197,13 +197,13 @@ static enum bd_err run_slices(struct work *w, const struct bd_program *program,
 
 static void run_scan(struct work *w, const struct bd_bindings *bindings)
 {
-    uint32_t numbers = w->args.blocks.y;
-    w->args.next.y = 0;
+    uint32_t numbers = w->args.list_block_count;
+    w->args.scan_level = 0;
     do {
         numbers = bd_divided_up(numbers, BD_SUBSPLAT_RUN);
         bd_gpu_dispatch(w->context->gpu, w->scan, bindings,
                         bd_divided_up(numbers, BD_SUBSPLAT_GROUP), 1, 1);
-        w->args.next.y++;
+        w->args.scan_level++;
     } while (numbers > 1);
 }
 
@@ -212,19 +212,19 @@ static void run_split(struct work *w, struct bd_bindings bindings, const struct 
     bd_bind_storage(&bindings, BD_STORAGE_NEXT_SUBSPLATS, next->blocks, false, true);
     bd_bind_storage(&bindings, BD_STORAGE_NEXT_MASKS, next->masks, false, true);
     bd_gpu_dispatch(w->context->gpu, w->split, &bindings,
-                    bd_divided_up(w->args.blocks.y, BD_SUBSPLAT_GROUP), 1, 1);
+                    bd_divided_up(w->args.list_block_count, BD_SUBSPLAT_GROUP), 1, 1);
 }
 
 // What has found no room is drawn as it is.
 static enum bd_err draw_left_over(struct work *w, const struct bd_bindings *bindings, double units)
 {
-    const float limit = w->args.limits.x;
-    const uint32_t masks = w->args.vpls.z;
-    w->args.limits.x = NEVER_SPLIT;
-    w->args.vpls.z = BD_SUBSPLAT_LEFT_OVER;
+    const float limit = w->args.threshold_absolute;
+    const uint32_t members = w->args.members;
+    w->args.threshold_absolute = NEVER_SPLIT;
+    w->args.members = BD_SUBSPLAT_LEFT_OVER;
     enum bd_err err = run_slices(w, w->test, bindings, units);
-    w->args.limits.x = limit;
-    w->args.vpls.z = masks;
+    w->args.threshold_absolute = limit;
+    w->args.members = members;
     w->sum->is_limited = true;
     return err;
 }
@@ -235,13 +235,13 @@ static enum bd_err run_list(struct work *w, const struct bd_vpl_list *vpls, cons
 {
     struct bd_bindings bindings = bind(w, list), test = bindings;
     bind_test(w, vpls, list, &test);
-    w->args.vpls.z = list ? BD_SUBSPLAT_MASKED : BD_SUBSPLAT_ALL;
+    w->args.members = list ? BD_SUBSPLAT_MASKED : BD_SUBSPLAT_ALL;
     enum bd_err err = run_slices(w, w->test, &test, units);
     if (err) return err;
     run_scan(w, &bindings);
     run_split(w, bindings, next);
     err = bd_buf_read(w->context->gpu, w->counts, 0, now, sizeof *now);
-    if (err || now->next.x <= w->capacity) return err;
+    if (err || now->next_wanted <= w->capacity) return err;
     err = draw_left_over(w, &test, units);
     return err ? err : bd_buf_read(w->context->gpu, w->counts, 0, now, sizeof *now);
 }
@@ -250,23 +250,23 @@ static enum bd_err run_list(struct work *w, const struct bd_vpl_list *vpls, cons
 static enum bd_err work_through(struct work *w, const struct bd_vpl_list *vpls)
 {
     const struct list *list = NULL;
-    double units = UNITS_PER_POINT * 4 * w->args.vpls.y;
+    double units = UNITS_PER_POINT * 4 * w->args.vpl_count;
     struct bd_subsplats_counts before = {0}, now = {0};
     bd_buf_clear(w->context->gpu, w->counts);
-    while (w->args.blocks.y > 0) {
+    while (w->args.list_block_count > 0) {
         const struct list *next = list == &w->lists[0] ? &w->lists[1] : &w->lists[0];
         enum bd_err err = run_list(w, vpls, list, next, units, &now);
         if (err) return err;
-        uint32_t splits = now.lists.y - before.lists.y;
-        units = now.next.y > 0 ? UNITS_PER_POINT * 16 * splits / now.next.y : 0;
+        uint32_t splits = now.split - before.split;
+        units = now.next_fitting > 0 ? UNITS_PER_POINT * 16 * splits / now.next_fitting : 0;
         before = now;
         list = next;
-        w->args.blocks.x = 0;
-        w->args.blocks.y = now.next.y;
+        w->args.list_first_block = 0;
+        w->args.list_block_count = now.next_fitting;
     }
-    w->sum->tested += now.lists.x;
-    w->sum->split += now.lists.y;
-    w->sum->drawn += now.lists.z;
+    w->sum->tested += now.tested;
+    w->sum->split += now.split;
+    w->sum->drawn += now.drawn;
     return BD_ERR_OK;
 }
 
@@ -299,9 +299,10 @@ static enum bd_err run_batch(struct work *w, const struct bd_vpl_list *vpls, uin
     enum bd_err err = BD_ERR_OK;
     for (uint32_t at = 0; !err && at < count;) {
         uint32_t part = part_of_start(w, at);
-        w->args.blocks = (struct bd_uvec4){at, part, 0, 0};
-        w->args.vpls.x = first_vpl;
-        w->args.vpls.y = left < BD_SUBSPLAT_VPLS ? left : BD_SUBSPLAT_VPLS;
+        w->args.list_first_block = at;
+        w->args.list_block_count = part;
+        w->args.first_vpl = first_vpl;
+        w->args.vpl_count = left < BD_SUBSPLAT_VPLS ? left : BD_SUBSPLAT_VPLS;
         err = work_through(w, vpls);
         at += part;
     }
@@ -322,12 +323,13 @@ static enum bd_err run_pixels(struct work *w, const struct bd_vpl_list *vpls)
     enum bd_err err = BD_ERR_OK;
     for (uint32_t at = 0; !err && at < vpls->count; at += VPLS_PER_GATHER) {
         const uint32_t left = vpls->count - at;
-        w->args.blocks = (struct bd_uvec4){first, count, 0, 0};
-        w->args.vpls.x = at;
-        w->args.vpls.y = left < VPLS_PER_GATHER ? left : VPLS_PER_GATHER;
+        w->args.list_first_block = first;
+        w->args.list_block_count = count;
+        w->args.first_vpl = at;
+        w->args.vpl_count = left < VPLS_PER_GATHER ? left : VPLS_PER_GATHER;
         struct bd_bindings bindings = bind(w, NULL);
         bind_receivers(w, vpls, &bindings);
-        err = run_slices(w, w->pixels, &bindings, UNITS_PER_POINT * w->args.vpls.y);
+        err = run_slices(w, w->pixels, &bindings, UNITS_PER_POINT * w->args.vpl_count);
     }
     w->sum->tested += (uint64_t)count * vpls->count;
     w->sum->drawn += (uint64_t)count * vpls->count;
@@ -376,7 +378,8 @@ static enum bd_err spread(struct work *w, struct bd_tex *glossy, struct bd_fault
             .uniforms[BD_UNIFORM_MULTIRES] = {layout, sizeof *layout},
             .uniforms[BD_UNIFORM_ARGS] = {&w->args, sizeof w->args},
         };
-        w->args.rows = (struct bd_uvec4){row, rows, 0, 0};
+        w->args.first_row = row;
+        w->args.row_count = rows;
         bd_gbuffer_bind(w->inputs->gbuffer, &bindings);
         bind_images(w, &bindings, false);
         bindings.images[BD_IMAGE_GLOSSY].tex = glossy;
@@ -397,12 +400,14 @@ static void set_limits(struct work *w)
     const double of_mean_vpl = vpls > 0 ? 1 / (M_PI * (double)vpls) : 0;
     const float threshold = (float)inputs->threshold;
     const float in_unit = (float)(inputs->threshold / inputs->scene->space.unit_cd_m2);
-    if (inputs->threshold == 0)
-        w->args.limits = (struct bd_vec4){ALWAYS_SPLIT, 0, 0, 0};
-    else if (inputs->test == BD_RADIANCE_TEST_ABSOLUTE)
-        w->args.limits = (struct bd_vec4){in_unit, 0, 0, 0};
-    else
-        w->args.limits = (struct bd_vec4){0, threshold, (float)of_mean_vpl, 0};
+    if (inputs->threshold == 0) {
+        w->args.threshold_absolute = ALWAYS_SPLIT;
+    } else if (inputs->test == BD_RADIANCE_TEST_ABSOLUTE) {
+        w->args.threshold_absolute = in_unit;
+    } else {
+        w->args.threshold_relative = threshold;
+        w->args.of_mean_vpl = (float)of_mean_vpl;
+    }
 }
 
 enum bd_err bd_subsplats_run(const struct bd_pass_context *context,
@@ -418,7 +423,7 @@ enum bd_err bd_subsplats_run(const struct bd_pass_context *context,
         .sum = counts,
     };
     struct bd_tex *made = NULL;
-    w.args.next.x = w.capacity;
+    w.args.next_block_count_max = w.capacity;
     set_limits(&w);
     *counts = (struct bd_subsplat_counts){0};
     enum bd_err err = create_image(context->gpu, "indirect glossy", layout->size_px.x,

@@ -15,7 +15,8 @@
 //
 // Deviations: the paper adds a constant for each block and blends blocks with their neighbours on
 // the way to the pixels; where a VPL's blocks change level, light of one block is then mixed with
-// none. A plane needs no neighbour, and its four points have been paid for.
+// none: a quarter of it is lost on one side and given twice on the other. A plane needs no
+// neighbour, and its four points have been paid for.
 
 #ifndef BD_PASS_SUBSPLATS_H
 #define BD_PASS_SUBSPLATS_H

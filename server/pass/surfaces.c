@@ -133,12 +133,13 @@ static struct bd_surfaces_args args_of(const struct work *w, uint32_t level)
 {
     const struct bd_multires_layout *layout = &w->discontinuity->layout;
     return (struct bd_surfaces_args){
-        .rows = {0, 0, w->inputs->settings.finest_level, w->out->outer_first[level]},
+        .finest_level = w->inputs->settings.finest_level,
+        .first_outer = w->out->outer_first[level],
         .level = bd_multires_level(layout, level),
         .finer = bd_multires_level(layout, level - 1),
         .coarser = bd_multires_level(layout, level + 1),
         .size_px = layout->size_px,
-        .counts = {w->out->children_first[level], 0, 0, 0},
+        .first_children = w->out->children_first[level],
     };
 }
 
@@ -155,8 +156,8 @@ static enum bd_err run_level(const struct work *w, const struct bd_program *prog
     bd_slicer_work(w->context->slicer, "surfaces");
     for (uint32_t row = 0; row < blocks.y;) {
         uint32_t rows = bd_slicer_rows(w->context->slicer, units_per_row, blocks.y - row);
-        args.rows.x = row;
-        args.rows.y = rows;
+        args.first_row = row;
+        args.row_count = rows;
         bd_gpu_dispatch(w->context->gpu, program, &bindings, (blocks.x + group[0] - 1) / group[0],
                         (rows + group[1] - 1) / group[1], 1);
         row += rows;
@@ -178,8 +179,8 @@ static enum bd_err run_list(const struct work *w, const struct bd_program *progr
     bd_slicer_work(w->context->slicer, "surfaces list");
     for (uint32_t first = 0; first < count;) {
         uint32_t items = bd_list_slice(w->context->slicer, units, count - first);
-        args.rows.x = first;
-        args.rows.y = items;
+        args.first_item = first;
+        args.item_count = items;
         bd_gpu_dispatch(w->context->gpu, program, &bindings, bd_divided_up(items, BD_LIST_GROUP), 1,
                         1);
         first += items;

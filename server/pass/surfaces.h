@@ -1,5 +1,8 @@
 // Which blocks of a picture are of one surface with those around them, so that light of one may be
 // interpolated with that of the other. It depends on what the camera sees, and not on light.
+//
+// Levels are gone through from the coarsest down. What lies under a block in which nothing jumps,
+// among eight such blocks of its surface, is not looked at (shaders/pass/surfaces/look.comp).
 
 #ifndef BD_PASS_SURFACES_H
 #define BD_PASS_SURFACES_H

@@ -13,7 +13,8 @@ _Static_assert(BD_TREE_PRINTED == BD_TREE_CRITERION_PRINTED, "C and GLSL agree")
 
 // Nodes that a receiver visits in a round, at most: all of the largest root. A fixed number,
 // because it sets the order of the sums. A leaf costs an invocation a dozen rounds of its loops if
-// it is near.
+// it is near. A receiver keeps where it is and goes as far as it may: one dispatch, unless tau is
+// next to nothing. A few roots a dispatch would read each receiver's surface again for each.
 #define LEAVES_PER_ROUND (BD_TREE_ROOT_LEAVES_MAX * BD_TREE_ROOT_LEAVES_MAX)
 #define NODES_PER_ROUND  ((4 * LEAVES_PER_ROUND - 1) / 3)
 #define ESTIMATE_STEPS   65536.0 // of the frame's mean irradiance
@@ -55,16 +56,24 @@ struct bd_gather_tree_args bd_tree_walk_args(const struct bd_tree_walk *walk,
     const uint32_t root_leaves = tree->leaf_side / tree->root_side;
     const double per_m2 = pow(in->scene->space.render_per_m, -2);
     return (struct bd_gather_tree_args){
-        .rows = {0, 0, roots->anew, roots->goes_on},
-        .tree = {roots->first, roots->count, tree->root_side, bd_vpl_tree_level_count(tree)},
-        .cut = {(uint32_t)in->criterion, NODES_PER_ROUND, (4 * root_leaves * root_leaves - 1) / 3,
-                walk->round},
-        .tau = {(float)in->tau, (float)(in->tau * walk->mean_irradiance),
-                (float)(BD_TREE_ESTIMATE_MIN * walk->mean_irradiance),
-                (float)(ESTIMATE_STEPS / walk->mean_irradiance)},
-        .light = {(float)(tree->intensity * tree->face_extent), (float)tree->face_extent,
-                  (float)per_m2, 0},
-        .blocks = {in->finest_level, 0, 0, 0},
+        .is_first = roots->anew,
+        .is_resumed = roots->goes_on,
+        .first_root = roots->first,
+        .root_count = roots->count,
+        .root_side = tree->root_side,
+        .level_count = bd_vpl_tree_level_count(tree),
+        .criterion = (uint32_t)in->criterion,
+        .nodes_per_round = NODES_PER_ROUND,
+        .nodes_per_root = (4 * root_leaves * root_leaves - 1) / 3,
+        .round = walk->round,
+        .tau_relative = (float)in->tau,
+        .tau_absolute = (float)(in->tau * walk->mean_irradiance),
+        .estimate_min = (float)(BD_TREE_ESTIMATE_MIN * walk->mean_irradiance),
+        .steps_per_unit = (float)(ESTIMATE_STEPS / walk->mean_irradiance),
+        .face_flux = (float)(tree->intensity * tree->face_extent),
+        .face_extent = (float)tree->face_extent,
+        .per_m2 = (float)per_m2,
+        .finest_level = in->finest_level,
     };
 }
 

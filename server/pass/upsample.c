@@ -68,7 +68,6 @@ static struct bd_upsample_args args_of(const struct upsample *u, uint32_t level)
     return (struct bd_upsample_args){
         .level = bd_multires_level(layout, level),
         .above = bd_multires_level(layout, level + 1),
-        .size_px = layout->size_px,
     };
 }
 
@@ -84,7 +83,8 @@ static enum bd_err run_inner(const struct upsample *u, uint32_t level, struct bd
     bd_slicer_work(u->context->slicer, "upsample");
     for (uint32_t row = 0; row < height;) {
         uint32_t rows = bd_slicer_rows(u->context->slicer, units_per_row, height - row);
-        args.rows = (struct bd_uvec4){row, rows, 0, 0};
+        args.first_row = row;
+        args.row_count = rows;
         const struct bd_bindings bindings = bind(u, level, &args);
         bd_gpu_dispatch(u->context->gpu, program, &bindings, (columns + group[0] - 1) / group[0],
                         (rows + group[1] - 1) / group[1], 1);
@@ -104,13 +104,13 @@ static enum bd_err run_list(const struct upsample *u, const char *compute, uint3
     struct bd_program *program;
     enum bd_err err = get_program(u, compute, level, &program, fault);
     struct bd_upsample_args args = args_of(u, level);
-    args.rows.z = surfaces->outer_first[level + 1];
-    args.rows.w = surfaces->children_first[level + 1];
+    args.first_outer = surfaces->outer_first[level + 1];
+    args.first_children = surfaces->children_first[level + 1];
     bd_slicer_work(u->context->slicer, "upsample list");
     while (!err && first < end) {
         uint32_t count = bd_list_slice(u->context->slicer, UNITS_PER_OUTER, end - first);
-        args.rows.x = first;
-        args.rows.y = count;
+        args.first_item = first;
+        args.item_count = count;
         struct bd_bindings bindings = bind(u, level, &args);
         bd_bind_storage(&bindings, BD_STORAGE_OUTER_BLOCKS, surfaces->outer, true, false);
         bd_bind_storage(&bindings, BD_STORAGE_OUTER_CHILDREN, surfaces->children, true, false);

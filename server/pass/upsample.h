@@ -6,7 +6,9 @@
 // What departs from the paper, each for a smaller error where light changes smoothly: a fragment
 // keeps what it gathered at its own level; where some of the 3 x 3 hold no data the weights are
 // tilted, so that light which changes linearly over the picture stays linear; and where a block has
-// neighbours on both sides, their second difference counts.
+// neighbours on both sides, their second difference counts. As printed the filter also blurs what
+// was gathered at its own level, and leans to one side wherever something is missing: at every
+// silhouette, at every change of level, at the picture's edge.
 
 #ifndef BD_PASS_UPSAMPLE_H
 #define BD_PASS_UPSAMPLE_H

@@ -69,7 +69,9 @@ static void dispatch(const struct clusters *c, const struct bd_program *program,
     const struct bd_vpl_clusters_inputs *inputs = c->inputs;
     const struct bd_vpl_clusters_args args = {
         .block = bd_vpl_block_args(inputs->rsm, slice->face, inputs->kernel, inputs->near_field),
-        .slice = {slice->first, slice->count, slice->before, 0},
+        .first_fragment = slice->first,
+        .fragment_count = slice->count,
+        .vpls_before = slice->before,
     };
     const struct bd_light_uniform light =
         bd_light_setup_uniform(inputs->light, inputs->space, inputs->rsm->side_px);

@@ -18,7 +18,9 @@ static void dispatch(const struct vpl_grid *g, uint32_t face, uint32_t row, uint
     const struct bd_vpl_grid_inputs *inputs = g->inputs;
     const struct bd_vpl_grid_args args = {
         .block = bd_vpl_block_args(inputs->rsm, face, inputs->kernel, inputs->near_field),
-        .grid = {inputs->grid_side, row, rows, 0},
+        .grid_side = inputs->grid_side,
+        .first_row = row,
+        .row_count = rows,
     };
     const struct bd_light_uniform light =
         bd_light_setup_uniform(inputs->light, inputs->space, inputs->rsm->side_px);

@@ -46,8 +46,10 @@ struct bd_vpl_block_args bd_vpl_block_args(const struct bd_rsm *rsm, uint32_t fa
                                            enum bd_vpl_kernel kernel, double near_field)
 {
     return (struct bd_vpl_block_args){
-        .how = {(uint32_t)kernel, rsm->weights->layer_count == 1, face, 0},
-        .limits = {(float)near_field, 0, 0, 0},
+        .kernel = (uint32_t)kernel,
+        .has_one_weight_layer = rsm->weights->layer_count == 1,
+        .face = face,
+        .near_field = (float)near_field,
     };
 }
 

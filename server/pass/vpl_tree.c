@@ -98,9 +98,14 @@ static void dispatch(const struct bd_pass_context *context, const struct bd_vpl_
                      uint32_t level, uint32_t first, uint32_t count)
 {
     const struct bd_vpl_tree_args args = {
-        .level = {level_nodes(tree, level), bd_vpl_tree_level_first(tree, level), face_nodes(tree),
-                  level + 1 == bd_vpl_tree_level_count(tree)},
-        .faces = {tree->face_count, tree->leaf_side, first, count},
+        .level_node_count = level_nodes(tree, level),
+        .level_first_node = bd_vpl_tree_level_first(tree, level),
+        .face_node_count = face_nodes(tree),
+        .has_leaves = level + 1 == bd_vpl_tree_level_count(tree),
+        .face_count = tree->face_count,
+        .leaf_side = tree->leaf_side,
+        .first_node = first,
+        .node_count = count,
     };
     const struct bd_light_uniform light = light_uniform(inputs);
     struct bd_bindings bindings = {0};

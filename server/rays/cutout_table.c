@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "base/assert.h"
-#include "base/large.h"
+#include "base/huge_pages.h"
 
 struct table {
     const struct bd_rays *rays;
@@ -58,8 +58,8 @@ static bool make_room(struct table *table, uint64_t bytes_max)
         return false;
     out->cutout_count = (size_t)records;
     out->texel_word_count = (size_t)(table->texel_count + 3) / 4;
-    out->cutouts = bd_large_alloc(out->cutout_count * sizeof *out->cutouts);
-    out->texels = bd_large_alloc((out->texel_word_count + 1) * sizeof *out->texels);
+    out->cutouts = bd_huge_pages_alloc(out->cutout_count * sizeof *out->cutouts);
+    out->texels = bd_huge_pages_alloc((out->texel_word_count + 1) * sizeof *out->texels);
     return out->cutouts && out->texels;
 }
 

@@ -90,8 +90,8 @@ static double area(bd_dvec3 low, bd_dvec3 high)
 }
 
 // By the surface of its box and of the scene's.
-static double chance_of(const struct bd_scene *scene, const bd_dmat4 *matrix,
-                        const struct bd_primitive *p)
+static double pdf_of(const struct bd_scene *scene, const bd_dmat4 *matrix,
+                     const struct bd_primitive *p)
 {
     bd_dvec3 low = {INFINITY, INFINITY, INFINITY}, high = {-INFINITY, -INFINITY, -INFINITY};
     for (int corner = 0; corner < 8; corner++) {
@@ -103,8 +103,8 @@ static double chance_of(const struct bd_scene *scene, const bd_dmat4 *matrix,
         high = (bd_dvec3){fmax(high.x, at.x), fmax(high.y, at.y), fmax(high.z, at.z)};
     }
     const double whole = area(scene->features.bounds_min, scene->features.bounds_max);
-    const double chance = area(low, high) / whole;
-    return chance >= 0 && chance <= 1 ? chance : 1;
+    const double pdf = area(low, high) / whole;
+    return pdf >= 0 && pdf <= 1 ? pdf : 1;
 }
 
 static void add_to(struct share *share, const struct bd_scene *scene, uint32_t instance)
@@ -116,7 +116,7 @@ static void add_to(struct share *share, const struct bd_scene *scene, uint32_t i
         if (triangles == 0) continue;
         share->triangles += triangles;
         share->steps +=
-            log2(1.0 + triangles) * chance_of(scene, &at->world_from_mesh, &mesh->primitives[p]);
+            log2(1.0 + triangles) * pdf_of(scene, &at->world_from_mesh, &mesh->primitives[p]);
     }
 }
 

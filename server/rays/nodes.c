@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "base/assert.h"
-#include "base/large.h"
+#include "base/huge_pages.h"
 #include "rays/cutout_table.h"
 #include "rays/structure.h"
 
@@ -247,8 +247,10 @@ static void finish_nodes(const struct bd_ray_nodes *nodes)
 
 static bool make_room(struct making *making, uint32_t leaf_count)
 {
-    making->out->nodes = bd_large_alloc((2 * (size_t)leaf_count - 1) * sizeof *making->out->nodes);
-    making->out->triangles = bd_large_alloc(making->box_count * sizeof *making->out->triangles);
+    making->out->nodes =
+        bd_huge_pages_alloc((2 * (size_t)leaf_count - 1) * sizeof *making->out->nodes);
+    making->out->triangles =
+        bd_huge_pages_alloc(making->box_count * sizeof *making->out->triangles);
     return making->out->nodes && making->out->triangles;
 }
 
@@ -279,7 +281,7 @@ static enum bd_err build_nodes(struct making *making, struct bd_fault *fault)
 static enum bd_err make_nodes(struct making *making, struct bd_fault *fault)
 {
     const uint32_t count = count_triangles(making);
-    making->boxes = bd_large_alloc((count + 1) * sizeof *making->boxes);
+    making->boxes = bd_huge_pages_alloc((count + 1) * sizeof *making->boxes);
     if (!making->boxes) return no_memory(making, fault);
     list_boxes(making, count);
     const enum bd_err err = making->box_count ? build_nodes(making, fault) : BD_ERR_OK;

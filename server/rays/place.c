@@ -3,7 +3,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "base/large.h"
+#include "base/huge_pages.h"
 #include "rays/structure.h"
 
 // A mesh of fewer triangles costs more as an instance than placed.
@@ -201,8 +201,8 @@ static void place_all(const struct bd_rays *rays, struct bd_rays_part *part)
 
 static bool make_room(struct bd_placed_triangles *placed)
 {
-    placed->positions = bd_large_alloc((3 * placed->vertex_count + 1) * sizeof(float));
-    placed->indices = bd_large_alloc((3 * placed->triangle_count + 1) * sizeof(uint32_t));
+    placed->positions = bd_huge_pages_alloc((3 * placed->vertex_count + 1) * sizeof(float));
+    placed->indices = bd_huge_pages_alloc((3 * placed->triangle_count + 1) * sizeof(uint32_t));
     if (!placed->positions || !placed->indices) return false;
     placed->positions[3 * placed->vertex_count] = 0;
     return true;

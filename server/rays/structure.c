@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "base/assert.h"
-#include "base/large.h"
+#include "base/huge_pages.h"
 
 // --- which triangle that is -------------------------------------------------------------------
 
@@ -299,7 +299,7 @@ static bool make_numbers(struct bd_rays_level *level)
     for (int k = 0; k < BD_PLACED_COUNT; k++) {
         struct bd_placed_triangles *placed = &level->placed[k];
         *placed = level->part->placed[k];
-        placed->numbers = bd_large_alloc((placed->triangle_count + 1) * sizeof(uint32_t));
+        placed->numbers = bd_huge_pages_alloc((placed->triangle_count + 1) * sizeof(uint32_t));
     }
     return level->kept && level->placed[0].numbers && level->placed[1].numbers;
 }

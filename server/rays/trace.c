@@ -266,7 +266,7 @@ struct nearest {
     struct bd_ray_hit *hits;
 };
 
-static void meet_piece(void *user, uint32_t piece)
+static void trace_piece(void *user, uint32_t piece)
 {
     const struct nearest *batch = user;
     const size_t begin = (size_t)piece * RAYS_PER_PIECE;
@@ -278,5 +278,5 @@ void bd_rays_nearest(const struct bd_rays *rays, struct bd_pool *pool, enum bd_r
                      const struct bd_ray *queries, size_t count, struct bd_ray_hit *hits)
 {
     struct nearest batch = {rays, alpha, queries, count, hits};
-    run_pieces(pool, count, meet_piece, &batch);
+    run_pieces(pool, count, trace_piece, &batch);
 }

@@ -128,10 +128,10 @@ static float visibility(const struct bd_bsdf *bsdf, float cos_i)
     return 0.5f / bd_maxf(v, 1e-12f);
 }
 
-// One pair of directions: f |cos| and density, to be added to.
+// One pair of directions: f |cos| and pdf, to be added to.
 struct value {
-    float f_cos[3], density;
-    bool wants_density;
+    float f_cos[3], pdf;
+    bool wants_pdf;
 };
 
 static void diffuse_reflection(const struct bd_bsdf *bsdf, float fresnel, float cos_i, float out[3])
@@ -146,11 +146,11 @@ static void diffuse_reflection(const struct bd_bsdf *bsdf, float fresnel, float 
 
 // With which sampling of visible normals finds the reflection at `h`: D G1 o.h / (cos_o 4 o.h),
 // where the first o.h is the configuration's, whose cosine to the eye is never 0.
-static float reflection_density(const struct bd_bsdf *bsdf, const float h[3], float o_h, float d)
+static float reflection_pdf(const struct bd_bsdf *bsdf, const float h[3], float o_h, float d)
 {
-    float density = 0.25f * d * bsdf->masking_over_cos_o;
+    float pdf = 0.25f * d * bsdf->masking_over_cos_o;
     float raised = bsdf->cos_o - bsdf->o[2];
-    return raised == 0 ? density : density * (1 + raised * h[2] / o_h);
+    return raised == 0 ? pdf : pdf * (1 + raised * h[2] / o_h);
 }
 
 static void add_reflection(const struct bd_bsdf *bsdf, const float i[3], struct value *to)
@@ -165,8 +165,8 @@ static void add_reflection(const struct bd_bsdf *bsdf, const float i[3], struct 
     if (!bsdf->delta_reflection && h[2] > 0 && o_h > 0) {
         float d = bd_ggx_distribution(h, bsdf->alpha);
         specular = d * visibility(bsdf, i[2]);
-        if (to->wants_density)
-            to->density += bsdf->micro_probability * facet.q * reflection_density(bsdf, h, o_h, d);
+        if (to->wants_pdf)
+            to->pdf += bsdf->micro_probability * facet.q * reflection_pdf(bsdf, h, o_h, d);
     }
     for (int k = 0; k < 3; k++) to->f_cos[k] += (diffuse[k] + facet.reflected[k] * specular) * i[2];
 }
@@ -184,7 +184,7 @@ static void add_thin_transmission(const struct bd_bsdf *bsdf, const float i[3], 
     float d = bd_ggx_distribution(h, bsdf->alpha);
     float f = facet.through * d * visibility(bsdf, mirrored[2]);
     for (int k = 0; k < 3; k++) to->f_cos[k] += bsdf->surface.base_color[k] * f * mirrored[2];
-    to->density += bsdf->micro_probability * (1 - facet.q) * reflection_density(bsdf, h, o_h, d);
+    to->pdf += bsdf->micro_probability * (1 - facet.q) * reflection_pdf(bsdf, h, o_h, d);
 }
 
 // Refractive indices on the sides of `wo` and of the transmitted direction.
@@ -212,7 +212,7 @@ static void add_solid_transmission(const struct bd_bsdf *bsdf, const float i[3],
     float masking = bd_ggx_masking(-i[2], bsdf->alpha);
     float f = facet.through * eta_o * eta_o * spread * visible * masking;
     for (int k = 0; k < 3; k++) to->f_cos[k] += bsdf->surface.base_color[k] * f;
-    to->density += bsdf->micro_probability * (1 - facet.q) * eta_i * eta_i * spread * visible;
+    to->pdf += bsdf->micro_probability * (1 - facet.q) * eta_i * eta_i * spread * visible;
 }
 
 // --- evaluation -------------------------------------------------------------------------------
@@ -221,7 +221,7 @@ static void evaluate(const struct bd_bsdf *bsdf, const float i[3], struct value 
 {
     if (i[2] > 0) {
         add_reflection(bsdf, i, to);
-        to->density += (1 - bsdf->micro_probability) * i[2] / BD_PI_F;
+        to->pdf += (1 - bsdf->micro_probability) * i[2] / BD_PI_F;
     } else if (i[2] < 0 && bsdf->transmissive > 0 && !bsdf->delta_transmission) {
         if (bsdf->surface.thin)
             add_thin_transmission(bsdf, i, to);
@@ -231,12 +231,12 @@ static void evaluate(const struct bd_bsdf *bsdf, const float i[3], struct value 
 }
 
 static void evaluate_lambert(const struct bd_surface *s, const float wi[3], float out[3],
-                             float *density)
+                             float *pdf)
 {
     float cosine = bd_vec3f_dot(s->normal, wi);
     bool above = cosine > 0 && bd_vec3f_dot(s->normal_geometric, wi) > 0;
-    *density = above ? cosine / BD_PI_F : 0;
-    bd_vec3f_scale(out, s->base_color, *density);
+    *pdf = above ? cosine / BD_PI_F : 0;
+    bd_vec3f_scale(out, s->base_color, *pdf);
 }
 
 // Light stays on the side where the geometry says that it is (hazard 61).
@@ -247,31 +247,31 @@ static bool sides_agree(const struct bd_bsdf *bsdf, const float i[3], const floa
 }
 
 static struct value value_of(const struct bd_bsdf *bsdf, const float i[3], const float wi[3],
-                             bool wants_density)
+                             bool wants_pdf)
 {
-    struct value value = {{0, 0, 0}, 0, wants_density};
+    struct value value = {{0, 0, 0}, 0, wants_pdf};
     if (sides_agree(bsdf, i, wi)) evaluate(bsdf, i, &value);
-    if (!isfinite(value.density) || !isfinite(bd_vec3f_mean(value.f_cos)))
-        return (struct value){{0, 0, 0}, 0, wants_density};
+    if (!isfinite(value.pdf) || !isfinite(bd_vec3f_mean(value.f_cos)))
+        return (struct value){{0, 0, 0}, 0, wants_pdf};
     return value;
 }
 
-void bd_bsdf_eval(const struct bd_bsdf *bsdf, const float wi[3], float out[3], float *density)
+void bd_bsdf_eval(const struct bd_bsdf *bsdf, const float wi[3], float out[3], float *pdf)
 {
     const struct bd_surface *surface = &bsdf->surface;
     float unused;
-    if (!density) density = &unused;
+    if (!pdf) pdf = &unused;
     if (surface->lambert) {
-        evaluate_lambert(surface, wi, out, density);
+        evaluate_lambert(surface, wi, out, pdf);
         return;
     }
     bd_vec3f_set(out, 0, 0, 0);
-    *density = 0;
+    *pdf = 0;
     if (!bd_bsdf_is_reached(surface, wi)) return;
     float i[3] = {bd_vec3f_dot(wi, bsdf->x), bd_vec3f_dot(wi, bsdf->y), bd_vec3f_dot(wi, bsdf->z)};
-    struct value value = value_of(bsdf, i, wi, density != &unused);
+    struct value value = value_of(bsdf, i, wi, pdf != &unused);
     bd_vec3f_copy(out, value.f_cos);
-    *density = value.density;
+    *pdf = value.pdf;
 }
 
 // --- sampling ---------------------------------------------------------------------------------
@@ -290,9 +290,9 @@ static bool sample_lambert(const struct bd_surface *s, const float u[3], struct 
     for (int k = 0; k < 3; k++)
         out->wi[k] = x[k] * local[0] + y[k] * local[1] + s->normal[k] * local[2];
     bd_vec3f_copy(out->weight, s->base_color);
-    out->density = bd_vec3f_dot(s->normal, out->wi) / BD_PI_F;
+    out->pdf = bd_vec3f_dot(s->normal, out->wi) / BD_PI_F;
     out->delta = out->transmitted = false;
-    return out->density > 0 && bd_vec3f_dot(s->normal_geometric, out->wi) > 0;
+    return out->pdf > 0 && bd_vec3f_dot(s->normal_geometric, out->wi) > 0;
 }
 
 // Snell's law at a facet `h` on the side of `o`. False: total reflection.
@@ -329,13 +329,13 @@ static float radiance_scale(const struct bd_surface *s)
 static bool finish_delta(const struct bd_bsdf *bsdf, const struct facet *facet, bool through,
                          struct bd_bsdf_sample *out)
 {
-    float chance = bsdf->micro_probability * (through ? 1 - facet->q : facet->q);
+    float pdf = bsdf->micro_probability * (through ? 1 - facet->q : facet->q);
     if (through)
         bd_vec3f_scale(out->weight, bsdf->surface.base_color,
-                       facet->through * radiance_scale(&bsdf->surface) / chance);
+                       facet->through * radiance_scale(&bsdf->surface) / pdf);
     else
-        bd_vec3f_scale(out->weight, facet->reflected, 1 / chance);
-    out->density = 0;
+        bd_vec3f_scale(out->weight, facet->reflected, 1 / pdf);
+    out->pdf = 0;
     out->delta = true;
     return true;
 }
@@ -343,9 +343,9 @@ static bool finish_delta(const struct bd_bsdf *bsdf, const struct facet *facet, 
 static bool finish_smooth(const struct bd_bsdf *bsdf, const float i[3], struct bd_bsdf_sample *out)
 {
     struct value value = value_of(bsdf, i, out->wi, true);
-    if (!(value.density > 0)) return false;
-    bd_vec3f_scale(out->weight, value.f_cos, 1 / value.density);
-    out->density = value.density;
+    if (!(value.pdf > 0)) return false;
+    bd_vec3f_scale(out->weight, value.f_cos, 1 / value.pdf);
+    out->pdf = value.pdf;
     out->delta = false;
     return isfinite(bd_vec3f_mean(out->weight));
 }

@@ -1,5 +1,5 @@
 // How a surface scatters light: glTF's metallic-roughness BRDF, its Lambertian part alone, or a
-// dielectric that transmits. Evaluation, sampling and density agree with each other.
+// dielectric that transmits. Evaluation, sampling and pdf agree with each other.
 //
 // glTF 2.0 Appendix B (diffuse and GGX mixed by Schlick's Fresnel), KHR_materials_ior,
 // KHR_materials_transmission, KHR_materials_volume; sampling of visible normals after Heitz 2018;
@@ -65,19 +65,19 @@ void bd_bsdf_look(struct bd_bsdf *bsdf, const float wo[3]);
 
 struct bd_bsdf_sample {
     float wi[3];
-    // f |cos| / density: the two multiply to what bd_bsdf_eval gives, to the last bits, since the
-    // density is that of the whole mixture, not of the lobe that was chosen.
+    // f |cos| / pdf: the two multiply to what bd_bsdf_eval gives, to the last bits, since the
+    // pdf is that of the whole mixture, not of the lobe that was chosen.
     float weight[3];
-    float density;   // per steradian; 0 for a delta lobe
+    float pdf;       // per steradian; 0 for a delta lobe
     bool delta;      // smooth: direction by a point mass
     bool transmitted;
 };
 
-// f(wo, wi) x |cos(wi, shading normal)| in `out`, and the density with which bd_bsdf_sample would
+// f(wo, wi) x |cos(wi, shading normal)| in `out`, and the pdf with which bd_bsdf_sample would
 // have chosen wi, per steradian (NULL: not wanted, which is quicker). Delta lobes contribute
 // nothing to either. Zero where the geometric and the shading normal disagree about the side of wi
 // (hazard 61).
-void bd_bsdf_eval(const struct bd_bsdf *bsdf, const float wi[3], float out[3], float *density);
+void bd_bsdf_eval(const struct bd_bsdf *bsdf, const float wi[3], float out[3], float *pdf);
 
 // False if bd_bsdf_eval is zero for sure: `wi` is behind the surface, or nothing is reflected. Most
 // light that is sought is told apart here, before a ray is spent on it.

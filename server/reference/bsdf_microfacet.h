@@ -71,7 +71,7 @@ static inline float bd_ggx_masking(float cosine, float alpha)
 }
 
 // A normal visible from `o` (Heitz 2018, Sampling the GGX Distribution of Visible Normals).
-// `cos_o` stands for |o.z|. Its density per steradian of h is G1(cos_o) D(h) max(o.h, 0) / cos_o,
+// `cos_o` stands for |o.z|. Its pdf per steradian of h is G1(cos_o) D(h) max(o.h, 0) / cos_o,
 // with cos_o for o.z.
 static inline void bd_ggx_sample_visible(const float o[3], float cos_o, float alpha,
                                          const float u[2], float h[3])

@@ -1,4 +1,4 @@
-// Spot checks: how wrong a frame is, from a few of its pixels traced by the witness.
+// Spot checks: how wrong a frame is, from a few of its pixels traced by the reference.
 //
 // The figure is the headline of `bounce compare`, for the whole frame: relative RMSE
 // sqrt(mean d) / mean R with d = (I - A)(I - B), over all channels of all pixels whose image is

@@ -22,7 +22,7 @@ static uint32_t count_emitters(const struct bd_geometry *geometry)
     return count < EMITTERS_MAX ? (uint32_t)count : EMITTERS_MAX;
 }
 
-void bd_emission_at(const struct bd_geometry *geometry, const struct bd_meeting *at,
+void bd_emission_at(const struct bd_geometry *geometry, const struct bd_intersection *at,
                     const float wo[3], float out[3])
 {
     const struct bd_material *m = at->part->material;
@@ -47,7 +47,7 @@ static double mean_luminance(const struct bd_geometry *geometry, const struct bd
     for (int i = 0; i < rows; i++)
         for (int j = 0; j < 2 * (rows - i) - 1; j++) {
             float third = j % 2 ? 2.0f / 3 : 1.0f / 3, emission[3];
-            struct bd_meeting at;
+            struct bd_intersection at;
             bd_geometry_point(part, triangle, ((float)(j / 2) + third) / (float)rows,
                               ((float)i + third) / (float)rows, &at);
             bd_emission_at(geometry, &at, at.hit.normal_geometric, emission);
@@ -154,8 +154,8 @@ uint64_t bd_emitters_bytes(const struct bd_emitters *e)
 
 // --- choosing -----------------------------------------------------------------------------------
 
-float bd_emitters_density(const struct bd_emitters *emitters, const struct bd_receiver *receiver,
-                          const struct bd_part *part, uint32_t triangle)
+float bd_emitters_pdf(const struct bd_emitters *emitters, const struct bd_receiver *receiver,
+                      const struct bd_part *part, uint32_t triangle)
 {
     if (emitters->count == 0 || part->first_emitter == UINT32_MAX) return 0;
     uint64_t emitter = (uint64_t)part->first_emitter + triangle;
@@ -170,14 +170,13 @@ void bd_emitters_choose(const struct bd_emitters *emitters, const struct bd_rece
     bd_light_tree_choose(&emitters->tree, receiver, count, draws);
 }
 
-float bd_emitters_drawn_density(const struct bd_emitters *emitters,
-                                const struct bd_light_draw *draw)
+float bd_emitters_drawn_pdf(const struct bd_emitters *emitters, const struct bd_light_draw *draw)
 {
     return draw->probability * emitters->inverse_area[draw->light];
 }
 
 void bd_emitters_point(const struct bd_emitters *emitters, const struct bd_geometry *geometry,
-                       uint32_t emitter, const float u[2], struct bd_meeting *out)
+                       uint32_t emitter, const float u[2], struct bd_intersection *out)
 {
     float root = sqrtf(u[0]);
     bd_geometry_point(&geometry->parts[emitters->part[emitter]], emitters->triangle[emitter],

@@ -32,20 +32,19 @@ void bd_emitters_finish(struct bd_emitters *emitters);
 // any.
 void bd_emitters_choose(const struct bd_emitters *emitters, const struct bd_receiver *receiver,
                         uint32_t count, struct bd_light_draw *draws);
-// The density per area with which points of a drawn one are chosen.
-float bd_emitters_drawn_density(const struct bd_emitters *emitters,
-                                const struct bd_light_draw *draw);
+// The pdf per area with which points of a drawn one are chosen.
+float bd_emitters_drawn_pdf(const struct bd_emitters *emitters, const struct bd_light_draw *draw);
 // A point of it, uniformly by area.
 void bd_emitters_point(const struct bd_emitters *emitters, const struct bd_geometry *geometry,
-                       uint32_t emitter, const float u[2], struct bd_meeting *out);
-// The density per area with which both choose points of this triangle; 0 for one that emits nothing
+                       uint32_t emitter, const float u[2], struct bd_intersection *out);
+// The pdf per area with which both choose points of this triangle; 0 for one that emits nothing
 // or can give nothing to the receiver.
-float bd_emitters_density(const struct bd_emitters *emitters, const struct bd_receiver *receiver,
-                          const struct bd_part *part, uint32_t triangle);
+float bd_emitters_pdf(const struct bd_emitters *emitters, const struct bd_receiver *receiver,
+                      const struct bd_part *part, uint32_t triangle);
 uint64_t bd_emitters_bytes(const struct bd_emitters *emitters);
 
 // Luminance towards `wo` in cd/m^2.
-void bd_emission_at(const struct bd_geometry *geometry, const struct bd_meeting *at,
+void bd_emission_at(const struct bd_geometry *geometry, const struct bd_intersection *at,
                     const float wo[3], float out[3]);
 
 #endif

@@ -61,10 +61,10 @@ static void fill_triangles(const struct bd_part *part, const struct bd_linear *l
                                    part->position + 3 * (size_t)index[1],
                                    part->position + 3 * (size_t)index[2], part->mirrored);
         for (int c = 0; c < 3; c++)
-            triangle->shading[c] = bd_corner_of(primitive, index[c], linear);
+            triangle->shading[c] = bd_shading_vertex_of(primitive, index[c], linear);
         if (!part->tangents) continue;
         for (int c = 0; c < 3; c++)
-            at->tangents->corner[c] = bd_corner_tangent_of(primitive, index[c], linear);
+            at->tangents->corner[c] = bd_shading_tangent_of(primitive, index[c], linear);
         at->tangents++;
     }
 }

@@ -1,5 +1,5 @@
-// Primitives of instances, flattened into reference space: what Embree is given and what a meeting
-// and its shading read. Private to reference/; made on one thread, then read by all.
+// Primitives of instances, flattened into reference space: what Embree is given and what an
+// intersection and its shading read. Private to reference/; made on one thread, then read by all.
 
 #ifndef BD_REFERENCE_FLATTEN_H
 #define BD_REFERENCE_FLATTEN_H

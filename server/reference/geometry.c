@@ -8,7 +8,7 @@
 #include <stdlib.h>
 
 #include "base/assert.h"
-#include "base/large.h"
+#include "base/huge_pages.h"
 #include "reference/flatten.h"
 #include "reference/sampler.h"
 #include "reference/vec3f.h"
@@ -79,9 +79,9 @@ static enum bd_err make_shape(const struct bd_scene *scene, struct bd_shape **ou
     const struct bd_flat_counts counts = shape->counts = bd_flatten_count(scene);
     struct bd_shape_arrays *arrays = &shape->arrays;
     // Embree reads 16 bytes at the last vertex.
-    arrays->positions = bd_large_alloc((3 * counts.vertices + 1) * sizeof *arrays->positions);
-    arrays->triangles = bd_large_alloc(counts.triangles * sizeof *arrays->triangles);
-    arrays->tangents = bd_large_alloc(counts.bent_triangles * sizeof *arrays->tangents);
+    arrays->positions = bd_huge_pages_alloc((3 * counts.vertices + 1) * sizeof *arrays->positions);
+    arrays->triangles = bd_huge_pages_alloc(counts.triangles * sizeof *arrays->triangles);
+    arrays->tangents = bd_huge_pages_alloc(counts.bent_triangles * sizeof *arrays->tangents);
     if (!arrays->positions || !arrays->triangles || !arrays->tangents)
         return bd_fault_set(fault, BD_ERR_NO_MEMORY, "reference",
                             "no memory for %zu vertices and %zu triangles", counts.vertices,
@@ -317,7 +317,7 @@ void bd_geometry_finish(struct bd_geometry *geometry)
 // --- points of triangles ------------------------------------------------------------------------
 
 void bd_geometry_point(const struct bd_part *part, uint32_t triangle, float u, float v,
-                       struct bd_meeting *out)
+                       struct bd_intersection *out)
 {
     out->part = part;
     set_hit(part, triangle, u, v, &out->hit);
@@ -326,10 +326,10 @@ void bd_geometry_point(const struct bd_part *part, uint32_t triangle, float u, f
     bd_triangle_point(shape, u, v, out->position, &out->clearance);
 }
 
-bool bd_meeting_is_behind(const struct bd_meeting *meeting, const float direction[3])
+bool bd_intersection_is_behind(const struct bd_intersection *intersection, const float direction[3])
 {
-    if (meeting->part->material->double_sided) return false;
-    return bd_vec3f_dot(meeting->hit.normal_geometric, direction) > 0;
+    if (intersection->part->material->double_sided) return false;
+    return bd_vec3f_dot(intersection->hit.normal_geometric, direction) > 0;
 }
 
 // --- rays ---------------------------------------------------------------------------------------
@@ -374,8 +374,8 @@ static struct RTCRay embree_ray(const struct bd_ray *ray)
     };
 }
 
-bool bd_geometry_meet(const struct bd_geometry *geometry, const struct bd_ray *ray,
-                      enum bd_sight sight, struct bd_meeting *out)
+bool bd_geometry_intersect(const struct bd_geometry *geometry, const struct bd_ray *ray,
+                           enum bd_sight sight, struct bd_intersection *out)
 {
     if (!admit(ray)) return false;
     struct context context = {.geometry = geometry, .ray = ray};

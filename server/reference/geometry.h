@@ -92,7 +92,7 @@ struct bd_ray {
     uint64_t coverage_seed; // for surfaces that are there with a probability; mixed when asked for
 };
 
-struct bd_meeting {
+struct bd_intersection {
     const struct bd_part *part;
     struct bd_hit hit;
     float distance; // in lengths of the direction
@@ -103,16 +103,17 @@ struct bd_meeting {
 // The first surface along the ray. False: none, or a ray that Embree cannot trace (origin or
 // direction beyond 1.8e18, a negative start, anything that is no number): it meets nothing, and is
 // counted.
-bool bd_geometry_meet(const struct bd_geometry *geometry, const struct bd_ray *ray,
-                      enum bd_sight sight, struct bd_meeting *out);
+bool bd_geometry_intersect(const struct bd_geometry *geometry, const struct bd_ray *ray,
+                           enum bd_sight sight, struct bd_intersection *out);
 // Whether anything lies between the ray's near and far; false for rays that cannot be traced, too.
 bool bd_geometry_is_blocked(const struct bd_geometry *geometry, const struct bd_ray *ray);
 
 // The point of a triangle at Embree's barycentrics, without a ray.
 void bd_geometry_point(const struct bd_part *part, uint32_t triangle, float u, float v,
-                       struct bd_meeting *out);
+                       struct bd_intersection *out);
 // True if the material has one side and `direction` points away from behind it.
-bool bd_meeting_is_behind(const struct bd_meeting *meeting, const float direction[3]);
+bool bd_intersection_is_behind(const struct bd_intersection *intersection,
+                               const float direction[3]);
 
 // Rays traced by the calling thread.
 uint64_t bd_geometry_ray_count(void);

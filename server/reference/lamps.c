@@ -163,7 +163,7 @@ static bool from_afar(const struct bd_lamps *lamps, const struct bd_lamp *lamp,
     bd_vec3f_scale(out->direction, lamp->axis, -1);
     bd_vec3f_copy(out->normal_illuminance, lamp->intensity);
     out->distance = INFINITY;
-    out->density = lamp->probability / (BD_PI_F * lamps->radius * lamps->radius);
+    out->pdf = lamp->probability / (BD_PI_F * lamps->radius * lamps->radius);
     return true;
 }
 
@@ -194,7 +194,7 @@ bool bd_lamp_illuminates(const struct bd_lamps *lamps, const struct bd_lamp *lam
     float factor = per_area * range_window(lamp, out->distance);
     if (!(factor > 0)) return false;
     bd_vec3f_scale(out->normal_illuminance, lamp->intensity, factor);
-    out->density = lamp->probability * per_area / lamp->steradians;
+    out->pdf = lamp->probability * per_area / lamp->steradians;
     return true;
 }
 

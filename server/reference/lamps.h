@@ -47,7 +47,7 @@ struct bd_illumination {
     float direction[3]; // unit, towards the lamp
     float distance;     // INFINITY for a directional light
     float normal_illuminance[3];
-    float density; // of light rays per area across them: see bd_lamp_density
+    float pdf; // of light rays per area across them: see bd_lamp_pdf
 };
 
 // False if the point is out of the lamp's cone or range.
@@ -59,7 +59,7 @@ const struct bd_lamp *bd_lamps_choose(const struct bd_lamps *lamps, float choice
 uint64_t bd_lamps_bytes(const struct bd_lamps *lamps);
 
 // One lamp chosen in proportion to flux, and a ray from it in proportion to its intensity. The
-// density with which such a ray meets a surface is bd_illumination.density x |cos| there.
+// pdf with which such a ray meets a surface is bd_illumination.pdf x |cos| there.
 const struct bd_lamp *bd_lamps_sample_ray(const struct bd_lamps *lamps, float choice,
                                           const float u[2], float origin[3], float direction[3]);
 

@@ -3,7 +3,7 @@
 // from the lamp finds it always.
 //
 // A path that ends lamp - y - x is found in two ways: scattering at x meets y, where the lamp is
-// sought (next_event.c); or a lamp's ray meets y, which x seeks. Both have a density per area at y,
+// sought (next_event.c); or a lamp's ray meets y, which x seeks. Both have a pdf per area at y,
 // and share by the balance heuristic (Veach 1997), which holds the sum of both densities against
 // the 1/r^2 of the junction: near corners it does not blow up. One light vertex serves all vertices
 // of its path.
@@ -36,11 +36,10 @@ static void trace(struct bd_path *path, struct bd_light_vertex *v)
     v->traced = true;
     const struct bd_lamp *lamp =
         bd_lamps_sample_ray(lamps, choice[0], u, ray.origin, ray.direction);
-    if (!bd_path_meet(path, &ray, &v->at)) return;
+    if (!bd_path_intersect(path, &ray, &v->at)) return;
     if (!bd_lamp_illuminates(lamps, lamp, v->at.position, &v->light)) return;
-    v->density =
-        v->light.density * fabsf(bd_vec3f_dot(v->at.hit.normal_geometric, v->light.direction));
-    v->found = v->density > 0;
+    v->pdf = v->light.pdf * fabsf(bd_vec3f_dot(v->at.hit.normal_geometric, v->light.direction));
+    v->found = v->pdf > 0;
 }
 
 // The light vertex as a vertex that sends light towards `wo`; its own `wo` is an earlier one's.
@@ -64,7 +63,7 @@ struct junction {
     float wi[3]; // unit, from the eye's vertex to the light vertex
     float distance;
     float value[3]; // f cos at the eye's vertex x luminance that comes from the light vertex
-    float scatter_density;
+    float scatter_pdf;
     float cosine; // at the light vertex, geometric
 };
 
@@ -103,7 +102,7 @@ static bool aim(struct bd_path *path, const struct bd_vertex *vertex, struct jun
 static bool evaluate(struct bd_path *path, const struct bd_vertex *vertex, struct junction *j)
 {
     const struct bd_light_vertex *v = &path->light_vertex;
-    bd_bsdf_eval(&vertex->bsdf, j->wi, j->value, &j->scatter_density);
+    bd_bsdf_eval(&vertex->bsdf, j->wi, j->value, &j->scatter_pdf);
     if (!(j->value[0] > 0 || j->value[1] > 0 || j->value[2] > 0)) return false;
     float wo[3], reflected[3];
     bd_vec3f_scale(wo, j->wi, -1);
@@ -120,7 +119,7 @@ static bool evaluate(struct bd_path *path, const struct bd_vertex *vertex, struc
 static bool is_open(struct bd_path *path, const struct bd_vertex *vertex, const struct junction *j)
 {
     if (!path->integrand->indirect_visibility) return true;
-    const struct bd_meeting *at = &path->light_vertex.at;
+    const struct bd_intersection *at = &path->light_vertex.at;
     float target[3], side = bd_vec3f_dot(at->hit.normal_geometric, j->wi) > 0 ? -1 : 1;
     bd_vec3f_add_scaled(target, at->position, at->hit.normal_geometric, side * at->clearance);
     return bd_path_sees(path, vertex, target);
@@ -136,9 +135,9 @@ void bd_path_add_light_vertex(struct bd_path *path, const struct bd_vertex *vert
     if (!v->found || !aim(path, vertex, &j) || !is_open(path, vertex, &j)) return;
     if (!evaluate(path, vertex, &j)) return;
     float per_area = j.cosine / (j.distance * j.distance);
-    float found_density = j.scatter_density * bd_path_survival(path, vertex) * per_area;
+    float found_pdf = j.scatter_pdf * bd_path_survival(path, vertex) * per_area;
     float receiver_cosine = bd_vec3f_dot(vertex->bsdf.surface.normal, j.wi);
-    float factor = per_area / (v->density + found_density) *
+    float factor = per_area / (v->pdf + found_pdf) *
                    bd_path_clamp(path, receiver_cosine, j.cosine, j.distance);
     bd_vec3f_scale(j.value, j.value, factor);
     bd_path_add(path, path->events + 2, j.value);

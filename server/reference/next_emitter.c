@@ -3,8 +3,8 @@
 // One point is chosen and looked at, in two steps: a few are drawn from the tree of lights, which
 // knows boxes and cones alone, then one of them in proportion to what it gives here, were nothing
 // in the way (Talbot 2005, resampled importance sampling). What scattering finds of the same light
-// is weighed against the tree's density. The weight is a part of what is resampled, so that both
-// add up to the light, whatever the second step makes of the density.
+// is weighed against the tree's pdf. The weight is a part of what is resampled, so that both
+// add up to the light, whatever the second step makes of the pdf.
 
 #include <math.h>
 #include <stddef.h>
@@ -20,30 +20,30 @@
 #define EVEN_SHARE 0.0625f
 
 // Density per steradian from that per area, for a point as far away along `direction`.
-static float per_steradian(float per_area, const struct bd_meeting *at, const float direction[3],
-                           float distance)
+static float per_steradian(float per_area, const struct bd_intersection *at,
+                           const float direction[3], float distance)
 {
     float cosine = fabsf(bd_vec3f_dot(at->hit.normal_geometric, direction));
     return cosine > 0 ? per_area * distance * distance / cosine : 0;
 }
 
 float bd_path_emitter_weight(const struct bd_path *path, const struct bd_vertex *from,
-                             const struct bd_meeting *at, const float direction[3])
+                             const struct bd_intersection *at, const float direction[3])
 {
     if (path->is_specular) return 1;
     const struct bd_receiver receiver = bd_path_receiver(from);
-    float per_area = bd_emitters_density(&path->reference->emitters,
-                                         path->integrand->lights_by_flux ? NULL : &receiver,
-                                         at->part, at->hit.triangle);
+    float per_area = bd_emitters_pdf(&path->reference->emitters,
+                                     path->integrand->lights_by_flux ? NULL : &receiver, at->part,
+                                     at->hit.triangle);
     float other = per_steradian(per_area, at, direction, at->distance);
-    return bd_path_power_weight(path->scatter_density, other);
+    return bd_path_power_weight(path->scatter_pdf, other);
 }
 
 // A point that may be looked at.
 struct aim {
-    struct bd_meeting at;
+    struct bd_intersection at;
     float direction[3], radiance[3];
-    float density;  // per steradian
+    float pdf;      // per steradian
     float value[3]; // scattered towards the eye, by its weight; not set while has_value is false
     bool has_value;
 };
@@ -53,7 +53,7 @@ static bool aim_at(const struct bd_path *path, const struct bd_vertex *vertex,
                    const struct bd_light_draw *draw, const float u[2], struct aim *aim)
 {
     const struct bd_reference *reference = path->reference;
-    struct bd_meeting *at = &aim->at;
+    struct bd_intersection *at = &aim->at;
     aim->has_value = false;
     bd_emitters_point(&reference->emitters, &reference->geometry, draw->light, u, at);
     bd_vec3f_add_scaled(aim->direction, at->position, vertex->position, -1);
@@ -62,18 +62,17 @@ static bool aim_at(const struct bd_path *path, const struct bd_vertex *vertex,
     if (!bd_bsdf_is_reached(&vertex->bsdf.surface, aim->direction)) return false;
     const float back[3] = {-aim->direction[0], -aim->direction[1], -aim->direction[2]};
     bd_emission_at(&reference->geometry, at, back, aim->radiance);
-    float per_area = bd_emitters_drawn_density(&reference->emitters, draw);
-    aim->density = per_steradian(per_area, at, aim->direction, at->distance);
-    return aim->density > 0 &&
-           (aim->radiance[0] > 0 || aim->radiance[1] > 0 || aim->radiance[2] > 0);
+    float per_area = bd_emitters_drawn_pdf(&reference->emitters, draw);
+    aim->pdf = per_steradian(per_area, at, aim->direction, at->distance);
+    return aim->pdf > 0 && (aim->radiance[0] > 0 || aim->radiance[1] > 0 || aim->radiance[2] > 0);
 }
 
 static void evaluate(const struct bd_path *path, const struct bd_vertex *vertex, struct aim *aim)
 {
-    float scatter_density;
-    bd_bsdf_eval(&vertex->bsdf, aim->direction, aim->value, &scatter_density);
+    float scatter_pdf;
+    bd_bsdf_eval(&vertex->bsdf, aim->direction, aim->value, &scatter_pdf);
     float survival = bd_path_survival(path, vertex);
-    float weight = bd_path_power_weight(aim->density, scatter_density * survival) / aim->density;
+    float weight = bd_path_power_weight(aim->pdf, scatter_pdf * survival) / aim->pdf;
     bd_vec3f_filter(aim->value, aim->value, aim->radiance);
     bd_vec3f_scale(aim->value, aim->value, (float)(weight / path->reference->unit_cd_m2));
     aim->has_value = true;
@@ -133,7 +132,7 @@ static bool choose(struct bd_path *path, const struct bd_vertex *vertex, uint32_
 
 static bool sees(struct bd_path *path, const struct bd_vertex *vertex, const struct aim *aim)
 {
-    const struct bd_meeting *at = &aim->at;
+    const struct bd_intersection *at = &aim->at;
     float target[3], side = bd_vec3f_dot(at->hit.normal_geometric, aim->direction) > 0 ? -1 : 1;
     bd_vec3f_add_scaled(target, at->position, at->hit.normal_geometric, side * at->clearance);
     return bd_path_sees(path, vertex, target);

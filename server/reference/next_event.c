@@ -177,21 +177,21 @@ static bool reaches_lamp(struct bd_path *path, const struct bd_vertex *vertex,
 
 // What scattering towards the vertex has to itself, when light vertices find it, too.
 static float found_weight(const struct bd_path *path, const struct bd_vertex *vertex,
-                          const struct bd_illumination *light, float found_density)
+                          const struct bd_illumination *light, float found_pdf)
 {
-    if (found_density <= 0 || !bd_path_has_light_vertices(path, path->events + 1)) return 1;
+    if (found_pdf <= 0 || !bd_path_has_light_vertices(path, path->events + 1)) return 1;
     float cosine = fabsf(bd_vec3f_dot(vertex->bsdf.surface.normal_geometric, light->direction));
-    return found_density / (found_density + light->density * cosine);
+    return found_pdf / (found_pdf + light->pdf * cosine);
 }
 
-void bd_path_add_lamps(struct bd_path *path, const struct bd_vertex *vertex, float found_density)
+void bd_path_add_lamps(struct bd_path *path, const struct bd_vertex *vertex, float found_pdf)
 {
     if (!is_lit_by(path, BD_REFERENCE_PUNCTUAL) || path->reference->lamps.count == 0) return;
     if (bd_bsdf_is_delta(&vertex->bsdf.surface)) return;
     struct candidate chosen;
     if (!choose_lamp(path, vertex, &chosen) || !reaches_lamp(path, vertex, &chosen)) return;
     if (!chosen.has_value) evaluate(vertex, &chosen);
-    float weight = found_weight(path, vertex, &chosen.light, found_density);
+    float weight = found_weight(path, vertex, &chosen.light, found_pdf);
     bd_vec3f_scale(chosen.value, chosen.value, weight);
     bd_path_absorb(vertex, chosen.light.direction, NULL, chosen.light.distance, chosen.value);
     bd_path_add(path, path->events + 1, chosen.value);
@@ -202,26 +202,25 @@ void bd_path_add_lamps(struct bd_path *path, const struct bd_vertex *vertex, flo
 float bd_path_sky_weight(const struct bd_path *path, const float direction[3])
 {
     if (path->is_specular) return 1;
-    return bd_path_power_weight(path->scatter_density,
-                                bd_sky_density(&path->reference->sky, direction));
+    return bd_path_power_weight(path->scatter_pdf, bd_sky_pdf(&path->reference->sky, direction));
 }
 
 static void add_sky(struct bd_path *path, const struct bd_vertex *vertex)
 {
     const struct bd_reference *reference = path->reference;
     uint32_t bits[2];
-    float direction[3], value[3], radiance[3], density, scatter_density;
+    float direction[3], value[3], radiance[3], pdf, scatter_pdf;
     bd_sampler_pair_bits(&path->sampler, bd_path_pair(path, BD_PAIR_SKY), bits);
-    bd_sky_sample(&reference->sky, bits, direction, &density);
-    if (!(density > 0) || !bd_bsdf_is_reached(&vertex->bsdf.surface, direction)) return;
+    bd_sky_sample(&reference->sky, bits, direction, &pdf);
+    if (!(pdf > 0) || !bd_bsdf_is_reached(&vertex->bsdf.surface, direction)) return;
     float across = 4 * (float)reference->geometry.radius;
     struct bd_ray ray;
     bd_path_ray(path, vertex, direction, across, &ray);
     if (bd_geometry_is_blocked(&reference->geometry, &ray)) return;
     bd_sky_radiance(&reference->sky, direction, radiance);
-    bd_bsdf_eval(&vertex->bsdf, direction, value, &scatter_density);
+    bd_bsdf_eval(&vertex->bsdf, direction, value, &scatter_pdf);
     float survival = bd_path_survival(path, vertex);
-    float weight = bd_path_power_weight(density, scatter_density * survival) / density;
+    float weight = bd_path_power_weight(pdf, scatter_pdf * survival) / pdf;
     bd_vec3f_filter(value, value, radiance);
     bd_vec3f_scale(value, value, (float)(weight / reference->unit_cd_m2));
     bd_path_absorb(vertex, direction, NULL, INFINITY, value);

@@ -20,7 +20,7 @@ void bd_path_begin(const struct bd_reference *reference, const struct bd_integra
     path->seed = bd_mix64((uint64_t)sampler.key << 32 | sampler.index);
     path->events = path->ray_index = 0;
     bd_vec3f_set(path->throughput, 1, 1, 1);
-    path->scatter_density = 0;
+    path->scatter_pdf = 0;
     path->is_specular = true;
     path->clamp_per_unit2 = (float)(integrand->clamp_per_m2 / (units_per_m * units_per_m));
     // The rest of the light vertex is as large as all this, and often is not asked for.
@@ -41,7 +41,7 @@ void bd_path_make_sender(const struct bd_path *path, struct bd_surface *surface)
     surface->transmission = 0;
 }
 
-void bd_path_vertex(const struct bd_path *path, const struct bd_meeting *at, const float wo[3],
+void bd_path_vertex(const struct bd_path *path, const struct bd_intersection *at, const float wo[3],
                     struct bd_vertex *out)
 {
     const struct bd_integrand *integrand = path->integrand;
@@ -119,21 +119,23 @@ float bd_path_survival(const struct bd_path *path, const struct bd_vertex *verte
 // one is what the ray meets: modellers double surfaces so, and it is chance which of the two is
 // found first.
 static void prefer_front(const struct bd_reference *reference, const struct bd_ray *ray,
-                         struct bd_meeting *at)
+                         struct bd_intersection *at)
 {
-    if (!bd_meeting_is_behind(at, ray->direction)) return;
+    if (!bd_intersection_is_behind(at, ray->direction)) return;
     const float tolerance = 0x1p-20f;
     struct bd_ray slice = *ray;
     slice.near = bd_maxf(at->distance * (1 - tolerance) - at->clearance, ray->near);
     slice.far = at->distance * (1 + tolerance) + at->clearance;
-    struct bd_meeting front;
-    if (bd_geometry_meet(&reference->geometry, &slice, BD_SIGHT_FRONTS_ONLY, &front)) *at = front;
+    struct bd_intersection front;
+    if (bd_geometry_intersect(&reference->geometry, &slice, BD_SIGHT_FRONTS_ONLY, &front))
+        *at = front;
 }
 
-bool bd_path_meet(const struct bd_path *path, const struct bd_ray *ray, struct bd_meeting *at)
+bool bd_path_intersect(const struct bd_path *path, const struct bd_ray *ray,
+                       struct bd_intersection *at)
 {
     const struct bd_reference *reference = path->reference;
-    if (!bd_geometry_meet(&reference->geometry, ray, BD_SIGHT_ALL, at)) return false;
+    if (!bd_geometry_intersect(&reference->geometry, ray, BD_SIGHT_ALL, at)) return false;
     prefer_front(reference, ray, at);
     return true;
 }
@@ -151,7 +153,7 @@ static void add_sky(struct bd_path *path, const float direction[3])
 }
 
 static void add_emission(struct bd_path *path, const struct bd_vertex *from,
-                         const struct bd_meeting *at, const struct bd_vertex *vertex)
+                         const struct bd_intersection *at, const struct bd_vertex *vertex)
 {
     bool lit = bd_path_lights(path, path->events) & BD_REFERENCE_EMISSIVE;
     if (path->events > 0 && (!lit || vertex->bsdf.surface.unlit)) return;
@@ -186,7 +188,7 @@ static bool scatter(struct bd_path *path, const struct bd_vertex *vertex, struct
     float weight[3];
     bd_vec3f_scale(weight, sample.weight, 1 / survival);
     bd_vec3f_filter(path->throughput, path->throughput, weight);
-    path->scatter_density = sample.density * survival;
+    path->scatter_pdf = sample.pdf * survival;
     path->is_specular = sample.delta;
     path->events++;
     step->from = vertex;
@@ -195,17 +197,16 @@ static bool scatter(struct bd_path *path, const struct bd_vertex *vertex, struct
     return path->throughput[0] > 0 || path->throughput[1] > 0 || path->throughput[2] > 0;
 }
 
-// The density per area with which scattering found this vertex; 0 if nothing else could have.
-static float found_density(const struct bd_path *path, const struct bd_vertex *vertex,
-                           float distance)
+// The pdf per area with which scattering found this vertex; 0 if nothing else could have.
+static float found_pdf(const struct bd_path *path, const struct bd_vertex *vertex, float distance)
 {
     if (path->is_specular) return 0;
     float cosine = fabsf(bd_vec3f_dot(vertex->bsdf.surface.normal_geometric, vertex->wo));
-    return path->scatter_density * cosine / (distance * distance);
+    return path->scatter_pdf * cosine / (distance * distance);
 }
 
 // Arrives at what the ray met: from here on the throughput is that of light scattered here.
-static void arrive(struct bd_path *path, const struct step *step, const struct bd_meeting *at,
+static void arrive(struct bd_path *path, const struct step *step, const struct bd_intersection *at,
                    bool is_first, struct bd_vertex *vertex)
 {
     float wo[3];
@@ -246,14 +247,14 @@ static bool may_scatter(const struct bd_path *path)
 // The next vertex; its direct light is added. False: there is none.
 static bool walk(struct bd_path *path, const struct step *step, struct bd_vertex *vertex)
 {
-    struct bd_meeting at;
-    if (!bd_path_meet(path, &step->ray, &at)) {
+    struct bd_intersection at;
+    if (!bd_path_intersect(path, &step->ray, &at)) {
         add_sky(path, step->ray.direction);
         return false;
     }
     arrive(path, step, &at, true, vertex);
     if (!may_scatter(path)) return false;
-    add_lights(path, vertex, found_density(path, vertex, at.distance));
+    add_lights(path, vertex, found_pdf(path, vertex, at.distance));
     return true;
 }
 
@@ -262,20 +263,20 @@ static bool walk(struct bd_path *path, const struct step *step, struct bd_vertex
 static bool walk_through(struct bd_path *path, const struct step *step, struct bd_vertex *chosen)
 {
     struct step here = *step;
-    struct bd_meeting at;
+    struct bd_intersection at;
     float before[3], throughput_chosen[3] = {0, 0, 0};
     uint32_t count = 0;
     bd_vec3f_copy(before, path->throughput);
-    bool met = bd_path_meet(path, &here.ray, &at);
+    bool met = bd_path_intersect(path, &here.ray, &at);
     if (!met) add_sky(path, here.ray.direction);
-    for (; met;
-         met = bd_geometry_meet(&path->reference->geometry, &here.ray, BD_SIGHT_FRONTS_ONLY, &at)) {
+    for (; met; met = bd_geometry_intersect(&path->reference->geometry, &here.ray,
+                                            BD_SIGHT_FRONTS_ONLY, &at)) {
         struct bd_vertex vertex;
         bd_vec3f_copy(path->throughput, before);
         arrive(path, &here, &at, count == 0, &vertex);
         here.ray.near = nextafterf(at.distance, INFINITY);
         if (!may_scatter(path)) return false;
-        add_lights(path, &vertex, found_density(path, &vertex, at.distance));
+        add_lights(path, &vertex, found_pdf(path, &vertex, at.distance));
         count++;
         uint32_t draw = bd_sampler_hash(&path->sampler, path->ray_index++);
         if ((uint64_t)draw * count >> 32 != 0) continue; // one in `count` takes the place
@@ -307,10 +308,10 @@ void bd_path_from_vertex(struct bd_path *path, const struct bd_vertex *vertex)
 bool bd_path_from_camera(struct bd_path *path, struct bd_ray *ray, struct bd_vertex *first,
                          float *distance)
 {
-    struct bd_meeting at;
+    struct bd_intersection at;
     ray->alpha = path->integrand->alpha;
     ray->coverage_seed = bd_path_ray_seed(path);
-    if (!bd_geometry_meet(&path->reference->geometry, ray, BD_SIGHT_FRONTS_ONLY, &at)) {
+    if (!bd_geometry_intersect(&path->reference->geometry, ray, BD_SIGHT_FRONTS_ONLY, &at)) {
         add_sky(path, ray->direction);
         return false;
     }

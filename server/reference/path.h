@@ -46,9 +46,9 @@ struct bd_vertex {
 struct bd_light_vertex {
     bool traced, found;
     const struct bd_lamp *lamp;
-    struct bd_meeting at;
+    struct bd_intersection at;
     struct bd_illumination light;
-    float density; // of being found, per area
+    float pdf; // of being found, per area
     // Its surface as seen from before and from behind, made when first asked for: all vertices of a
     // path look at it, and what they see differs in its side alone.
     bool has_sender[2];
@@ -63,7 +63,7 @@ struct bd_path {
     uint64_t seed;      // of sampler and sample
     uint32_t ray_index; // numbers the rays of this path
     float throughput[3];
-    float scatter_density; // of the last direction, with the chance of its survival; per steradian
+    float scatter_pdf;     // of the last direction, with the chance of its survival; per steradian
     bool is_specular;      // no other way could have found the last direction
     struct bd_light_vertex light_vertex;
     float clamp_per_unit2;
@@ -113,10 +113,11 @@ void bd_path_ray(struct bd_path *path, const struct bd_vertex *vertex, const flo
 bool bd_path_sees(struct bd_path *path, const struct bd_vertex *vertex, const float target[3]);
 
 // The first surface along a ray that is not the camera's. False: none.
-bool bd_path_meet(const struct bd_path *path, const struct bd_ray *ray, struct bd_meeting *at);
+bool bd_path_intersect(const struct bd_path *path, const struct bd_ray *ray,
+                       struct bd_intersection *at);
 
-// The vertex at a meeting, for light that leaves towards `wo`.
-void bd_path_vertex(const struct bd_path *path, const struct bd_meeting *at, const float wo[3],
+// The vertex at an intersection, for light that leaves towards `wo`.
+void bd_path_vertex(const struct bd_path *path, const struct bd_intersection *at, const float wo[3],
                     struct bd_vertex *out);
 
 // Multiplies by what the solid around the segment from `from` along `wi` lets pass. `to` may be
@@ -147,9 +148,9 @@ static inline uint32_t bd_path_lights(const struct bd_path *path, uint32_t event
 }
 
 // Power heuristic with exponent 2 (Veach 1997).
-static inline float bd_path_power_weight(float density, float other)
+static inline float bd_path_power_weight(float pdf, float other)
 {
-    float a = density * density, b = other * other;
+    float a = pdf * pdf, b = other * other;
     return a > 0 ? a / (a + b) : 0;
 }
 
@@ -189,9 +190,9 @@ static inline double bd_path_fine(struct bd_path *path, uint32_t bits)
     return (bits + low * 0x1p-20) * 0x1p-32;
 }
 
-// Light of lamps, scattered here (next_event.c). `sender_density`: density per area with which the
+// Light of lamps, scattered here (next_event.c). `sender_pdf`: pdf per area with which the
 // path found this vertex by scattering, 0 if only so could it be found.
-void bd_path_add_lamps(struct bd_path *path, const struct bd_vertex *vertex, float found_density);
+void bd_path_add_lamps(struct bd_path *path, const struct bd_vertex *vertex, float found_pdf);
 // Light of emissive triangles and the sky, scattered here.
 void bd_path_add_areas(struct bd_path *path, const struct bd_vertex *vertex);
 // Of emissive triangles, of which there must be some (next_emitter.c).
@@ -199,7 +200,7 @@ void bd_path_add_emitters(struct bd_path *path, const struct bd_vertex *vertex);
 // The weights of the same light where scattering finds it; `from` is the vertex that scattered,
 // NULL: the camera.
 float bd_path_emitter_weight(const struct bd_path *path, const struct bd_vertex *from,
-                             const struct bd_meeting *at, const float direction[3]);
+                             const struct bd_intersection *at, const float direction[3]);
 float bd_path_sky_weight(const struct bd_path *path, const float direction[3]);
 
 // Light that went lamp -> light vertex -> here (light_vertex.c).

@@ -1,4 +1,4 @@
-// The witness: a path tracer on Embree that shares no code with the techniques it judges.
+// The ground truth: a path tracer on Embree that shares no code with the techniques it judges.
 //
 // It solves the rendering equation of a snapshot with the glTF BRDF, or a named part of it (struct
 // bd_integrand), pixel by pixel, sample by sample. A sample is a function of scene, integrand,

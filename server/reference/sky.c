@@ -20,7 +20,7 @@ static double luminance(const float rgb[3])
     return 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
 }
 
-// The most that bilinear filtering can show within a texel, so that no light has a density of 0.
+// The most that bilinear filtering can show within a texel, so that no light has a pdf of 0.
 static double brightest_near(const struct bd_sky_map *map, int64_t x, int64_t y)
 {
     double brightest = 0;
@@ -136,8 +136,7 @@ static uint32_t choose(const double *cumulated, uint32_t count, double u, double
     return low;
 }
 
-void bd_sky_sample(const struct bd_sky *sky, const uint32_t bits[2], float direction[3],
-                   float *density)
+void bd_sky_sample(const struct bd_sky *sky, const uint32_t bits[2], float direction[3], float *pdf)
 {
     const struct bd_sky_map *map = sky->environment->map;
     double along_y, along_x, row_probability, column_probability;
@@ -155,10 +154,10 @@ void bd_sky_sample(const struct bd_sky *sky, const uint32_t bits[2], float direc
     const bd_dvec3 z_part = bd_dvec3_scale(sky->axes[2], -sine * cos(azimuth));
     const bd_dvec3 d = bd_dvec3_add(x_part, bd_dvec3_add(y_part, z_part));
     bd_vec3f_set(direction, (float)d.x, (float)d.y, (float)d.z);
-    *density = (float)(row_probability * column_probability / row_solid_angle(map, y));
+    *pdf = (float)(row_probability * column_probability / row_solid_angle(map, y));
 }
 
-float bd_sky_density(const struct bd_sky *sky, const float direction[3])
+float bd_sky_pdf(const struct bd_sky *sky, const float direction[3])
 {
     if (!sky->is_sampled) return 0;
     const struct bd_sky_map *map = sky->environment->map;

@@ -29,10 +29,10 @@ void bd_sky_finish(struct bd_sky *sky);
 // Luminance in cd/m^2 from a unit direction.
 void bd_sky_radiance(const struct bd_sky *sky, const float direction[3], float out[3]);
 
-// A direction, and the density per steradian of choosing it.
+// A direction, and the pdf per steradian of choosing it.
 void bd_sky_sample(const struct bd_sky *sky, const uint32_t bits[2], float direction[3],
-                   float *density);
+                   float *pdf);
 // 0 if the sky is not sampled.
-float bd_sky_density(const struct bd_sky *sky, const float direction[3]);
+float bd_sky_pdf(const struct bd_sky *sky, const float direction[3]);
 
 #endif

@@ -11,7 +11,7 @@
 #include <stdint.h>
 
 #include "reference/bsdf.h"
-#include "reference/corner.h"
+#include "reference/shading_vertex.h"
 #include "scene/model/scene.h"
 
 // One triangle of an instance, and a point in it. Barycentrics as Embree has them: u belongs to the
@@ -21,8 +21,8 @@ struct bd_hit {
     const struct bd_primitive *primitive;
     uint32_t triangle; // index of its first index / 3
     float u, v;
-    const struct bd_corner *corners;          // 3
-    const struct bd_corner_tangent *tangents; // 3; NULL: no normal map
+    const struct bd_shading_vertex *corners;   // 3
+    const struct bd_shading_tangent *tangents; // 3; NULL: no normal map
     float normal_geometric[3]; // unit, of the triangle in the world, by its winding: glTF's front
 };
 

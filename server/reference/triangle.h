@@ -1,6 +1,6 @@
 // What the tracer and the shading ask of a triangle that a ray met: worked out once for all, the
 // shape in double precision, and kept in two neighbouring lines of the cache. Where a vertex's data
-// lie scattered, the wait for them is what a meeting costs.
+// lie scattered, the wait for them is what an intersection costs.
 //
 // Private to reference/. Made on one thread, then read by all.
 
@@ -11,7 +11,7 @@
 #include <stdalign.h>
 #include <stdbool.h>
 
-#include "reference/corner.h"
+#include "reference/shading_vertex.h"
 #include "reference/vec3f.h"
 
 // A scene's diagonal is 1 to 2. More than this would be seen.
@@ -23,12 +23,12 @@ struct bd_triangle {
     float normal[3];   // unit, glTF's front; zero if the triangle has no area
     float uncertainty; // how far off it a ray must start for the triangle's shape alone
     float least[3];    // of each barycentric: points of it are no nearer to an edge
-    alignas(64) struct bd_corner shading[3];
+    alignas(64) struct bd_shading_vertex shading[3];
 };
 
 // Beside a triangle whose material has a normal map.
 struct bd_triangle_tangents {
-    struct bd_corner_tangent corner[3];
+    struct bd_shading_tangent corner[3];
 };
 
 // Without `shading`. `mirrored`: the corners run the wrong way round, since the instance is a

@@ -62,8 +62,8 @@ static enum bd_err loop(void *user, uint32_t count, void (*work)(void *work_user
 {
     const struct tracing *tracing = user;
     struct work bound = {work, work_user, tracing->job};
-    static const struct bd_runner_caller witness = {.lane = BD_RUNNER_WITNESS};
-    return bd_reference_runner_loop(tracing->runner, &witness, count, run_work, should_stop,
+    static const struct bd_runner_caller checking = {.lane = BD_RUNNER_CHECK};
+    return bd_reference_runner_loop(tracing->runner, &checking, count, run_work, should_stop,
                                     &bound);
 }
 

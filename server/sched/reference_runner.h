@@ -54,7 +54,7 @@ void bd_reference_runner_give_back(struct bd_reference_runner *runner,
 // Lives as long as the runner.
 struct bd_reference_sums *bd_reference_runner_sums(struct bd_reference_runner *runner);
 
-enum bd_runner_lane { BD_RUNNER_ASKED, BD_RUNNER_WITNESS, BD_RUNNER_LANE_COUNT };
+enum bd_runner_lane { BD_RUNNER_ASKED, BD_RUNNER_CHECK, BD_RUNNER_LANE_COUNT };
 
 // Who runs a loop. `is_urgent_elsewhere` (or NULL) is asked before each turn, on the caller's
 // thread.

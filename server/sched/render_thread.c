@@ -40,13 +40,14 @@ static void note_time(struct bd_sched *sched, const struct bd_job *job)
     sched->noted_ns = now_ns;
     bd_stalls_add(&sched->stats.render_stalls, now_ns, spent_ns);
     bool lower_waits = sched->running_count > 1 || bd_job_queue_has_below(&sched->queue, priority);
-    bd_share_note(&sched->share, ms, lower_waits, bd_job_queue_has_above(&sched->queue, priority));
+    bd_fair_share_note(&sched->share, ms, lower_waits,
+                       bd_job_queue_has_above(&sched->queue, priority));
 }
 
 static struct bd_job *pop_next(struct bd_sched *sched)
 {
     struct bd_job *lower =
-        bd_share_begins_lower(&sched->share) ? bd_job_queue_pop_lower(&sched->queue) : NULL;
+        bd_fair_share_begins_lower(&sched->share) ? bd_job_queue_pop_lower(&sched->queue) : NULL;
     return lower ? lower : bd_job_queue_pop(&sched->queue);
 }
 
@@ -65,7 +66,8 @@ static struct bd_job *pop_urgent(struct bd_sched *sched, const struct bd_job *jo
     pthread_mutex_lock(&sched->lock);
     note_time(sched, job);
     bool goes_on = sched->stopping || job->has_the_device_alone ||
-                   sched->running_count == BD_FRAMES_MAX || bd_share_keeps_lower(&sched->share);
+                   sched->running_count == BD_FRAMES_MAX ||
+                   bd_fair_share_keeps_lower(&sched->share);
     struct bd_job *urgent =
         goes_on ? NULL
                 : bd_job_queue_pop_between(&sched->queue, job, equals_come_between(sched, job));

@@ -5,8 +5,8 @@
 // queue, higher priority first, then owner after owner (sched/queue.h). Cancel and deadlines are
 // checked between slices of about 6 ms; there a frame is also set aside for jobs of higher
 // priority, or of its own and another owner's once it had the device for a while, and goes on
-// afterwards. Lower ones are owed a ninth of the time (sched/share.h). When the device is lost, or
-// an error sticks to it, the context is rebuilt and the job tried once more.
+// afterwards. Lower ones are owed a ninth of the time (sched/fair_share.h). When the device is
+// lost, or an error sticks to it, the context is rebuilt and the job tried once more.
 //
 // Thread: every function may be called from any thread, unless it says otherwise.
 

@@ -9,10 +9,10 @@
 
 #include "frame/frame.h"
 #include "sched/check_views.h"
+#include "sched/fair_share.h"
 #include "sched/job.h"
 #include "sched/queue.h"
 #include "sched/sched.h"
-#include "sched/share.h"
 #include "sched/worker.h"
 
 struct bd_sched {
@@ -39,7 +39,7 @@ struct bd_sched {
     // Render thread only.
     struct bd_gpu *gpu;
     struct bd_renderer renderer;
-    struct bd_share share;
+    struct bd_fair_share share;
     uint64_t noted_ns;    // up to when time is accounted for
     bool spoilt_by_other; // the device failed under a job for which another was set aside
 };

@@ -1,4 +1,4 @@
-// The witness as a technique: the whole rendering equation, path-traced on the processor by
+// The reference as a technique: the whole rendering equation, path-traced on the processor by
 // reference/. No part of it runs on the device: sched/ hands such jobs to the reference's own
 // threads.
 //

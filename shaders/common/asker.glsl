@@ -21,16 +21,16 @@ struct asker_place {
 
 asker_place asker_place_at(uvec2 at)
 {
-    bool exists = all(lessThan(at, args.tile.zw));
-    uint index = at.y * args.tile.z + at.x;
+    bool exists = all(lessThan(at, uvec2(args.tile_width, args.tile_height)));
+    uint index = at.y * args.tile_width + at.x;
 #ifdef BD_FRAGMENTS
-    exists = exists && index < args.fragments.y;
-    uint fragment = exists ? fragments[args.fragments.x + index] : 0u;
+    exists = exists && index < args.fragment_count;
+    uint fragment = exists ? fragments[args.first_fragment + index] : 0u;
     return asker_place(exists, index, BD_FRAGMENT_LEVEL(fragment),
                        ivec2(BD_FRAGMENT_X(fragment), BD_FRAGMENT_Y(fragment)));
 #else
-    return asker_place(exists, index, 0u, ivec2(at + args.tile.xy));
+    return asker_place(exists, index, 0u, ivec2(at + uvec2(args.tile_x, args.tile_y)));
 #endif
 }
 
-uint asker_count() { return args.tile.z * args.tile.w; } // with those that do not exist
+uint asker_count() { return args.tile_width * args.tile_height; } // with those that do not exist

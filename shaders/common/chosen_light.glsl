@@ -11,8 +11,8 @@ struct halves {
 halves halves_of(uint asker, uint which)
 {
     halves sum = halves(vec3(0.0), vec3(0.0));
-    for (uint i = 0u; i < args.rays.x; i++) {
-        uint index = asker * args.rays.x + i;
+    for (uint i = 0u; i < args.rays_per_receiver; i++) {
+        uint index = asker * args.rays_per_receiver + i;
         bool hidden = (occluded[index / 32u] >> index % 32u & 1u) != 0u;
         vec3 light = hidden ? vec3(0.0) : picks[index * BD_PICK_VEC4S + which].rgb;
         bool is_odd = (i & 1u) != 0u;

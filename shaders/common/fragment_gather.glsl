@@ -14,12 +14,12 @@ layout(std430, binding = BD_STORAGE_OCCLUDED) readonly buffer occluded_block { u
 #endif
 
 // What earlier ranges left there. A macro, since no function may be given an image with a format.
-#define EARLIER(image, at) (args.fragments.z != 0u ? vec3(0.0) : imageLoad(image, at).rgb)
+#define EARLIER(image, at) (args.is_first != 0u ? vec3(0.0) : imageLoad(image, at).rgb)
 
 #ifdef BD_SPREAD
 float earlier_spread(ivec2 at)
 {
-    return args.fragments.z != 0u ? 0.0 : imageLoad(vectors, at).a;
+    return args.is_first != 0u ? 0.0 : imageLoad(vectors, at).a;
 }
 #endif
 
@@ -29,12 +29,12 @@ void gather_at(uint level, ivec2 block, uint index)
     receiver r = block_receiver(level, block);
     sums s = no_light();
 #ifdef BD_SPREAD
-    s.spread = spread_of_block(level, r, args.fragments.w);
+    s.spread = spread_of_block(level, r, args.finest_level);
 #endif
-    uint end = args.vpls.x + (r.lit ? args.vpls.y : 0u);
-    for (uint at = args.vpls.x; at < end; at += 32u) {
+    uint end = args.first_vpl + (r.lit ? args.vpl_count : 0u);
+    for (uint at = args.first_vpl; at < end; at += 32u) {
 #ifdef BD_VISIBLE
-        hidden = occluded[index * args.vpls.z + (at - args.vpls.x) / 32u];
+        hidden = occluded[index * args.words_per_receiver + (at - args.first_vpl) / 32u];
 #endif
         gather_block(s, r, vec3(0.0), at, min(at + 32u, end));
     }

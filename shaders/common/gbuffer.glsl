@@ -17,7 +17,8 @@ struct receiver {
 };
 
 // Whose specular lobe is worth its price where indirect light is gathered. So rough dielectrics
-// reflect by base colour / pi alone.
+// reflect by base colour / pi alone: at roughness .6 the whole BRDF returns .97 to .98 of a white
+// furnace (these: 1), .51 to .61 of base colour .5 (these: .5).
 bool has_glossy_lobe(float metallic, float roughness) { return metallic > 0.0 || roughness < 0.6; }
 
 // Whose light is asked for. BD_LOBES_ALONE: what a lobe reflects is all that is missing.

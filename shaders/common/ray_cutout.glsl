@@ -81,11 +81,11 @@ float chance_of(vec3 from, vec3 along, uint number)
 
 bool is_there_by_alpha(uint cutout, uint number, vec3 from, vec3 along, vec2 at)
 {
-    uint first = args.walk.z + cutout * BD_CUTOUT_TRIANGLE_UVEC4S;
+    uint first = args.first_cutout_triangle + cutout * BD_CUTOUT_TRIANGLE_UVEC4S;
     uvec4 a = cutouts[first];
     float alpha = alpha_of(a, cutouts[first + 1u], cutouts[first + 2u], at);
     uvec4 material = cutouts[a.w];
-    if ((material.x & BD_CUTOUT_BLENDS) != 0u && args.walk.y == 1u)
+    if ((material.x & BD_CUTOUT_BLENDS) != 0u && args.alpha_is_coverage == 1u)
         return chance_of(from, along, number) < alpha;
     return alpha >= uintBitsToFloat(material.y);
 }

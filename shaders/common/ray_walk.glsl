@@ -58,7 +58,7 @@ vec3 inverse_of(vec3 v)
     return 1.0 / mix(v, least, lessThan(abs(v), vec3(DIRECTION_LEAST)));
 }
 
-bool meets_box(line l, vec3 least, vec3 most)
+bool intersects_box(line l, vec3 least, vec3 most)
 {
     vec3 a = (least - l.from) * l.per_along, b = (most - l.from) * l.per_along;
     vec3 enters = min(a, b), leaves = max(a, b);
@@ -88,7 +88,7 @@ vec3 normal_of(vec3 a, vec3 b, vec3 c)
     return mix(cross_exactly(b, c), cross_exactly(a, b), first);
 }
 
-bool meets_triangle(line l, vec3 a, vec3 b, vec3 c, inout meeting m)
+bool intersects_triangle(line l, vec3 a, vec3 b, vec3 c, inout meeting m)
 {
     precise vec3 p = a - l.from, q = b - l.from, r = c - l.from;
     precise vec3 rp = r - p, pq = p - q, qr = q - r;
@@ -119,10 +119,10 @@ bool ends_in(inout line l, uint leaf)
         uvec4 c = triangles[t * BD_RAY_TRIANGLE_UVEC4S + 2u];
         meeting m;
         m.number = a.w, m.cutout = b.w, m.back = c.w;
-        bool meets = a.w != l.excluded.x && a.w != l.excluded.y &&
-                     meets_triangle(l, uintBitsToFloat(a.xyz), uintBitsToFloat(b.xyz),
+        bool is_hit = a.w != l.excluded.x && a.w != l.excluded.y &&
+                     intersects_triangle(l, uintBitsToFloat(a.xyz), uintBitsToFloat(b.xyz),
                                     uintBitsToFloat(c.xyz), m);
-        if (meets) ends = ends_at(l, m);
+        if (is_hit) ends = ends_at(l, m);
     }
     return ends;
 }
@@ -141,11 +141,11 @@ bool walk(inout line l, inout uint at)
 {
     uint looks = 0u;
     bool ends = false;
-    while (at < args.slice.z && looks < args.slice.w && !ends) {
+    while (at < args.node_count && looks < args.look_count_max && !ends) {
         uint leaf = 0u;
-        while (at < args.slice.z && looks < args.slice.w && leaf == 0u) {
+        while (at < args.node_count && looks < args.look_count_max && leaf == 0u) {
             uvec4 low = nodes[at * BD_RAY_NODE_UVEC4S], high = nodes[at * BD_RAY_NODE_UVEC4S + 1u];
-            bool is_met = meets_box(l, uintBitsToFloat(low.xyz), uintBitsToFloat(high.xyz));
+            bool is_met = intersects_box(l, uintBitsToFloat(low.xyz), uintBitsToFloat(high.xyz));
             leaf = is_met ? high.w : 0u;
             at = is_met ? at + 1u : low.w;
             looks++;
@@ -157,14 +157,14 @@ bool walk(inout line l, inout uint at)
 }
 
 // Walks from the first node on or from where the walk stopped; true where the line has ended at a
-// triangle. Without `can_meet` there is nothing to walk to.
-bool walk_on(inout line l, bool can_meet, uint index)
+// triangle. Without `can_hit` there is nothing to walk to.
+bool walk_on(inout line l, bool can_hit, uint index)
 {
-    uint at = args.walk.x == 1u ? 0u : places[index];
-    bool ends = can_meet && walk(l, at);
-    bool is_finished = !can_meet || ends || at >= args.slice.z;
+    uint at = args.is_first_round == 1u ? 0u : places[index];
+    bool ends = can_hit && walk(l, at);
+    bool is_finished = !can_hit || ends || at >= args.node_count;
     if (!is_finished) atomicAdd(group_counts[BD_RAY_COUNT_UNFINISHED], 1u);
-    places[index] = is_finished ? args.slice.z : at;
+    places[index] = is_finished ? args.node_count : at;
     return ends;
 }
 

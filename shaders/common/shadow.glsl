@@ -26,15 +26,15 @@ const ivec2 SHADOW_SPIRAL[SHADOW_TEXELS] = ivec2[SHADOW_TEXELS](
     ivec2(3, 0), ivec2(-3, 1), ivec2(3, 1), ivec2(-3, 2), ivec2(3, 2), ivec2(-3, 3), ivec2(-2, 3),
     ivec2(-1, 3), ivec2(0, 3), ivec2(1, 3), ivec2(2, 3), ivec2(3, 3));
 
-bool segment_meets_triangle(vec3 origin, vec3 span, uint id)
+bool segment_intersects_triangle(vec3 origin, vec3 span, uint id)
 {
-    return segment_meets(origin, span, BD_LOAD(triangles, 3u * id).xyz,
+    return segment_intersects(origin, span, BD_LOAD(triangles, 3u * id).xyz,
                          BD_LOAD(triangles, 3u * id + 1u).xyz, BD_LOAD(triangles, 3u * id + 2u).xyz);
 }
 
-bool segment_meets_small_triangle(vec3 origin, vec3 span, uint id, float texel_side)
+bool segment_intersects_small_triangle(vec3 origin, vec3 span, uint id, float texel_side)
 {
-    return segment_meets_small(origin, span, BD_LOAD(triangles, 3u * id).xyz,
+    return segment_intersects_small(origin, span, BD_LOAD(triangles, 3u * id).xyz,
                                BD_LOAD(triangles, 3u * id + 1u).xyz,
                                BD_LOAD(triangles, 3u * id + 2u).xyz, texel_side);
 }
@@ -117,8 +117,8 @@ bool segment_is_blocked(vec3 origin, vec3 span, uint own_id)
     int i = 0; // from the centre outwards, ring by ring
     while (next_named(centre, face, own_id, tested, i, id)) {
         tested = id;
-        if (segment_meets_triangle(origin, span, id - 1u)) return true;
-        if (i == 1 && segment_meets_small_triangle(origin, span, id - 1u, texel_side)) return true;
+        if (segment_intersects_triangle(origin, span, id - 1u)) return true;
+        if (i == 1 && segment_intersects_small_triangle(origin, span, id - 1u, texel_side)) return true;
     }
     return false;
 }

@@ -50,6 +50,8 @@ vec4 surface_base_color()
 {
     vec4 c = material.base_color;
 #ifdef BD_BASE_COLOR_MAP
+    // The finest level, bilinear, as the reference filters: a picture is made of point samples, and with
+    // mipmaps the two would differ by the blur. The price is shimmer at --aa 1 in motion.
     c *= textureLod(base_color_map, map_uv(material.base_color_uv), 0.0);
 #endif
 #ifdef BD_VERTEX_COLOR

@@ -22,7 +22,7 @@ float bayer(uvec2 at)
 // In [0, 1).
 float place_in_part(uvec2 pixel)
 {
-    uint hash = stir(args.rays.y ^ stir(floatBitsToUint(view.sample_px.x)));
+    uint hash = stir(args.seed ^ stir(floatBitsToUint(view.sample_px.x)));
     hash = stir(hash ^ stir(floatBitsToUint(view.sample_px.y)));
     return fract(bayer(pixel & 3u) + float(hash >> 8u) * (1.0 / 16777216.0));
 }

@@ -12,8 +12,8 @@ const uint NO_ROOT = 0xffffffffu;
 
 // Sums of a receiver, a row each: up to each light; how far off interpolated light may be; while
 // picks are looked for the running sum, and how many were found.
-uint light_of_walk() { return args.vpls.z; }
-uint light_count() { return args.vpls.w; }
+uint light_of_walk() { return args.light_index; }
+uint light_count() { return args.running_sum_count; }
 uint row_of_spread() { return light_count(); }
 uint row_of_running() { return light_count() + 1u; }
 uint row_of_picks() { return light_count() + 2u; }
@@ -34,13 +34,13 @@ float node_strength(receiver r, vec3 viewer, place at, tree_node n, tree_bounds 
 // Where an asker's walk begins in this round; its end where it is done.
 uint first_root(asker_place asker, receiver r)
 {
-    uint end = tree_args.tree.x + tree_args.tree.y;
+    uint end = tree_args.first_root + tree_args.root_count;
     if (!r.lit) return end;
-    return tree_args.rows.w == 0u ? tree_args.tree.x : next_roots[asker.index];
+    return tree_args.is_resumed == 0u ? tree_args.first_root : next_roots[asker.index];
 }
 
 void keep_root(asker_place asker, walk w)
 {
     next_roots[asker.index] = w.at.root;
-    if (w.at.root < tree_args.tree.x + tree_args.tree.y) unfinished_round = tree_args.cut.w;
+    if (w.at.root < tree_args.first_root + tree_args.root_count) unfinished_round = tree_args.round;
 }

@@ -27,7 +27,7 @@ struct place {
     uint morton; // in the level, in the face
 };
 
-uint roots_of_face() { return tree_args.tree.z * tree_args.tree.z; }
+uint roots_of_face() { return tree_args.root_side * tree_args.root_side; }
 
 place root_place(uint root)
 {
@@ -40,7 +40,7 @@ uint level_first(uint level) { return roots_of_face() * ((1u << 2u * level) - 1u
 tree_node load_node(place p)
 {
     uint face = p.root / roots_of_face();
-    uint at = (face * level_first(tree_args.tree.w) + level_first(p.level) + p.morton) *
+    uint at = (face * level_first(tree_args.level_count) + level_first(p.level) + p.morton) *
               BD_TREE_NODE_VEC4S;
     return tree_node_of(BD_LOAD(nodes, at), BD_LOAD(nodes, at + 1u), BD_LOAD(nodes, at + 2u),
                         BD_LOAD(nodes, at + 3u), BD_LOAD(nodes, at + 4u), BD_LOAD(nodes, at + 5u),
@@ -60,7 +60,7 @@ place next(place p)
     return p.level == 0u ? root_place(p.root + 1u) : p;
 }
 
-bool is_inner(uint level) { return level + 1u < tree_args.tree.w; }
+bool is_inner(uint level) { return level + 1u < tree_args.level_count; }
 
 // What a node is to a receiver: a light somewhere.
 struct node_light {
@@ -72,10 +72,10 @@ node_light light_of(receiver r, tree_node n, uint level, float most)
 {
     // Eqs. 1 to 6: area and intensity by the fraction of the sphere (errata N1, N2).
     vec3 to_node = n.position - r.position;
-    float side = float(tree_args.tree.z << level);
-    float area = tree_args.light.y / (4.0 * PI * side * side) * n.light_distance2;
+    float side = float(tree_args.root_side << level);
+    float area = tree_args.face_extent / (4.0 * PI * side * side) * n.light_distance2;
     float form_factor = area * disk_seen(r, to_node, dot(to_node, to_node), n.normal, area);
-    return node_light(n.flux * (form_factor / (4.0 * PI) * tree_args.light.z), to_node);
+    return node_light(n.flux * (form_factor / (4.0 * PI) * tree_args.per_m2), to_node);
 }
 #else
 node_light light_of(receiver r, tree_node n, uint level, float most)
@@ -96,19 +96,21 @@ node_light light_of(receiver r, tree_node n, uint level, float most)
 // Some leaf of the node sends the receiver something.
 bool must_refine(tree_node n, float r2, uint level, tree_bounds bounds, float estimate)
 {
-    float side = float(tree_args.tree.z << level);
-    switch (tree_args.cut.x) {
-    case BD_TREE_CRITERION_BOUND: return bounds.most > tree_args.tau.y;
+    float side = float(tree_args.root_side << level);
+    switch (tree_args.criterion) {
+    case BD_TREE_CRITERION_BOUND: return bounds.most > tree_args.tau_absolute;
     // Errata N4, with tau on the other side: r^2 <= (I / (2 pi tau) - 2 V^2) / (3 res^2) where six
     // faces of res^2 blocks share the sphere.
     case BD_TREE_CRITERION_LEVEL:
-        return tree_args.tau.y * (PI * side * side * r2 + tree_args.light.y * n.light_distance2) <=
-               tree_args.light.x;
+        return tree_args.tau_absolute *
+                   (PI * side * side * r2 + tree_args.face_extent * n.light_distance2) <=
+               tree_args.face_flux;
     // Eq. 8: the leaves' resolution at every level, tau in units of the light's whole intensity.
     case BD_TREE_CRITERION_PRINTED:
-        side = float(tree_args.tree.z << (tree_args.tree.w - 1u));
-        return 3.0 * tree_args.tau.x * side * side * r2 <= 2.0 * (1.0 - tree_args.tau.x) * n.light_distance2;
-    default: return bounds.most - bounds.least > tree_args.tau.x * max(estimate, tree_args.tau.z);
+        side = float(tree_args.root_side << (tree_args.level_count - 1u));
+        return 3.0 * tree_args.tau_relative * side * side * r2 <=
+               2.0 * (1.0 - tree_args.tau_relative) * n.light_distance2;
+    default: return bounds.most - bounds.least > tree_args.tau_relative * max(estimate, tree_args.estimate_min);
     }
 }
 
@@ -117,16 +119,16 @@ const float STEPS_MAX = 16777216.0; // of one light: exact as a float, and 256 o
 uint estimated_steps(receiver r)
 {
     float estimate = 0.0;
-    for (uint root = tree_args.tree.x; root < tree_args.tree.x + tree_args.tree.y; root++) {
+    for (uint root = tree_args.first_root; root < tree_args.first_root + tree_args.root_count; root++) {
         tree_node n = load_node(root_place(root));
         tree_bounds bounds = bounds_of(n, r.position, r.normal, r.normal_geometric);
         if (bounds.most > 0.0) estimate += strongest(light_of(r, n, 0u, bounds.most).irradiance);
     }
-    return uint(min(estimate * tree_args.tau.w, STEPS_MAX));
+    return uint(min(estimate * tree_args.steps_per_unit, STEPS_MAX));
 }
 uint leaf_index(place p)
 {
-    uint side = tree_args.tree.z << (tree_args.tree.w - 1u), face = p.root / roots_of_face();
+    uint side = tree_args.root_side << (tree_args.level_count - 1u), face = p.root / roots_of_face();
     uvec2 at = place_of_morton(p.morton);
     return (face * side + at.y) * side + at.x;
 }
@@ -140,7 +142,7 @@ struct walk {
 
 walk walk_from(uint root)
 {
-    return walk(root_place(root), tree_args.tree.x + tree_args.tree.y, 0u);
+    return walk(root_place(root), tree_args.first_root + tree_args.root_count, 0u);
 }
 
 // A node that stands for its leaves.
@@ -168,7 +170,8 @@ bool takes_next(receiver r, inout walk w, float estimate, out cut_node c)
         return false;
     }
     w.at = next(w.at);
-    if (w.at.level == 0u && w.visits + tree_args.cut.z > tree_args.cut.y) w.end = w.at.root;
+    if (w.at.level == 0u && w.visits + tree_args.nodes_per_root > tree_args.nodes_per_round)
+        w.end = w.at.root;
     return true;
 }
 
@@ -178,5 +181,5 @@ bool is_near(cut_node c) { return c.r2 < c.n.near2 && faces(c.n.normal, c.to_nod
 // Of all lights' roots, as far as estimates were asked for.
 float estimate_of(uint receiver_index)
 {
-    return tree_args.tau.w > 0.0 ? float(estimates[receiver_index]) / tree_args.tau.w : 0.0;
+    return tree_args.steps_per_unit > 0.0 ? float(estimates[receiver_index]) / tree_args.steps_per_unit : 0.0;
 }

@@ -51,7 +51,7 @@ texel load_texel(ivec2 at)
     uvec2 normals = texelFetch(rsm_normal, ivec3(at, face), 0).xy;
     t.normal = unpack_normal(normals.x);
     t.normal_geometric = unpack_normal(normals.y);
-    vec2 weight = texelFetch(rsm_weight, ivec3(at, args.block.how.y != 0u ? 0u : face), 0).xy;
+    vec2 weight = texelFetch(rsm_weight, ivec3(at, args.block.has_one_weight_layer != 0u ? 0u : face), 0).xy;
     vec3 from_light = t.position - light.position.xyz;
     float r2 = directional() ? 1.0 : dot(from_light, from_light);
     vec3 incoming = directional() ? light.direction.xyz : from_light * inversesqrt(max(r2, 1e-30));
@@ -188,8 +188,8 @@ vec2 in_sides(vec3 offset, vec3 u, vec3 v)
 void store(uint index, vec3 position, float area, vec3 normal, vec3 flux, vec3 u, vec3 v,
            vec3 offset)
 {
-    float kernel_area = args.block.how.x == BD_VPL_KERNEL_POINT ? 0.0 : area;
-    float near = args.block.how.x == BD_VPL_KERNEL_PATCH ? args.block.limits.x : 0.0;
+    float kernel_area = args.block.kernel == BD_VPL_KERNEL_POINT ? 0.0 : area;
+    float near = args.block.kernel == BD_VPL_KERNEL_PATCH ? args.block.near_field : 0.0;
     vpls[index * BD_VPL_VEC4S] = vec4(position, kernel_area);
     // A long patch is no disk until its length is small against the distance, too.
     float reach_squared = max(area / PI, max(dot(u, u), dot(v, v)));
@@ -250,7 +250,7 @@ void make_vpl(ivec2 begin, ivec2 end, uint index)
 {
     block_begin = begin;
     block_end = end;
-    face = args.block.how.z;
+    face = args.block.face;
     light_face_axes(face, face_x, face_y, face_z);
     texel representative;
     if (!find_representative(representative)) {

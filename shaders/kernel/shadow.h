@@ -36,7 +36,7 @@ KERNEL float shadow_texel_side(float half_width, float half_height, float side_t
 
 // True if the open segment meets the triangle (Moeller and Trumbore 1997). The edges are widened by
 // a few ulps, so that no light passes between neighbours.
-KERNEL bool segment_meets(f3 origin, f3 span, f3 corner, f3 edge1, f3 edge2)
+KERNEL bool segment_intersects(f3 origin, f3 span, f3 corner, f3 edge1, f3 edge2)
 {
     f3 p = f3_cross(span, edge2);
     float determinant = f3_dot(edge1, p);
@@ -54,7 +54,7 @@ KERNEL bool segment_meets(f3 origin, f3 span, f3 corner, f3 edge1, f3 edge2)
 // may be named nowhere. Where the texel of the receiver itself names one so small, its plane
 // stands for the surface that it is part of, as in a plain shadow map; the gap to the receiver
 // must then exceed what the surface can turn within a texel or two.
-KERNEL bool segment_meets_small(f3 origin, f3 span, f3 corner, f3 edge1, f3 edge2,
+KERNEL bool segment_intersects_small(f3 origin, f3 span, f3 corner, f3 edge1, f3 edge2,
                                 float texel_side)
 {
     f3 edge3 = f3_sub(edge2, edge1), n = f3_cross(edge1, edge2);

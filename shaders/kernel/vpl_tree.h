@@ -5,7 +5,8 @@
 
 #include "kernel/vpl_light.h"
 
-// Leaves of a node that face alike.
+// Leaves of a node that face alike. Second moments of position, as the next term of a series, made
+// it worse: nodes of a cut are as large as they are near.
 STRUCT(lobe)
 {
     f3 position, normal; // the mean normal times share

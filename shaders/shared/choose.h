@@ -5,12 +5,28 @@
 #include "shared/types.h"
 
 struct bd_choose_args {
-    BD_UVEC4 tile; // of the slice: xy = its first pixel, zw = its width and height
-    BD_UVEC4 fragments; // of a list instead: x = first of the slice, y = how many, z = finest
-                        // level, whose blocks may hold several surfaces
-    BD_UVEC4 vpls; // x = first VPL of the slice, y = VPLs in it (choose.comp: rays); all.comp: z =
-                   // words a receiver; else z = VPLs of a group, w = groups of the whole list
-    BD_UVEC4 rays; // x = VPLs that are chosen for a receiver, y = seed, z = VPLs of the whole list
+    // The slice: a tile of the picture's pixels; or fragments, in rows as wide as the tile.
+    BD_UINT tile_x;
+    BD_UINT tile_y;
+    BD_UINT tile_width;
+    BD_UINT tile_height;
+
+    BD_UINT first_fragment;     // of the slice, in the list
+    BD_UINT fragment_count;     // in it
+    BD_UINT finest_level;       // whose blocks may hold several surfaces
+    BD_UINT words_per_receiver; // of answers, 32 VPLs each (all)
+
+    // What the dispatch works through: VPLs (all, weigh), or rays of each receiver (choose, pick).
+    BD_UINT first_item;
+    BD_UINT item_count;
+    BD_UINT vpls_per_group; // of the list's groups
+    // Of a receiver: up to each group of the list, or up to each light; behind them is the spread.
+    BD_UINT running_sum_count;
+
+    BD_UINT rays_per_receiver; // for each of which a VPL is chosen
+    BD_UINT seed;              // of the frame
+    BD_UINT list_vpl_count;    // of the whole list
+    BD_UINT light_index;       // whose tree is walked (choose_tree)
 };
 
 // Of a VPL that was chosen: rgb of its light, seen or not, times how many it stands for; the same

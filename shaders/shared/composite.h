@@ -16,13 +16,17 @@
 #define BD_COMPOSITE_BLUR     8
 
 struct bd_composite_args {
-    // x = 1 / sub-frames (finish), y = cd/m^2 of the frame's light unit, z = metres of a render unit
-    BD_VEC4 scale;
-    // x = 1 for the first sub-frame, y = 1 where it is the only one; z = first row of the slice, w = rows in it
-    BD_UVEC4 state;
-    // xy = where the picture begins whose doubt indirect light has, z = of its pixels, one over a
-    // side
-    BD_VEC4 doubted;
+    BD_FLOAT sub_frame_weight; // 1 / sub-frames (finish)
+    BD_FLOAT unit_cd_m2;       // the frame's light unit
+    BD_FLOAT render_unit_m;    // length of render space's unit
+    BD_FLOAT doubted_per_px;   // 1 / side of a pixel of the picture whose doubt indirect light has
+
+    BD_UINT is_first_sub_frame; // 1: nothing was added before
+    BD_UINT is_only_sub_frame;
+    BD_UINT first_row; // of the slice
+    BD_UINT row_count; // in it
+
+    BD_VEC4 doubted_origin_px; // xy = where that picture begins
 };
 
 #ifndef BD_GLSL

@@ -5,7 +5,10 @@
 #include "shared/types.h"
 
 struct bd_direct_args {
-    BD_UVEC4 rows; // x = first row of the slice, y = rows in it, z = 1 if this is the first light
+    BD_UINT first_row; // of the slice
+    BD_UINT row_count; // in it
+    BD_UINT is_first;  // 1: nothing was added before, this is the first light
+    BD_UINT unused_0;
 };
 
 #ifndef BD_GLSL

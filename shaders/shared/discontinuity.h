@@ -12,10 +12,22 @@
 
 struct bd_discontinuity_args {
     BD_MULTIRES_LAYOUT multires;
-    BD_UVEC4 slice; // x = first row, y = rows, z = level, w = face of the light's map
-    BD_UVEC4 tests; // x = neighbours that are asked: none, the 4 at the corners, or all 8
-    BD_VEC4 limits; // x = threshold of depth, y = of normals; z = what depth is relative to in an
-                    // orthographic view, 0 in a perspective one: there it is depth itself
+
+    BD_UINT first_row; // of the slice
+    BD_UINT row_count; // in it
+    BD_UINT level;     // of the blocks
+    BD_UINT face;      // of the light's map
+
+    BD_UINT neighbour_count; // that are asked: none, the 4 at the corners, or all 8
+    BD_UINT unused_0;
+    BD_UINT unused_1;
+    BD_UINT unused_2;
+
+    BD_FLOAT depth_threshold;  // above which a block spans a step in depth
+    BD_FLOAT normal_threshold; // or surfaces that face apart
+    BD_FLOAT depth_scale; // what depth is relative to in an orthographic view; 0 in a perspective
+                          // one, where that is depth itself
+    BD_FLOAT unused_3;
 };
 
 #ifndef BD_GLSL

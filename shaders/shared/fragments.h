@@ -20,17 +20,33 @@
 
 struct bd_fragments_args {
     BD_MULTIRES_LAYOUT multires;
-    BD_UVEC4 range; // x = first word, or first run of the scan; y = the one behind the last;
-                    // z = level of the scan; w = face of the light's map
+
+    BD_UINT first_item; // of the slice: words, or runs of the scan
+    BD_UINT end_item;   // the one behind its last
+    BD_UINT scan_level; // of the prefix sum
+    BD_UINT face;       // of the light's map
+
     BD_UVEC4 tiles[BD_MULTIRES_LEVEL_MAX]; // of a level: x = the first, y = tiles in a row; z =
                                            // first word of the mask
-    BD_UVEC4 total; // x = numbers of the prefix sum, y = level whose blocks are not split
-    BD_VEC4 limits; // x = spread of light that is too much, as a part of it
+
+    BD_UINT number_count; // of the prefix sum
+    BD_UINT finest_level; // whose blocks are not split
+    BD_UINT unused_0;
+    BD_UINT unused_1;
+
+    BD_FLOAT spread_threshold; // spread of light that is too much, as a part of it
+    BD_FLOAT unused_2;
+    BD_FLOAT unused_3;
+    BD_FLOAT unused_4;
 };
 
 // What the host reads back.
 struct bd_fragments_summary {
-    BD_UVEC4 count;                        // x
+    BD_UINT fragment_count; // of all levels
+    BD_UINT unused_0;
+    BD_UINT unused_1;
+    BD_UINT unused_2;
+
     BD_UVEC4 first[BD_MULTIRES_LEVEL_MAX]; // x = place of the level's first fragment
 };
 

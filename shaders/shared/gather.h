@@ -5,8 +5,17 @@
 #include "shared/types.h"
 
 struct bd_gather_args {
-    BD_UVEC4 tile; // of the slice: xy = its first pixel, zw = its width and height
-    BD_UVEC4 vpls; // x = first VPL of the slice, y = VPLs in it, z = 1 if nothing was added before
+    // The slice: a tile of the picture.
+    BD_UINT tile_x_px;
+    BD_UINT tile_y_px;
+    BD_UINT tile_width_px;
+    BD_UINT tile_height_px;
+
+    // And a range of the VPLs.
+    BD_UINT first_vpl;
+    BD_UINT vpl_count;
+    BD_UINT is_first; // 1: nothing was added before
+    BD_UINT unused_0;
 };
 
 #ifndef BD_GLSL

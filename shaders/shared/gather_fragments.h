@@ -5,11 +5,20 @@
 #include "shared/types.h"
 
 struct bd_gather_fragments_args {
-    BD_UVEC4 fragments; // x = first of the slice, y = how many, z = 1 if nothing was added before,
-                        // w = finest level, whose blocks may hold several surfaces
-    BD_UVEC4 vpls;      // x = first VPL of the slice, y = VPLs in it, z = words of answers a
-                        // fragment
-    BD_VEC4 depth;      // x = of the draw behind the mask
+    BD_UINT first_fragment; // of the slice
+    BD_UINT fragment_count; // in it
+    BD_UINT is_first;       // 1: nothing was added before
+    BD_UINT finest_level;   // whose blocks may hold several surfaces
+
+    BD_UINT first_vpl;          // of the slice
+    BD_UINT vpl_count;          // in it
+    BD_UINT words_per_receiver; // of answers, 32 VPLs each
+    BD_UINT unused_0;
+
+    BD_FLOAT depth; // of the draw behind the mask
+    BD_FLOAT unused_1;
+    BD_FLOAT unused_2;
+    BD_FLOAT unused_3;
 };
 
 #ifndef BD_GLSL

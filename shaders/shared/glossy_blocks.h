@@ -5,8 +5,15 @@
 #include "shared/types.h"
 
 struct bd_glossy_blocks_args {
-    BD_UVEC4 rows;  // x = level, y = first row of the slice, z = rows in it
-    BD_VEC4 limits; // x = range of a component of the normal, y = of a material's number
+    BD_UINT level;     // of the blocks
+    BD_UINT first_row; // of the slice
+    BD_UINT row_count; // in it
+    BD_UINT unused_0;
+
+    BD_FLOAT normal_threshold;   // range of a component of the normal over a block
+    BD_FLOAT material_threshold; // of a material's number
+    BD_FLOAT unused_1;
+    BD_FLOAT unused_2;
 };
 
 #ifndef BD_GLSL

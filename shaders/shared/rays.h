@@ -103,10 +103,15 @@ _Static_assert(sizeof(struct bd_ray_triangle) == 16 * BD_RAY_TRIANGLE_UVEC4S, "s
 
 // Arguments of pass/visibility, for either question.
 struct bd_ray_walk_args {
-    BD_UVEC4 slice; // x = first segment or ray, a multiple of 64; y = behind the last; z = nodes; w
-                    // = nodes and triangles that an invocation may look at
-    BD_UVEC4 walk; // x = 1: walks begin; 0: they go on where they were; y = 1: what blends is there
-                   // by chance; z = the first triangle that is not opaque, in its table
+    BD_UINT first_ray;      // or segment, of the slice; a multiple of 64
+    BD_UINT end_ray;        // the one behind its last
+    BD_UINT node_count;     // of the tree
+    BD_UINT look_count_max; // nodes and triangles that an invocation may look at
+
+    BD_UINT is_first_round;        // 1: walks begin; 0: they go on where they were
+    BD_UINT alpha_is_coverage;     // 1: what blends is there by chance
+    BD_UINT first_cutout_triangle; // the first that is not opaque, in the table of those
+    BD_UINT unused_0;
 };
 // What pass/visibility counts.
 #define BD_RAY_COUNT_ASKED      0 // rays, and segments that have a length

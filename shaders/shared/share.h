@@ -5,11 +5,13 @@
 #include "shared/types.h"
 
 struct bd_share_args {
-    // xy = where in a pixel the first sub-frame looks through, z = pixels along a side of one of
-    // its
-    BD_VEC4 first_sample_px;
+    BD_VEC4 first_sample_px; // xy = where in a pixel the first sub-frame looks through
     BD_VEC4 first_origin_px; // xy = where its picture begins
-    BD_UVEC4 rows;           // x = first row of the slice, y = rows in it
+
+    BD_FLOAT first_side_px; // pixels along a side of one of its
+    BD_UINT first_row;      // of the slice
+    BD_UINT row_count;      // in it
+    BD_UINT unused_0;
 };
 
 #ifndef BD_GLSL

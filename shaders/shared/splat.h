@@ -10,17 +10,32 @@
 #define BD_SPLAT_TRIAL_VPLS 64
 
 struct bd_splat_trial_args {
-    BD_UVEC4 vpls;                       // x = first VPL of the slice, y = VPLs in it
-    BD_VEC4 bounds[BD_SPLAT_BOUNDS / 4]; // irradiance, in the frame's light unit
+    BD_UINT first_vpl; // of the slice
+    BD_UINT vpl_count; // in it
+    BD_UINT unused_0;
+    BD_UINT unused_1;
+
+    BD_VEC4 bounds[BD_SPLAT_BOUNDS / 4]; // irradiance, in the frame's light unit; four a vector
 };
 
 struct bd_splat_args {
-    BD_UVEC4 vpls;  // x = first VPL of the draw
-    BD_VEC4 bounds; // x = irradiance
+    BD_UINT first_vpl; // of the draw
+    BD_UINT unused_0;
+    BD_UINT unused_1;
+    BD_UINT unused_2;
+
+    BD_FLOAT bound; // irradiance, in the frame's light unit
+    BD_FLOAT unused_3;
+    BD_FLOAT unused_4;
+    BD_FLOAT unused_5;
 };
 
 struct bd_splat_fragments_args {
-    BD_UVEC4 vpls;    // x = first VPL of the draw, y = 1 if its list is the first
+    BD_UINT first_vpl;     // of the draw
+    BD_UINT is_first_list; // 1: they are of the first list
+    BD_UINT unused_0;
+    BD_UINT unused_1;
+
     BD_UVEC4 size_px; // xy = width and height of the target
 };
 

@@ -18,21 +18,45 @@
 #define BD_SUBSPLAT_LEFT_OVER 2u // of those that wanted it split, where there was no room
 
 struct bd_subsplats_args {
-    // x = place in the buffer of the list's first block, y = blocks in the list, z = first of the
-    // slice, w = the one behind its last
-    BD_UVEC4 blocks;
-    BD_UVEC4 vpls; // x = first VPL of the batch, y = VPLs in it, z = BD_SUBSPLAT_*
+    BD_UINT list_first_block; // place in the buffer of the list's first block
+    BD_UINT list_block_count; // in the list
+    BD_UINT first_block;      // of the slice, in the list
+    BD_UINT end_block;        // the one behind its last
+
+    BD_UINT first_vpl; // of the batch
+    BD_UINT vpl_count; // in it
+    BD_UINT members;   // BD_SUBSPLAT_*: in whose lists the blocks are
+    BD_UINT unused_0;
+
     // Radiance in the frame's light unit: a block is split where it varies by more than
-    // x + y (largest of it + z irradiance of all VPLs).
-    BD_VEC4 limits;
-    BD_UVEC4 next; // x = blocks that the next list may hold, y = level of the scan
-    BD_UVEC4 rows; // of spread: x = first row of the slice, y = rows in it
+    // threshold_absolute + threshold_relative (largest of it + of_mean_vpl irradiance of all VPLs).
+    BD_FLOAT threshold_absolute;
+    BD_FLOAT threshold_relative;
+    BD_FLOAT of_mean_vpl; // radiance of a mean VPL, as a part of the irradiance of all
+    BD_FLOAT unused_1;
+
+    BD_UINT next_block_count_max; // blocks that the next list may hold
+    BD_UINT scan_level;           // of the prefix sum
+    BD_UINT unused_2;
+    BD_UINT unused_3;
+
+    BD_UINT first_row; // of the slice (spread)
+    BD_UINT row_count; // in it
+    BD_UINT unused_4;
+    BD_UINT unused_5;
 };
 
 // What the host reads back. The first three add up over lists.
 struct bd_subsplats_counts {
-    BD_UVEC4 lists; // x = subsplats that were looked at, y = of those split, z = added to the image
-    BD_UVEC4 next;  // x = blocks wanted in the next list, y = blocks that fit into it
+    BD_UINT tested; // subsplats that were looked at
+    BD_UINT split;  // of those, into their children
+    BD_UINT drawn;  // added to the image
+    BD_UINT unused_0;
+
+    BD_UINT next_wanted;  // blocks wanted in the next list
+    BD_UINT next_fitting; // of those, blocks that fit into it
+    BD_UINT unused_1;
+    BD_UINT unused_2;
 };
 
 #ifndef BD_GLSL

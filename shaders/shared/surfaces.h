@@ -26,15 +26,22 @@
 // reverse.
 #define BD_SURFACES_CELLS(y, i) ((y) >> (5 * (i)) & 0x1fu)
 
-// Levels as in bd_multires_layout, w = which.
+// Levels as in bd_multires_layout, w = which (multires_number).
 struct bd_surfaces_args {
-    BD_UVEC4 rows; // x = first row of the slice, or first of the level's list; y = how many; z =
-                   // the finest level (pass/fragments.h); w = where the level's list begins
+    BD_UINT first_row;    // of the slice, where it is rows of blocks
+    BD_UINT row_count;    // in it
+    BD_UINT finest_level; // whose blocks are not split (pass/fragments.h)
+    BD_UINT first_outer;  // where the level's outer blocks begin in their list
+
     BD_UVEC4 level;   // of the blocks
     BD_UVEC4 finer;   // of their children
     BD_UVEC4 coarser; // of their parents
     BD_UVEC4 size_px; // xy = the picture
-    BD_UVEC4 counts;  // x = where the words of the level's children begin
+
+    BD_UINT first_children; // where the words of the level's children begin in theirs
+    BD_UINT first_item;     // of the slice, where it is a list of the level's blocks
+    BD_UINT item_count;     // in it
+    BD_UINT unused_0;
 };
 
 #ifndef BD_GLSL

@@ -9,8 +9,15 @@
 #define BD_VPL_KERNEL_POINT 2u
 
 struct bd_vpl_block_args {
-    BD_UVEC4 how;   // x = BD_VPL_KERNEL_*, y = 1: one weight layer serves every face, z = face
-    BD_VEC4 limits; // x = distance, in radii of the patch, below which it is integrated exactly
+    BD_UINT kernel;               // BD_VPL_KERNEL_*
+    BD_UINT has_one_weight_layer; // 1: it serves every face
+    BD_UINT face;                 // of the light's map
+    BD_UINT unused_0;
+
+    BD_FLOAT near_field; // distance, in radii of the patch, below which it is integrated exactly
+    BD_FLOAT unused_1;
+    BD_FLOAT unused_2;
+    BD_FLOAT unused_3;
 };
 
 // As a member of other structs: GLSL knows no `struct NAME`.

@@ -6,7 +6,11 @@
 
 struct bd_vpl_clusters_args {
     BD_VPL_BLOCK_ARGS block;
-    BD_UVEC4 slice; // x = first fragment of the slice, y = how many, z = VPLs of the faces before
+
+    BD_UINT first_fragment; // of the slice
+    BD_UINT fragment_count; // in it
+    BD_UINT vpls_before;    // of the faces before
+    BD_UINT unused_0;
 };
 
 #ifndef BD_GLSL

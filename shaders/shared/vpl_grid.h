@@ -6,7 +6,11 @@
 
 struct bd_vpl_grid_args {
     BD_VPL_BLOCK_ARGS block;
-    BD_UVEC4 grid; // x = VPLs along a face's side, y = first row of the slice, z = rows in it
+
+    BD_UINT grid_side; // VPLs along a face's side
+    BD_UINT first_row; // of the slice
+    BD_UINT row_count; // in it
+    BD_UINT unused_0;
 };
 
 #ifndef BD_GLSL

@@ -33,10 +33,15 @@
 #define BD_TREE_NODE_VEC4S 7
 
 struct bd_vpl_tree_args {
-    BD_UVEC4 level; // x = nodes of this level in a face, y = index of its first in the face,
-                    // z = nodes of a face, w = 1: leaves, made from the list of VPLs
-    BD_UVEC4 faces; // x = number, y = leaves along a face's side; of each face's level: z = first
-                    // node of the slice, w = nodes in it
+    BD_UINT level_node_count; // nodes of this level in a face
+    BD_UINT level_first_node; // index of its first one in the face
+    BD_UINT face_node_count;  // nodes of a face, all levels
+    BD_UINT has_leaves;       // 1: nodes of this level are made from the list of VPLs
+
+    BD_UINT face_count; // of the light
+    BD_UINT leaf_side;  // leaves along a face's side
+    BD_UINT first_node; // of the slice, in each face's level
+    BD_UINT node_count; // in it
 };
 
 #ifndef BD_GLSL

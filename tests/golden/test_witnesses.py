@@ -2,7 +2,7 @@
 
 The goal is 1 % for each layer of each Lambertian picture, by pixel and, where noise hides less, by
 block of 8 x 8 pixels. Where more is allowed below, the difference is theirs, and
-server/reference/README.md ("Two witnesses") says what it is; the tests by hand show that those
+server/reference/README.md ("Beside an independent renderer") says what it is; the tests by hand show that those
 habits, and nothing else, make the direct layer's part of it.
 
 BD_WITNESS_SAMPLES: samples a pixel and half. The interval must reach below the bound; with `long`'s many

@@ -54,7 +54,7 @@ static void set3(float out[3], bd_dvec3 v)
 
 // --- surfaces -----------------------------------------------------------------------------------
 
-static float alpha_of(const struct work *work, const struct bd_meeting *m)
+static float alpha_of(const struct work *work, const struct bd_intersection *m)
 {
     const struct bd_material *material = &work->scene->materials[m->hit.primitive->material];
     return material->alpha_mode == BD_ALPHA_BLEND ? bd_surface_alpha(work->scene, &m->hit) : 1;
@@ -129,7 +129,7 @@ struct found {
     float position[3];
 };
 
-static void find(const struct work *work, const struct bd_ray *ray, const struct bd_meeting *m,
+static void find(const struct work *work, const struct bd_ray *ray, const struct bd_intersection *m,
                  struct found *out)
 {
     const struct habits *habits = &work->habits;
@@ -150,13 +150,14 @@ static void find(const struct work *work, const struct bd_ray *ray, const struct
 }
 
 // Whether a second triangle lies where the ray met one: looking back from just behind.
-static bool has_twin(const struct work *work, const struct bd_ray *ray, const struct bd_meeting *m)
+static bool has_twin(const struct work *work, const struct bd_ray *ray,
+                     const struct bd_intersection *m)
 {
     struct bd_ray back = {.near = 0, .far = 8 * m->clearance, .alpha = BD_ALPHA_AS_MASK};
-    struct bd_meeting other;
+    struct bd_intersection other;
     bd_vec3f_add_scaled(back.origin, m->position, ray->direction, 4 * m->clearance);
     bd_vec3f_scale(back.direction, ray->direction, -1);
-    if (!bd_geometry_meet(&work->geometry, &back, BD_SIGHT_ALL, &other)) return false;
+    if (!bd_geometry_intersect(&work->geometry, &back, BD_SIGHT_ALL, &other)) return false;
     return other.hit.primitive != m->hit.primitive || other.hit.triangle != m->hit.triangle;
 }
 
@@ -170,8 +171,9 @@ static double passed(const struct work *work, const float from[3], const float s
     bd_vec3f_copy(ray.origin, from);
     bd_vec3f_copy(ray.direction, span);
     double share = 1;
-    struct bd_meeting m;
-    for (int i = 0; i < LAYERS && bd_geometry_meet(&work->geometry, &ray, BD_SIGHT_ALL, &m); i++) {
+    struct bd_intersection m;
+    for (int i = 0; i < LAYERS && bd_geometry_intersect(&work->geometry, &ray, BD_SIGHT_ALL, &m);
+         i++) {
         bool is_own = m.hit.primitive == own->primitive && m.hit.triangle == own->triangle;
         share *= work->habits.twins && is_own ? 1 : 1 - alpha_of(work, &m);
         if (share == 0) return 0;
@@ -232,9 +234,9 @@ static struct bd_ray camera_ray(const struct work *work, double x_px, double y_p
 static void add_ray(const struct work *work, double x_px, double y_px, double share, float *to)
 {
     struct bd_ray ray = camera_ray(work, x_px, y_px);
-    struct bd_meeting m;
+    struct bd_intersection m;
     for (int i = 0; i < LAYERS && share > 0; i++) {
-        if (!bd_geometry_meet(&work->geometry, &ray, BD_SIGHT_ALL, &m)) return;
+        if (!bd_geometry_intersect(&work->geometry, &ray, BD_SIGHT_ALL, &m)) return;
         struct found found;
         find(work, &ray, &m, &found);
         double here = share * alpha_of(work, &m);

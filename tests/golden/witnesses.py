@@ -36,7 +36,7 @@ PICTURES = [("cornell_box", "box"), ("cornell_box_spot_side", "box"),
             ("sponza_dabrovic", "point"), ("sibenik", "box"), ("sibenik", "point")]
 
 
-# What witness_direct.c can take over of their ways, in the order of server/reference/README.md, Two witnesses.
+# What witness_direct.c can take over of their ways, in the order of server/reference/README.md, "Beside an independent renderer".
 HABITS = ["pixel=.01", "decode_last", "bend", "soften", "twins"]
 
 

@@ -116,10 +116,10 @@ static void check_triangle(const struct bd_area_light *light, double relative)
         bd_sequence_pair(&sequence, i, number);
         assert_true(bd_triangle_view_choose(&view, light, point, number, &at));
         const f3 span = f3_sub(at.position, point), to = f3_unit(span);
-        near(bd_triangle_view_density(&view, light, to, f3_length(span)), at.density, 1e-4);
+        near(bd_triangle_view_pdf(&view, light, to, f3_length(span)), at.pdf, 1e-4);
         assert_true(at.u >= 0 && at.v >= 0 && at.u + at.v <= 1.00001f);
-        irradiance += f3_dot(to, normal) / at.density / SAMPLES;
-        solid_sr += 1 / at.density / SAMPLES;
+        irradiance += f3_dot(to, normal) / at.pdf / SAMPLES;
+        solid_sr += 1 / at.pdf / SAMPLES;
     }
     near(irradiance, irradiance_of(light, point, normal), relative);
     near(solid_sr, view.solid_sr, relative);
@@ -309,7 +309,7 @@ static void trees_draw_what_they_tell(void **state)
         bd_emitter_tree_cut(&lights->tree, point, normal, &cut);
         double sum = 0;
         for (uint32_t i = 0; i < lights->count; i++) {
-            const float chance = bd_emitter_tree_chance(&lights->tree, &cut, point, normal, i);
+            const float chance = bd_emitter_tree_pdf(&lights->tree, &cut, point, normal, i);
             const struct bd_area_light *light = &lights->lights[i];
             const struct bd_triangle_view view =
                 bd_triangle_view_of(light, lights->sources[light->source].two_sided, point, normal);
@@ -324,7 +324,7 @@ static void trees_draw_what_they_tell(void **state)
                                       ((float)i + 0.5f) / SAMPLES, &light, &chance))
                 continue;
             drawn++;
-            near(bd_emitter_tree_chance(&lights->tree, &cut, point, normal, light), chance, 1e-5);
+            near(bd_emitter_tree_pdf(&lights->tree, &cut, point, normal, light), chance, 1e-5);
         }
         near(drawn / (double)SAMPLES, sum, 2e-3);
         assert_true(sum > 0.9 && sum < 1.00001);
@@ -344,7 +344,7 @@ static double sum_of_chances(const struct bd_area_lights *lights, const struct b
 {
     double sum = 0;
     for (uint32_t i = 0; i < lights->count; i++)
-        sum += (double)bd_emitter_tree_chance(&lights->tree, cut, point, f3_of(0, 1, 0), i);
+        sum += (double)bd_emitter_tree_pdf(&lights->tree, cut, point, f3_of(0, 1, 0), i);
     return sum;
 }
 
@@ -407,7 +407,7 @@ static double variance_at(const struct bd_area_lights *lights, f3 point, f3 norm
         if (!(weight > 0)) continue;
         sum += weight;
         squares +=
-            weight * weight / (double)bd_emitter_tree_chance(&lights->tree, &cut, point, normal, i);
+            weight * weight / (double)bd_emitter_tree_pdf(&lights->tree, &cut, point, normal, i);
     }
     return sum > 0 ? squares / (sum * sum) - 1 : 0;
 }
@@ -487,7 +487,7 @@ static void check_sky(uint32_t width, uint32_t height, uint32_t sun, const doubl
         bd_sequence_pair(&sequence, i, number);
         const f3 d = bd_sky_light_choose(&lights->sky, number, &density);
         near(f3_length(d), 1, 1e-5);
-        near(bd_sky_light_look(&lights->sky, d).density, density, 1e-3);
+        near(bd_sky_light_look(&lights->sky, d).pdf, density, 1e-3);
         seen += luminance(bd_sky_light_radiance(&lights->sky, d)) / density / SAMPLES;
     }
     const int steps = 8 * (int)height;

@@ -92,9 +92,9 @@ static void ggx_albedos(void **state)
             double sum = 0;
             for (int i = 0; i < 400; i++) {
                 for (int k = 0; k < 400; k++) {
-                    float wi[3], f[3], density;
+                    float wi[3], f[3], pdf;
                     direction(((float)i + .5f) / 400, 2 * (float)PI * ((float)k + .5f) / 400, wi);
-                    eval_once(&s, wo, wi, f, &density);
+                    eval_once(&s, wo, wi, f, &pdf);
                     sum += f[0] * 2 * PI / 160000;
                 }
             }
@@ -134,10 +134,10 @@ static void agrees_with_appendix_b(void **state)
     for (int k = 0; k < 5000; k++) {
         struct bd_surface s = surface_of(uniform(), .25f + .75f * uniform(), 0);
         s.base_color[0] = .5f * uniform(), s.base_color[1] = .5f, s.ior = 1 + uniform();
-        float wo[3], wi[3], f[3], density;
+        float wo[3], wi[3], f[3], pdf;
         direction(.15f + .85f * uniform(), 6 * uniform(), wo);
         direction(.15f + .85f * uniform(), 6 * uniform(), wi);
-        eval_once(&s, wo, wi, f, &density);
+        eval_once(&s, wo, wi, f, &pdf);
         for (int j = 0; j < 2; j++) {
             double expected = appendix_b(&s, j, wo, wi) * wi[2];
             assert_true(fabs(f[j] - expected) < 1e-4 * expected + 1e-6);
@@ -158,7 +158,7 @@ static void sharp_lobes_are_mirrors(void **state)
         assert_true(bd_bsdf_is_delta(&s));
         struct bd_bsdf_sample sample;
         assert_true(sample_once(&s, wo, (float[3]){.3f, .6f, .5f}, &sample));
-        assert_true(sample.delta && sample.density == 0 && fabsf(sample.weight[1] - 1) < 1e-6f);
+        assert_true(sample.delta && sample.pdf == 0 && fabsf(sample.weight[1] - 1) < 1e-6f);
         assert_true(fabsf(sample.wi[0] + wo[0]) < 1e-6f && fabsf(sample.wi[2] - wo[2]) < 1e-6f);
     }
     struct bd_surface plastic = surface_of(0, 0, 0);
@@ -257,7 +257,7 @@ static struct bd_surface swept(const struct sweep *at)
     return s;
 }
 
-// Share of the density in each cell, by a grid in it. `wide`: turned frame, so that the world's
+// Share of the pdf in each cell, by a grid in it. `wide`: turned frame, so that the world's
 // axes are not the surface's.
 static double fill_cells(const struct bd_surface *s, const float wo[3], double *cells)
 {
@@ -265,14 +265,14 @@ static double fill_cells(const struct bd_surface *s, const float wo[3], double *
     double total = 0;
     for (int ring = 0; ring < RINGS * fine; ring++) {
         for (int sector = 0; sector < SECTORS * fine; sector++) {
-            float wi[3], f[3], density;
+            float wi[3], f[3], pdf;
             direction(1 - 2 * ((float)ring + .5f) / (RINGS * fine),
                       2 * (float)PI * ((float)sector + .5f) / (SECTORS * fine), wi);
-            eval_once(s, wo, wi, f, &density);
-            assert_true(density >= 0 && isfinite(density));
+            eval_once(s, wo, wi, f, &pdf);
+            assert_true(pdf >= 0 && isfinite(pdf));
             // What can be evaluated can be sampled.
-            assert_true(density > 0 || f[0] == 0);
-            double share = density * 4 * PI / (RINGS * SECTORS * fine * fine);
+            assert_true(pdf > 0 || f[0] == 0);
+            double share = pdf * 4 * PI / (RINGS * SECTORS * fine * fine);
             cells[ring / fine * SECTORS + sector / fine] += share;
             total += share;
         }
@@ -280,7 +280,7 @@ static double fill_cells(const struct bd_surface *s, const float wo[3], double *
     return total;
 }
 
-// Samples fall into the cells as the density says; what is not in the density was absorbed or is a
+// Samples fall into the cells as the pdf says; what is not in the pdf was absorbed or is a
 // delta lobe's. Pearson's statistic over the cells that expect 20 or more.
 static void density_is_what_is_sampled(void **state)
 {
@@ -337,15 +337,15 @@ static void weight_times_density_is_f(void **state)
     for (size_t i = 0; i < sizeof sweeps / sizeof *sweeps; i++) {
         struct bd_surface s = swept(&sweeps[i]);
         for (int k = 0; k < 3000; k++) {
-            float wo[3], f[3], density;
+            float wo[3], f[3], pdf;
             direction(uniform() * .99f + .01f, 6 * uniform(), wo);
             const float u[3] = {uniform(), uniform(), uniform()};
             struct bd_bsdf_sample sample;
             if (!sample_once(&s, wo, u, &sample) || sample.delta) continue;
-            eval_once(&s, wo, sample.wi, f, &density);
-            assert_true(fabsf(density - sample.density) <= 1e-3f * density);
+            eval_once(&s, wo, sample.wi, f, &pdf);
+            assert_true(fabsf(pdf - sample.pdf) <= 1e-3f * pdf);
             for (int j = 0; j < 3; j++)
-                assert_true(fabsf(sample.weight[j] * density - f[j]) <= 1e-3f * f[j] + 1e-6f);
+                assert_true(fabsf(sample.weight[j] * pdf - f[j]) <= 1e-3f * f[j] + 1e-6f);
             assert_true(sample.transmitted == (sample.wi[2] < 0));
         }
     }
@@ -358,18 +358,18 @@ static void reciprocity(void **state)
     for (size_t i = 0; i < sizeof sweeps / sizeof *sweeps; i++) {
         for (int k = 0; k < 3000; k++) {
             struct bd_surface s = swept(&sweeps[i]);
-            float wo[3], wi[3], there[3], back[3], density;
+            float wo[3], wi[3], there[3], back[3], pdf;
             direction(uniform() * .98f + .02f, 6 * uniform(), wo);
             direction(1.96f * uniform() - .98f, 6 * uniform(), wi);
             if (fabsf(wi[2]) < 1e-3f) continue; // BD_GGX_COSINE_MIN
-            eval_once(&s, wo, wi, there, &density);
+            eval_once(&s, wo, wi, there, &pdf);
             float scale = 1;
             if (wi[2] < 0) {
                 s.normal[2] = s.normal_geometric[2] = -1;
                 scale = s.thin ? 1 : s.entering ? s.ior * s.ior : 1 / (s.ior * s.ior);
                 s.entering = !s.entering;
             }
-            eval_once(&s, wi, wo, back, &density);
+            eval_once(&s, wi, wo, back, &pdf);
             for (int j = 0; j < 3; j++) {
                 float one = there[j] / fabsf(wi[2]) * scale, other = back[j] / wo[2];
                 assert_true(fabsf(one - other) <= 2e-3f * fmaxf(one, other) + 1e-5f);
@@ -451,7 +451,7 @@ static void odd_input_stays_finite(void **state)
                                          uniform() < .5f ? 0 : 1);
         s.ior = iors[k % 5], s.thin = k % 3 == 0, s.entering = k % 2 == 0;
         s.base_color[1] = 0;
-        float wo[3], f[3], density, cosine = k % 7 == 0 ? 1e-6f : uniform();
+        float wo[3], f[3], pdf, cosine = k % 7 == 0 ? 1e-6f : uniform();
         direction(uniform(), 6 * uniform(), s.normal);
         direction(cosine, 6 * uniform(), wo);
         const float u[3] = {k % 11 == 0 ? 0 : uniform(), k % 13 == 0 ? 0x1.fffffep-1f : uniform(),
@@ -464,8 +464,8 @@ static void odd_input_stays_finite(void **state)
         float length = sqrtf(sample.wi[0] * sample.wi[0] + sample.wi[1] * sample.wi[1] +
                              sample.wi[2] * sample.wi[2]);
         assert_true(fabsf(length - 1) < 1e-4f);
-        eval_once(&s, wo, sample.wi, f, &density);
-        assert_true(isfinite(f[0]) && f[0] >= 0 && isfinite(density) && density >= 0);
+        eval_once(&s, wo, sample.wi, f, &pdf);
+        assert_true(isfinite(f[0]) && f[0] >= 0 && isfinite(pdf) && pdf >= 0);
     }
 }
 
@@ -475,13 +475,13 @@ static void light_from_below_the_geometry(void **state)
     (void)state;
     struct bd_surface s = surface_of(0, .5f, 0);
     direction(.5f, 0, s.normal);
-    float wo[3], wi[3], f[3], density;
+    float wo[3], wi[3], f[3], pdf;
     direction(.8f, 0, wo);
     direction(-.1f, 0, wi); // above the shading normal's plane, below the triangle's
     for (int lambert = 0; lambert < 2; lambert++) {
         s.lambert = lambert;
-        eval_once(&s, wo, wi, f, &density);
-        assert_true(f[0] == 0 && density == 0);
+        eval_once(&s, wo, wi, f, &pdf);
+        assert_true(f[0] == 0 && pdf == 0);
     }
 }
 

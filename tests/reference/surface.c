@@ -41,8 +41,8 @@ struct setup {
     struct bd_primitive primitive;
     struct bd_scene scene;
     struct bd_linear linear;
-    struct bd_corner corners[3];
-    struct bd_corner_tangent tangents[3];
+    struct bd_shading_vertex corners[3];
+    struct bd_shading_tangent tangents[3];
     struct bd_hit hit;
 };
 
@@ -103,9 +103,9 @@ static struct bd_surface seen(struct setup *s, const float wo[3], bool lambert, 
     struct bd_surface out;
     for (int c = 0; c < 3; c++) {
         uint32_t vertex = s->primitive.index[3 * s->hit.triangle + (uint32_t)c];
-        s->corners[c] = bd_corner_of(&s->primitive, vertex, &s->linear);
+        s->corners[c] = bd_shading_vertex_of(&s->primitive, vertex, &s->linear);
         if (s->primitive.tangent)
-            s->tangents[c] = bd_corner_tangent_of(&s->primitive, vertex, &s->linear);
+            s->tangents[c] = bd_shading_tangent_of(&s->primitive, vertex, &s->linear);
     }
     s->hit.tangents = s->primitive.tangent ? s->tangents : NULL;
     bd_surface_at(&s->scene, &s->hit, wo, lambert, transmission, &out);
@@ -284,8 +284,8 @@ static void sides(void **state)
     behind = at(&s, .4f, .2f, from_below);
     assert_near(behind.emission, 0, 0, 0);
     struct bd_bsdf_sample sample;
-    float f[3], density;
-    eval_once(&behind, from_below, from_below, f, &density);
+    float f[3], pdf;
+    eval_once(&behind, from_below, from_below, f, &pdf);
     assert_near(f, 0, 0, 0);
     if (sample_once(&behind, from_below, (float[3]){.1f, .2f, .3f}, &sample))
         assert_near(sample.weight, 0, 0, 0);
@@ -305,8 +305,8 @@ static void unlit_shows_its_color_and_reflects_nothing(void **state)
     struct bd_surface out = at(&s, .4f, .2f, to_eye);
     assert_true(out.unlit);
     assert_near(out.emission, .5, 0, 0);
-    float f[3], density;
-    eval_once(&out, to_eye, to_eye, f, &density);
+    float f[3], pdf;
+    eval_once(&out, to_eye, to_eye, f, &pdf);
     assert_near(f, 0, 0, 0);
 }
 

@@ -210,8 +210,8 @@ void WIDE(bd_native_ask)(const struct bd_native_pairs *restrict p, uint32_t *res
         const f3 edge2 = f3_at(&p->edge2, i);
         const float side = p->texel_side[i];
         const bool opens = triangle_leaves_open(origin, span, corner, edge1, edge2, side);
-        const bool hides = segment_meets(origin, span, corner, edge1, edge2);
-        const bool stands = segment_meets_small(origin, span, corner, edge1, edge2, side);
+        const bool hides = segment_intersects(origin, span, corner, edge1, edge2);
+        const bool stands = segment_intersects_small(origin, span, corner, edge1, edge2, side);
         said[i] = u_select(opens, BD_PAIR_OPENS, 0u) | u_select(hides, BD_PAIR_HIDES, 0u) |
                   u_select(stands, BD_PAIR_STANDS, 0u);
     }

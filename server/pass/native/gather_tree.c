@@ -43,7 +43,7 @@ struct walk {
 
 static uint32_t roots_of_face(const struct bd_native_tree *tree)
 {
-    return tree->args.tree.z * tree->args.tree.z;
+    return tree->args.root_side * tree->args.root_side;
 }
 
 static uint32_t level_first(const struct bd_native_tree *tree, uint32_t level)
@@ -54,8 +54,8 @@ static uint32_t level_first(const struct bd_native_tree *tree, uint32_t level)
 static tree_node load_node(const struct bd_native_tree *tree, struct place p)
 {
     const uint32_t face = p.root / roots_of_face(tree);
-    const size_t index =
-        (size_t)face * level_first(tree, tree->args.tree.w) + level_first(tree, p.level) + p.morton;
+    const size_t index = (size_t)face * level_first(tree, tree->args.level_count) +
+                         level_first(tree, p.level) + p.morton;
     const struct bd_vec4 *v = &tree->nodes[index * BD_TREE_NODE_VEC4S];
     const lobe first = {f3_from(v + 5), f3_from(v + 6), v[5].w};
     return (tree_node){f3_from(v),     f3_from(v + 1), f3_from(v + 2), f3_from(v + 3),
@@ -65,12 +65,12 @@ static tree_node load_node(const struct bd_native_tree *tree, struct place p)
 
 static bool is_leaf(const struct bd_native_tree *tree, uint32_t level)
 {
-    return level + 1 == tree->args.tree.w;
+    return level + 1 == tree->args.level_count;
 }
 
 static uint32_t leaf_index(const struct bd_native_tree *tree, struct place p)
 {
-    const uint32_t side = tree->args.tree.z << (tree->args.tree.w - 1);
+    const uint32_t side = tree->args.root_side << (tree->args.level_count - 1);
     const uint32_t face = p.root / roots_of_face(tree);
     return (face * side + every_second_bit(p.morton >> 1)) * side + every_second_bit(p.morton);
 }
@@ -97,11 +97,11 @@ static void find_bounds(const struct bd_receivers *restrict r, size_t first,
 static uint32_t decide(struct walk *restrict w, size_t first, uint32_t level, const tree_node *node)
 {
     const struct bd_gather_tree_args *args = &w->tree->args;
-    const float side = (float)(args->tree.z << level), relative = args->tau.x;
-    const float absolute = args->tau.y, estimate_min = args->tau.z;
-    const float of_light = args->light.y * node->light_distance2, intensity = args->light.x;
+    const float side = (float)(args->root_side << level), relative = args->tau_relative;
+    const float absolute = args->tau_absolute, estimate_min = args->estimate_min;
+    const float of_light = args->face_extent * node->light_distance2, intensity = args->face_flux;
     uint32_t any = 0;
-    switch (args->cut.x) {
+    switch (args->criterion) {
     case BD_TREE_CRITERION_BOUND:
         CHUNK_LANES(i) w->refine[i] = w->most[i] > absolute;
         break;
@@ -280,7 +280,7 @@ static void walk_root(struct walk *w, uint32_t root, const struct bd_native_wish
 static void begin(struct walk *restrict w, const uint32_t *restrict steps)
 {
     const struct bd_receivers *restrict r = w->receivers;
-    const float steps_of_unit = w->tree->args.tau.w;
+    const float steps_of_unit = w->tree->args.steps_per_unit;
     // Signed numbers' conversion is one instruction everywhere.
     LANES(i)
     {
@@ -300,15 +300,15 @@ void WIDE(bd_native_gather_tree)(const struct bd_receivers *receivers,
 {
     struct walk walk;
     struct bd_native_wishes own = *wishes;
-    BD_ASSERT_CMP(tree->args.tree.w, <=, LEVELS_MAX);
+    BD_ASSERT_CMP(tree->args.level_count, <=, LEVELS_MAX);
     if (!any_is_lit(receivers)) return;
     own.spread &= any_is_a_block(receivers);
     memset(&walk, 0, sizeof walk);
     walk.receivers = receivers;
     walk.tree = tree;
     begin(&walk, steps);
-    for (uint32_t root = 0; root < tree->args.tree.y; root++)
-        walk_root(&walk, tree->args.tree.x + root, &own);
+    for (uint32_t root = 0; root < tree->args.root_count; root++)
+        walk_root(&walk, tree->args.first_root + root, &own);
     flush_pairs(&walk.pairs, &walk.sums);
     keep_sums(receivers, &walk.sums, light);
 }
@@ -349,11 +349,11 @@ static void add_inner_root(const struct bd_receivers *restrict r, const tree_nod
 void WIDE(bd_native_estimate)(const struct bd_receivers *receivers,
                               const struct bd_native_tree *tree, uint32_t steps[BD_LANES])
 {
-    const float steps_of_unit = tree->args.tau.w;
+    const float steps_of_unit = tree->args.steps_per_unit;
     float sum[BD_LANES] = {0};
     if (!any_is_lit(receivers)) return;
-    for (uint32_t i = 0; i < tree->args.tree.y; i++) {
-        const uint32_t root = tree->args.tree.x + i;
+    for (uint32_t i = 0; i < tree->args.root_count; i++) {
+        const uint32_t root = tree->args.first_root + i;
         const struct place at = {root, 0, root % roots_of_face(tree)};
         const tree_node node = load_node(tree, at);
         const float power = strongest(node.flux);

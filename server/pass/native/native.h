@@ -66,8 +66,8 @@ struct bd_native_pick {
 };
 #define BD_NATIVE_NO_VPL UINT32_MAX
 
-// A tree of VPLs (shared/vpl_tree.h) over a list of leaves, and how it is cut: the roots
-// args.tree.x to x + y, and what rows of args say to the device is not read.
+// A tree of VPLs (shared/vpl_tree.h) over a list of leaves, and how it is cut: from
+// args.first_root on root_count roots; what args say of the device's slices and rounds is not read.
 struct bd_native_tree {
     const struct bd_vec4 *nodes;
     struct bd_native_vpls leaves;

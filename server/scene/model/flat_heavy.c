@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "base/hash.h"
-#include "base/large.h"
+#include "base/huge_pages.h"
 #include "scene/model/flat_io.h"
 
 static const char mesh_magic[8] = {'B', 'D', 'M', 'E', 'S', 'H', '0', '1'};
@@ -57,7 +57,7 @@ static bool allocate_texels(struct bd_flat_io *io, uint64_t texels, size_t texel
         bd_flat_fail(io);
         return false;
     }
-    *out = bd_large_alloc(texels * texel_bytes);
+    *out = bd_huge_pages_alloc(texels * texel_bytes);
     if (!*out) bd_flat_fail_memory(io);
     return *out != NULL;
 }

@@ -10,10 +10,10 @@ void main()
     ivec2 pixel;
     receiver r = asker_receiver(place, pixel);
     ray_start start = ray_start_at(pixel);
-    uint first = place.index * args.vpls.z * 32u;
-    for (uint i = 0u; i < args.vpls.z * 32u; i++) {
-        uint vpl = args.vpls.x + min(i, args.vpls.y - 1u);
-        if (i < args.vpls.y && is_reached(r, vpl_at(vpl)))
+    uint first = place.index * args.words_per_receiver * 32u;
+    for (uint i = 0u; i < args.words_per_receiver * 32u; i++) {
+        uint vpl = args.first_item + min(i, args.item_count - 1u);
+        if (i < args.item_count && is_reached(r, vpl_at(vpl)))
             store_segment_to(first + i, start, vpl);
         else
             store_no_segment(first + i);

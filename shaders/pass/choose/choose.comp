@@ -9,7 +9,7 @@ layout(std430, binding = BD_STORAGE_PICKS) writeonly buffer pick_block { vec4 pi
 // The first group whose running sum is more than `target`; the last where none is.
 uint group_at(float target, uint place)
 {
-    uint low = 0u, high = args.vpls.w - 1u;
+    uint low = 0u, high = args.running_sum_count - 1u;
     while (low < high) {
         uint middle = (low + high) / 2u;
         if (prefix[place_of_prefix(middle, place)] > target)
@@ -28,7 +28,8 @@ uint vpl_at_target(receiver r, vec3 viewer, float target, uint place, out float 
 {
     uint group = group_at(target, place);
     float sum = group > 0u ? prefix[place_of_prefix(group - 1u, place)] : 0.0;
-    uint begin = group * args.vpls.z, end = min(begin + args.vpls.z, args.rays.z), found = NO_VPL;
+    uint begin = group * args.vpls_per_group, found = NO_VPL;
+    uint end = min(begin + args.vpls_per_group, args.list_vpl_count);
 #ifdef BD_GROUPED
     // What the group counted as stands for what its VPLs give.
     float counted = prefix[place_of_prefix(group, place)] - sum, given = 0.0;
@@ -74,7 +75,7 @@ struct choice {
 // One ray's VPL. True where it must be integrated as a patch, which is left to be done.
 bool choose_one(choice c, ray_start start, uint ray, uint index)
 {
-    float own, part = c.total / float(args.rays.x);
+    float own, part = c.total / float(args.rays_per_receiver);
     uint vpl = vpl_at_target(c.r, c.viewer, c.first_target + float(ray) * part, c.place, own);
     sums light = no_light();
     if (!c.r.lit || vpl == NO_VPL) {
@@ -91,7 +92,7 @@ bool choose_one(choice c, ray_start start, uint ray, uint index)
 #ifdef BD_VPL_PATCH
 void choose_near(choice c, uint ray, uint index)
 {
-    float own, part = c.total / float(args.rays.x);
+    float own, part = c.total / float(args.rays_per_receiver);
     uint vpl = vpl_at_target(c.r, c.viewer, c.first_target + float(ray) * part, c.place, own);
     sums light = no_light();
     add_patch(light, c.r, c.viewer, vpl);
@@ -105,13 +106,13 @@ void main()
     if (!asker.exists) return;
     ivec2 pixel;
     receiver r = asker_receiver(asker, pixel);
-    float total = r.lit ? prefix[place_of_prefix(args.vpls.w - 1u, asker.index)] : 0.0;
-    float first_target = place_in_part(uvec2(asker.block)) * total / float(args.rays.x);
+    float total = r.lit ? prefix[place_of_prefix(args.running_sum_count - 1u, asker.index)] : 0.0;
+    float first_target = place_in_part(uvec2(asker.block)) * total / float(args.rays_per_receiver);
     choice c = choice(r, direction_to_viewer(r.relative_position), total, first_target, asker.index);
     ray_start start = ray_start_at(pixel);
-    uint first = asker.index * args.rays.x;
-    uint rays_end = args.vpls.x + args.vpls.y;
-    for (uint ray = args.vpls.x; ray < rays_end; ray += 32u) {
+    uint first = asker.index * args.rays_per_receiver;
+    uint rays_end = args.first_item + args.item_count;
+    for (uint ray = args.first_item; ray < rays_end; ray += 32u) {
         uint near = 0u, end = min(ray + 32u, rays_end);
         for (uint i = ray; i < end; i++)
             if (choose_one(c, start, i, first + i)) near |= 1u << (i - ray);

@@ -17,8 +17,8 @@ void weigh_spread(inout light_spread spread, receiver r, virtual_light vpl)
 
 void keep_spread(light_spread spread, uint place)
 {
-    uint at = place_of_prefix(args.vpls.w, place);
-    prefix[at] = spread.sum + (args.vpls.x > 0u ? prefix[at] : 0.0);
+    uint at = place_of_prefix(args.running_sum_count, place);
+    prefix[at] = spread.sum + (args.first_item > 0u ? prefix[at] : 0.0);
 }
 #endif
 
@@ -30,13 +30,13 @@ void main()
     receiver r = asker_receiver(asker, pixel);
     uint place = asker.index;
     vec3 viewer = direction_to_viewer(r.relative_position);
-    uint group = args.vpls.x / args.vpls.z, end = args.vpls.x + (r.lit ? args.vpls.y : 0u);
+    uint group = args.first_item / args.vpls_per_group, end = args.first_item + (r.lit ? args.item_count : 0u);
 #ifdef BD_SPREAD
-    light_spread spread = spread_of_block(asker.level, r, args.fragments.z);
+    light_spread spread = spread_of_block(asker.level, r, args.finest_level);
 #endif
     float sum = group > 0u ? prefix[place_of_prefix(group - 1u, place)] : 0.0;
-    for (uint begin = args.vpls.x; begin < end; begin += args.vpls.z, group++) {
-        uint group_end = min(begin + args.vpls.z, end);
+    for (uint begin = args.first_item; begin < end; begin += args.vpls_per_group, group++) {
+        uint group_end = min(begin + args.vpls_per_group, end);
         float part = 0.0;
 #ifdef BD_GROUPED
         vpl_group whole = group_of(r, group);

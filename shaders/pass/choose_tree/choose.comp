@@ -15,16 +15,16 @@ struct choosing {
 choosing choosing_so_far(uint place, receiver r)
 {
     float total = r.lit ? prefix[place_of_prefix(light_count() - 1u, place)] : 0.0;
-    if (light_of_walk() == 0u && tree_args.rows.w == 0u) return choosing(0.0, total, args.vpls.x);
+    if (light_of_walk() == 0u && tree_args.is_resumed == 0u) return choosing(0.0, total, args.first_item);
     uint pick = floatBitsToUint(prefix[place_of_prefix(row_of_picks(), place)]);
     return choosing(prefix[place_of_prefix(row_of_running(), place)], total, pick);
 }
 
-uint picks_end() { return args.vpls.x + args.vpls.y; }
+uint picks_end() { return args.first_item + args.item_count; }
 
 void forget_picks(uint first)
 {
-    for (uint i = args.vpls.x; i < picks_end(); i++)
+    for (uint i = args.first_item; i < picks_end(); i++)
         picks[(first + i) * BD_PICK_VEC4S] = uvec4(NO_ROOT, 0u, 0u, 1u);
 }
 
@@ -45,9 +45,9 @@ void main()
     vec3 viewer = direction_to_viewer(r.relative_position);
     float estimate = estimate_of(asker.index);
     choosing c = choosing_so_far(asker.index, r);
-    float part = c.total / float(args.rays.x), start = place_in_part(uvec2(asker.block)) * part;
-    uint first = asker.index * args.rays.x;
-    if (light_of_walk() == 0u && tree_args.rows.w == 0u) forget_picks(first);
+    float part = c.total / float(args.rays_per_receiver), start = place_in_part(uvec2(asker.block)) * part;
+    uint first = asker.index * args.rays_per_receiver;
+    if (light_of_walk() == 0u && tree_args.is_resumed == 0u) forget_picks(first);
     walk w = walk_from(first_root(asker, r));
     cut_node node;
     while (w.at.root < w.end) {

@@ -11,5 +11,5 @@ void main()
     ivec2 pixel;
     receiver r = asker_receiver(asker, pixel);
     uint steps = r.lit ? estimated_steps(r) : 0u;
-    estimates[asker.index] = tree_args.rows.z != 0u ? steps : estimates[asker.index] + steps;
+    estimates[asker.index] = tree_args.is_first != 0u ? steps : estimates[asker.index] + steps;
 }

@@ -57,7 +57,7 @@ void store_light(uint index, receiver r, sums light, float stands_for)
 float stands_for(asker_place asker, uvec4 pick)
 {
     float total = prefix[place_of_prefix(light_count() - 1u, asker.index)];
-    return total / float(args.rays.x) / uintBitsToFloat(pick.z);
+    return total / float(args.rays_per_receiver) / uintBitsToFloat(pick.z);
 }
 
 // True for a leaf that must be integrated as a patch, which is left to be done.
@@ -103,8 +103,8 @@ void main()
     receiver r = asker_receiver(asker, pixel);
     vec3 viewer = direction_to_viewer(r.relative_position);
     ray_start start = ray_start_at(pixel);
-    uint first = asker.index * args.rays.x, rays_end = args.vpls.x + args.vpls.y;
-    for (uint ray = args.vpls.x; ray < rays_end; ray += 32u) {
+    uint first = asker.index * args.rays_per_receiver, rays_end = args.first_item + args.item_count;
+    for (uint ray = args.first_item; ray < rays_end; ray += 32u) {
         uint near = 0u, end = min(ray + 32u, rays_end);
         for (uint i = ray; i < end; i++) {
             uvec4 pick = picks[(first + i) * BD_PICK_VEC4S];

@@ -8,7 +8,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 
 float sum_so_far(uint place)
 {
-    if (tree_args.rows.w != 0u) return prefix[place_of_prefix(light_of_walk(), place)];
+    if (tree_args.is_resumed != 0u) return prefix[place_of_prefix(light_of_walk(), place)];
     return light_of_walk() > 0u ? prefix[place_of_prefix(light_of_walk() - 1u, place)] : 0.0;
 }
 
@@ -21,7 +21,7 @@ void main()
     vec3 viewer = direction_to_viewer(r.relative_position);
     float sum = sum_so_far(asker.index), estimate = estimate_of(asker.index);
 #ifdef BD_SPREAD
-    light_spread spread = spread_of_block(asker.level, r, args.fragments.z);
+    light_spread spread = spread_of_block(asker.level, r, args.finest_level);
 #endif
     walk w = walk_from(first_root(asker, r));
     cut_node c;
@@ -37,7 +37,7 @@ void main()
     prefix[place_of_prefix(light_of_walk(), asker.index)] = sum;
 #ifdef BD_SPREAD
     uint at = place_of_prefix(row_of_spread(), asker.index);
-    bool first = light_of_walk() == 0u && tree_args.rows.w == 0u;
+    bool first = light_of_walk() == 0u && tree_args.is_resumed == 0u;
     prefix[at] = spread.sum + (first ? 0.0 : prefix[at]);
 #endif
     keep_root(asker, w);

@@ -35,7 +35,7 @@ layout(binding = BD_UNIT_GBUFFER_EMISSION) uniform sampler2D gbuffer_emission;
 ivec2 place_of_indirect(ivec2 pixel)
 {
 #if BD_LAYER == BD_COMPOSITE_NOISE || BD_LAYER == BD_COMPOSITE_BLUR
-    return ivec2((vec2(pixel) + 0.5 - args.doubted.xy) * args.doubted.z);
+    return ivec2((vec2(pixel) + 0.5 - args.doubted_origin_px.xy) * args.doubted_per_px);
 #else
     return pixel;
 #endif
@@ -155,7 +155,7 @@ vec3 emission_part(ivec2 pixel)
 vec3 sky_part(ivec2 pixel)
 {
 #if defined(BD_AREA_LIGHT) && (BD_LAYER == BD_COMPOSITE_BEAUTY || BD_LAYER == BD_COMPOSITE_EMISSION)
-    return texelFetch(area_light, pixel, 0).rgb * args.scale.y;
+    return texelFetch(area_light, pixel, 0).rgb * args.unit_cd_m2;
 #else
     return vec3(0.0);
 #endif
@@ -169,32 +169,32 @@ vec4 sub_frame_value(ivec2 pixel)
     receiver r = gbuffer_receiver(pixel);
     vec3 value = vec3(0.0);
 #if BD_LAYER == BD_COMPOSITE_BEAUTY
-    value = (direct_part(pixel) + indirect_part(pixel, r) + emission_part(pixel)) * args.scale.y;
+    value = (direct_part(pixel) + indirect_part(pixel, r) + emission_part(pixel)) * args.unit_cd_m2;
 #elif BD_LAYER == BD_COMPOSITE_DIRECT
-    value = direct_part(pixel) * args.scale.y;
+    value = direct_part(pixel) * args.unit_cd_m2;
 #elif BD_LAYER == BD_COMPOSITE_INDIRECT
-    value = indirect_part(pixel, r) * args.scale.y;
+    value = indirect_part(pixel, r) * args.unit_cd_m2;
 #elif BD_LAYER == BD_COMPOSITE_EMISSION
-    value = emission_part(pixel) * args.scale.y;
+    value = emission_part(pixel) * args.unit_cd_m2;
 #elif BD_LAYER == BD_COMPOSITE_NOISE
-    value = noise_part(pixel, r) * args.scale.y;
+    value = noise_part(pixel, r) * args.unit_cd_m2;
 #elif BD_LAYER == BD_COMPOSITE_BLUR
-    value = vec3(blur_part(pixel, r) * args.scale.y * args.scale.y);
+    value = vec3(blur_part(pixel, r) * args.unit_cd_m2 * args.unit_cd_m2);
 #elif BD_LAYER == BD_COMPOSITE_ALBEDO
     value = r.base_color;
 #elif BD_LAYER == BD_COMPOSITE_NORMAL
     value = r.normal;
 #elif BD_LAYER == BD_COMPOSITE_DEPTH
-    value = vec3(texelFetch(gbuffer_depth, pixel, 0).x * args.scale.z);
+    value = vec3(texelFetch(gbuffer_depth, pixel, 0).x * args.render_unit_m);
 #endif
     return vec4(value, 1.0);
 }
 
 void main()
 {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, args.state.z);
-    if (pixel.x >= int(view.size_px.x) || gl_GlobalInvocationID.y >= args.state.w) return;
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, args.first_row);
+    if (pixel.x >= int(view.size_px.x) || gl_GlobalInvocationID.y >= args.row_count) return;
     vec4 sum = sub_frame_value(pixel);
-    if (args.state.x == 0u) sum += imageLoad(layer, pixel);
-    imageStore(layer, pixel, args.state.y != 0u ? finished(sum) : sum);
+    if (args.is_first_sub_frame == 0u) sum += imageLoad(layer, pixel);
+    imageStore(layer, pixel, args.is_only_sub_frame != 0u ? finished(sum) : sum);
 }

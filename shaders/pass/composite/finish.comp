@@ -9,7 +9,7 @@ layout(binding = 1, rgba32f) readonly uniform image2D sums;
 
 void main()
 {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, args.state.z);
-    if (pixel.x >= int(view.size_px.x) || gl_GlobalInvocationID.y >= args.state.w) return;
-    imageStore(layer, pixel, finished(imageLoad(sums, pixel) * args.scale.x));
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, args.first_row);
+    if (pixel.x >= int(view.size_px.x) || gl_GlobalInvocationID.y >= args.row_count) return;
+    imageStore(layer, pixel, finished(imageLoad(sums, pixel) * args.sub_frame_weight));
 }

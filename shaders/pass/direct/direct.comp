@@ -41,10 +41,10 @@ vec3 light_radiance(receiver r, ivec2 pixel)
 
 void main()
 {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, args.rows.x);
-    if (pixel.x >= int(view.size_px.x) || gl_GlobalInvocationID.y >= args.rows.y) return;
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, args.first_row);
+    if (pixel.x >= int(view.size_px.x) || gl_GlobalInvocationID.y >= args.row_count) return;
     receiver r = gbuffer_receiver(pixel);
-    vec3 sum = args.rows.z != 0u ? vec3(0.0) : imageLoad(radiance, pixel).rgb;
+    vec3 sum = args.is_first != 0u ? vec3(0.0) : imageLoad(radiance, pixel).rgb;
     if (r.lit) sum += light_radiance(r, pixel);
     imageStore(radiance, pixel, vec4(sum, 1.0));
 }

@@ -26,12 +26,12 @@ seen look(ivec2 pixel)
 {
     seen s = seen(false, 0.0, vec3(0.0));
     if (!in_picture(pixel)) return s;
-    s.lit = seen_lit(pixel, args.slice.w);
+    s.lit = seen_lit(pixel, args.face);
 #if BD_DEPTH_TEST != BD_TEST_NONE
-    s.depth = seen_depth(pixel, args.slice.w);
+    s.depth = seen_depth(pixel, args.face);
 #endif
 #if BD_NORMAL_TEST != BD_TEST_NONE
-    s.normal = seen_normal(pixel, args.slice.w);
+    s.normal = seen_normal(pixel, args.face);
 #endif
     return s;
 }
@@ -67,9 +67,9 @@ float step_between(seen s, seen sides[2])
 {
     if (!sides[0].lit || !sides[1].lit) return 0.0;
     float near = s.depth / sides[0].depth, far = s.depth / sides[1].depth;
-    if (args.limits.z > 0.0) {
-        near = (sides[0].depth - s.depth) / args.limits.z;
-        far = (sides[1].depth - s.depth) / args.limits.z;
+    if (args.depth_scale > 0.0) {
+        near = (sides[0].depth - s.depth) / args.depth_scale;
+        far = (sides[1].depth - s.depth) / args.depth_scale;
         return abs(near + far);
     }
     return abs(near + far - 2.0);
@@ -82,7 +82,7 @@ void add_jumps(inout measures m, seen s, seen left_right[2], seen up_down[2])
     vec2 along_x = max(jump_between(s, left_right[0]), jump_between(s, left_right[1]));
     vec2 along_y = max(jump_between(s, up_down[0]), jump_between(s, up_down[1]));
 #if BD_DEPTH_TEST == BD_TEST_JUMP
-    float slope = length(vec2(along_x.x, along_y.x)) / (args.limits.z > 0.0 ? args.limits.z : s.depth);
+    float slope = length(vec2(along_x.x, along_y.x)) / (args.depth_scale > 0.0 ? args.depth_scale : s.depth);
     m.depth = max(m.depth, slope);
 #endif
 #if BD_DEPTH_TEST == BD_TEST_STEP
@@ -96,8 +96,8 @@ void add_jumps(inout measures m, seen s, seen left_right[2], seen up_down[2])
 
 void main()
 {
-    uvec2 block = gl_GlobalInvocationID.xy + uvec2(0u, args.slice.x);
-    if (gl_GlobalInvocationID.y >= args.slice.y || !multires_has(args.multires.levels[1], block))
+    uvec2 block = gl_GlobalInvocationID.xy + uvec2(0u, args.first_row);
+    if (gl_GlobalInvocationID.y >= args.row_count || !multires_has(args.multires.levels[1], block))
         return;
     ivec2 first = 2 * ivec2(block);
     seen inner[4];

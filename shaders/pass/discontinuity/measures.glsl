@@ -79,19 +79,19 @@ uint own_kind(measures m, uint word)
     if (BD_BLOCK_CHILDREN(word) == 0u) return BD_BLOCK_EMPTY;
     bool jump = false;
 #if BD_DEPTH_TEST == BD_TEST_RANGE
-    float least = -m.depth.y, scale = args.limits.z > 0.0 ? args.limits.z : least;
-    jump = m.depth.x - least > args.limits.x * scale;
+    float least = -m.depth.y, scale = args.depth_scale > 0.0 ? args.depth_scale : least;
+    jump = m.depth.x - least > args.depth_threshold * scale;
 #elif BD_DEPTH_TEST != BD_TEST_NONE
-    jump = m.depth > args.limits.x;
+    jump = m.depth > args.depth_threshold;
 #endif
 #if BD_DEPTH_TEST != BD_TEST_NONE
     // What cannot be lit lies behind, or is no surface of this kind: a silhouette (hazard 30).
     jump = jump || (word & BD_BLOCK_HAS_UNLIT) != 0u;
 #endif
 #if BD_NORMAL_TEST == BD_TEST_RANGE
-    jump = jump || any(greaterThan(m.normal + m.normal_least, vec3(args.limits.y)));
+    jump = jump || any(greaterThan(m.normal + m.normal_least, vec3(args.normal_threshold)));
 #elif BD_NORMAL_TEST == BD_TEST_JUMP
-    jump = jump || m.normal > args.limits.y;
+    jump = jump || m.normal > args.normal_threshold;
 #endif
     return jump ? BD_BLOCK_DISCONTINUOUS : BD_BLOCK_SMOOTH;
 }

@@ -24,10 +24,10 @@ void add_child(inout measures m, ivec2 child)
 
 void main()
 {
-    uvec4 level = args.multires.levels[args.slice.z];
-    uvec2 block = gl_GlobalInvocationID.xy + uvec2(0u, args.slice.x);
-    if (gl_GlobalInvocationID.y >= args.slice.y || !multires_has(level, block)) return;
-    uvec4 finer = args.multires.levels[args.slice.z - 1u];
+    uvec4 level = args.multires.levels[args.level];
+    uvec2 block = gl_GlobalInvocationID.xy + uvec2(0u, args.first_row);
+    if (gl_GlobalInvocationID.y >= args.row_count || !multires_has(level, block)) return;
+    uvec4 finer = args.multires.levels[args.level - 1u];
     measures m = MEASURES_OF_NOTHING;
     uint word = 0u;
     bool below = false;
@@ -41,6 +41,6 @@ void main()
         add_child(m, ivec2(child));
     }
     store_measures(block, m);
-    uint kind = below && args.tests.x == 0u ? BD_BLOCK_DISCONTINUOUS : own_kind(m, word);
+    uint kind = below && args.neighbour_count == 0u ? BD_BLOCK_DISCONTINUOUS : own_kind(m, word);
     imageStore(words, multires_texel(level, block), uvec4(word | kind));
 }

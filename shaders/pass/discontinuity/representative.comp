@@ -28,7 +28,7 @@ uint distance_to(ivec2 centre, uvec2 pixel)
 bool has_lit(uint level, uvec2 block)
 {
     if (!multires_has(args.multires.levels[level], block)) return false;
-    if (level == 0u) return seen_lit(ivec2(block), args.slice.w);
+    if (level == 0u) return seen_lit(ivec2(block), args.face);
     ivec2 texel = multires_texel(args.multires.levels[level], block);
     return BD_BLOCK_KIND(texelFetch(flags, texel, 0).x) != BD_BLOCK_EMPTY;
 }
@@ -79,9 +79,9 @@ void search_quarter(uint level, uvec2 quarter, uvec2 side, ivec2 centre, inout c
 
 void main()
 {
-    uint level = args.slice.z;
-    uvec2 block = gl_GlobalInvocationID.xy + uvec2(0u, args.slice.x);
-    if (gl_GlobalInvocationID.y >= args.slice.y || !has_lit(level, block)) return;
+    uint level = args.level;
+    uvec2 block = gl_GlobalInvocationID.xy + uvec2(0u, args.first_row);
+    if (gl_GlobalInvocationID.y >= args.row_count || !has_lit(level, block)) return;
     ivec2 centre = ivec2((2u * block + 1u) << level);
     uvec2 before = uvec2(centre / 2 - 1); // of the four around the centre
     bool found = has_lit(0u, before);

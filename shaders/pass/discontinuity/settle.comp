@@ -24,15 +24,15 @@ bool neighbour_jumps(uvec4 level, uvec2 block)
 {
     bool found = false;
     // Beyond the first row or column the number wraps, and the level has no such block.
-    for (uint i = 0u; i < args.tests.x; i++)
+    for (uint i = 0u; i < args.neighbour_count; i++)
         found = found || jumps(level, uvec2(ivec2(block) + NEIGHBOURS[i]));
     return found;
 }
 
 bool child_is_discontinuous(uvec2 block)
 {
-    uvec4 finer = args.multires.levels[args.slice.z - 1u];
-    uint children = args.slice.z > 1u ? 4u : 0u; // pixels are not
+    uvec4 finer = args.multires.levels[args.level - 1u];
+    uint children = args.level > 1u ? 4u : 0u; // pixels are not
     bool found = false;
     for (uint i = 0u; i < children; i++) {
         uvec2 child = block * 2u + uvec2(i & 1u, i >> 1u);
@@ -45,9 +45,9 @@ bool child_is_discontinuous(uvec2 block)
 
 void main()
 {
-    uvec4 level = args.multires.levels[args.slice.z];
-    uvec2 block = gl_GlobalInvocationID.xy + uvec2(0u, args.slice.x);
-    if (gl_GlobalInvocationID.y >= args.slice.y || !multires_has(level, block)) return;
+    uvec4 level = args.multires.levels[args.level];
+    uvec2 block = gl_GlobalInvocationID.xy + uvec2(0u, args.first_row);
+    if (gl_GlobalInvocationID.y >= args.row_count || !multires_has(level, block)) return;
     ivec2 texel = multires_texel(level, block);
     uint word = texelFetch(own_tests, texel, 0).x;
     bool found = BD_BLOCK_KIND(word) == BD_BLOCK_SMOOTH &&

@@ -63,8 +63,8 @@ float noise_around(uint level, ivec2 block, receiver here)
 
 void main()
 {
-    if (gl_GlobalInvocationID.x >= args.fragments.y) return;
-    uint fragment = fragments[args.fragments.x + gl_GlobalInvocationID.x];
+    if (gl_GlobalInvocationID.x >= args.fragment_count) return;
+    uint fragment = fragments[args.first_fragment + gl_GlobalInvocationID.x];
     uint level = BD_FRAGMENT_LEVEL(fragment);
     ivec2 block = ivec2(BD_FRAGMENT_X(fragment), BD_FRAGMENT_Y(fragment)), at = texel_of(level, block);
     receiver here = surface_of(level, block);

@@ -8,7 +8,7 @@ layout(std430, binding = BD_STORAGE_FRAGMENT_LIST) writeonly buffer list_block {
 void main()
 {
     uint word = item_index();
-    if (word >= args.range.y) return;
+    if (word >= args.end_item) return;
     uint left = masks[word], place = left != 0u ? fragments_before(word) : 0u;
     uint parent = parents[word], level = BD_FRAGMENT_LEVEL(parent) - 1u;
     uvec2 first = 2u * uvec2(BD_FRAGMENT_X(parent), BD_FRAGMENT_Y(parent));

@@ -36,7 +36,7 @@ bool is_member(ivec2 pixel)
 #ifdef BD_UNLIT
     if (texelFetch(lit, pixel, 0).a > 0.0) return false;
 #endif
-    return seen_lit(pixel, args.range.w);
+    return seen_lit(pixel, args.face);
 }
 #endif
 
@@ -71,7 +71,7 @@ bool is_reached(uint level, uvec2 block)
 
 bool is_split(uint level, uvec2 block, uint word)
 {
-    if (level <= args.total.y) return false; // its blocks are whole, whatever they hold
+    if (level <= args.finest_level) return false; // its blocks are whole, whatever they hold
     if (level == args.multires.size_px.z) return true; // the coarsest level's blocks have no parent
     return BD_BLOCK_KIND(word) == BD_BLOCK_DISCONTINUOUS && is_reached(level, block);
 }
@@ -119,7 +119,7 @@ uint lone_mask(uint level, uvec2 first)
     uint asked = 0u, lone = 0u;
     for (uint i = 0u; i < 8u; i++) {
         uvec2 in_half = 2u * uvec2(i % 4u, i / 4u), parent = (first + in_half) / 2u;
-        uint whole = word_of(args.total.y, parent >> (args.total.y - level - 1u));
+        uint whole = word_of(args.finest_level, parent >> (args.finest_level - level - 1u));
         if (BD_BLOCK_KIND(whole) != BD_BLOCK_DISCONTINUOUS) continue;
         uint children = BD_BLOCK_CHILDREN(word_of(level + 1u, parent));
         asked |= ((children & 3u) | (children & 12u) << 6) << (8u * in_half.y + in_half.x);
@@ -136,17 +136,17 @@ uint lone_mask(uint level, uvec2 first)
 void main()
 {
     uint half_tile = item_index();
-    if (half_tile >= args.range.y) return;
+    if (half_tile >= args.end_item) return;
     uint level = level_of_tile(half_tile >> 1u);
     uvec2 first = first_block(level, half_tile);
     uint mask = 0u, reached = 0u;
 #ifdef BD_LONE_PIXELS
-    if (level < args.total.y) {
+    if (level < args.finest_level) {
         masks[half_tile] = lone_mask(level, first);
         return;
     }
 #endif
-    bool finest = level == args.total.y;
+    bool finest = level == args.finest_level;
     for (uint parent = 0u; parent < 8u; parent++) {
         uvec2 in_half = 2u * uvec2(parent % 4u, parent / 4u);
         uvec2 block = (first + in_half) / 2u;

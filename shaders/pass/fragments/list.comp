@@ -6,7 +6,7 @@ layout(std430, binding = BD_STORAGE_FRAGMENT_LIST) writeonly buffer list_block {
 void main()
 {
     uint half_tile = item_index();
-    if (half_tile >= args.range.y) return;
+    if (half_tile >= args.end_item) return;
     uint mask = masks[half_tile];
     if (mask == 0u) return;
     uint level = level_of_tile(half_tile >> 1u), place = fragments_before(half_tile);

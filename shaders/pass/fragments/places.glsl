@@ -7,7 +7,7 @@ layout(std430, binding = BD_STORAGE_FRAGMENT_SCAN) readonly buffer scan_block { 
 // Number of fragments in the words before this one.
 uint fragments_before(uint word)
 {
-    uint at = word >> 1u, sum = 0u, first = 0u, count = args.total.x;
+    uint at = word >> 1u, sum = 0u, first = 0u, count = args.number_count;
     do {
         sum += sums[first + at];
         at /= BD_FRAGMENT_SCAN_RUN;
@@ -19,7 +19,7 @@ uint fragments_before(uint word)
 
 uint fragment_count()
 {
-    uint first = 0u, count = args.total.x;
+    uint first = 0u, count = args.number_count;
     do {
         first += count;
         count = runs_of(count);

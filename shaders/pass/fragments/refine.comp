@@ -18,11 +18,11 @@ bool is_first(uint level, uvec2 block)
 void main()
 {
     uint word = item_index();
-    if (word >= args.range.y) return;
+    if (word >= args.end_item) return;
     uint parent = parents[word], level = BD_FRAGMENT_LEVEL(parent), children = 0u;
     uvec2 block = uvec2(BD_FRAGMENT_X(parent), BD_FRAGMENT_Y(parent));
     ivec2 at = multires_texel(args.multires.levels[level], block);
-    if (texelFetch(vectors, at, 0).a > args.limits.x * all_channels(texelFetch(light, at, 0).rgb))
+    if (texelFetch(vectors, at, 0).a > args.spread_threshold * all_channels(texelFetch(light, at, 0).rgb))
         children = BD_BLOCK_CHILDREN(texelFetch(flags, at, 0).x);
     // Lone pixels are lit already.
     for (uint left = children; left != 0u; left &= left - 1u) {

@@ -17,7 +17,7 @@ void main()
         summary.first[level] = uvec4(fragments_before(args.tiles[level].z), 0u, 0u, 0u);
     if (level > 0u) return;
     uint count = fragment_count(), groups = (count + BD_FRAGMENT_GROUP - 1u) / BD_FRAGMENT_GROUP;
-    summary.count = uvec4(count, 0u, 0u, 0u);
+    summary.fragment_count = count;
     dispatch_groups = uvec4(min(groups, BD_FRAGMENT_GROUPS_MAX),
                             (groups + BD_FRAGMENT_GROUPS_MAX - 1u) / BD_FRAGMENT_GROUPS_MAX, 1u, 0u);
 }

@@ -7,7 +7,7 @@ layout(local_size_x = BD_FRAGMENT_GROUP) in;
 layout(std140, binding = BD_UNIFORM_ARGS) uniform args_block { bd_fragments_args args; };
 
 // Of the range of the dispatch.
-uint item_index() { return args.range.x + gl_GlobalInvocationID.x; }
+uint item_index() { return args.first_item + gl_GlobalInvocationID.x; }
 
 uint level_of_tile(uint tile)
 {

@@ -20,18 +20,18 @@ layout(std430, binding = BD_STORAGE_OCCLUDED) readonly buffer occluded_block { u
 
 void main()
 {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy + args.tile.xy);
-    if (any(greaterThanEqual(gl_GlobalInvocationID.xy, args.tile.zw))) return;
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy + uvec2(args.tile_x_px, args.tile_y_px));
+    if (any(greaterThanEqual(gl_GlobalInvocationID.xy, uvec2(args.tile_width_px, args.tile_height_px)))) return;
     receiver r = gbuffer_receiver(pixel);
     vec3 viewer = direction_to_viewer(r.relative_position);
-    bool first = args.vpls.z != 0u;
+    bool first = args.is_first != 0u;
     sums s = no_light();
-    uint end = args.vpls.x + (is_asked(r) ? args.vpls.y : 0u);
+    uint end = args.first_vpl + (is_asked(r) ? args.vpl_count : 0u);
 #ifdef BD_VISIBLE
-    uint place = gl_GlobalInvocationID.y * args.tile.z + gl_GlobalInvocationID.x;
-    uint word = place * ((args.vpls.y + 31u) / 32u);
+    uint place = gl_GlobalInvocationID.y * args.tile_width_px + gl_GlobalInvocationID.x;
+    uint word = place * ((args.vpl_count + 31u) / 32u);
 #endif
-    for (uint at = args.vpls.x; at < end; at += 32u) {
+    for (uint at = args.first_vpl; at < end; at += 32u) {
 #ifdef BD_VISIBLE
         hidden = occluded[word++];
 #endif

@@ -38,7 +38,7 @@ void main()
 #ifdef BD_VECTOR
     vec4 vector = vec4(sum(halves_of(asker.index, 1u)), 1.0);
 #ifdef BD_SPREAD
-    vector.a = prefix[args.vpls.w * asker_count() + asker.index];
+    vector.a = prefix[args.running_sum_count * asker_count() + asker.index];
 #endif
     if (asker.level == 0u) imageStore(vector_0, asker.block, vector);
     else imageStore(vector_1, in_stack(asker.level, asker.block), vector);

@@ -6,8 +6,8 @@ layout(std430, binding = BD_STORAGE_FRAGMENTS) readonly buffer fragments_block {
 
 void main()
 {
-    if (gl_GlobalInvocationID.x >= args.fragments.y) return;
-    uint fragment = fragments[args.fragments.x + gl_GlobalInvocationID.x];
+    if (gl_GlobalInvocationID.x >= args.fragment_count) return;
+    uint fragment = fragments[args.first_fragment + gl_GlobalInvocationID.x];
     gather_at(BD_FRAGMENT_LEVEL(fragment), ivec2(BD_FRAGMENT_X(fragment), BD_FRAGMENT_Y(fragment)),
               gl_GlobalInvocationID.x);
 }

@@ -7,5 +7,5 @@ layout(std140, binding = BD_UNIFORM_ARGS) uniform args_block { bd_gather_fragmen
 void main()
 {
     vec2 corner = vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0;
-    gl_Position = vec4(corner, args.depth.x, 1.0);
+    gl_Position = vec4(corner, args.depth, 1.0);
 }

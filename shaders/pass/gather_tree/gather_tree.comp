@@ -80,7 +80,7 @@ uint gather(inout sums s, receiver r, vec3 viewer, uint first_root, float estima
 
 // What earlier roots and lights left there. Macros, since no function may be given an image with a
 // format.
-#define EARLIER(image, at) (tree_args.rows.z != 0u ? vec3(0.0) : imageLoad(image, at).rgb)
+#define EARLIER(image, at) (tree_args.is_first != 0u ? vec3(0.0) : imageLoad(image, at).rgb)
 #define ADD(image, at, sum) imageStore(image, at, vec4((sum) + EARLIER(image, at), 1.0))
 
 #ifndef BD_ESTIMATE
@@ -102,7 +102,7 @@ void keep(sums s, receiver r, uint level, ivec2 block)
     vector.a = s.spread.sum;
 #endif
     if (level == 0u) ADD(vector_0, at, vector.rgb);
-    else imageStore(vector_1, at, tree_args.rows.z != 0u ? vector : vector + earlier_vector(at));
+    else imageStore(vector_1, at, tree_args.is_first != 0u ? vector : vector + earlier_vector(at));
 #endif
 }
 #else
@@ -120,7 +120,7 @@ void keep(sums s, receiver r, uint level, ivec2 pixel)
 void light_receiver(receiver r, uint index, uint level, ivec2 block)
 {
     uint steps = r.lit ? estimated_steps(r) : 0u;
-    estimates[index] = tree_args.rows.z != 0u ? steps : estimates[index] + steps;
+    estimates[index] = tree_args.is_first != 0u ? steps : estimates[index] + steps;
 }
 
 bool is_done(uint index) { return false; }
@@ -129,35 +129,35 @@ void light_receiver(receiver r, uint index, uint level, ivec2 block)
 {
     sums s = no_light();
 #ifdef BD_SPREAD
-    s.spread = spread_of_block(level, r, tree_args.blocks.x);
+    s.spread = spread_of_block(level, r, tree_args.finest_level);
 #endif
     float estimate = estimate_of(index);
-    uint first_root = tree_args.rows.w == 0u ? tree_args.tree.x : next_roots[index];
+    uint first_root = tree_args.is_resumed == 0u ? tree_args.first_root : next_roots[index];
     uint next_root = gather(s, r, direction_to_viewer(r.relative_position), first_root, estimate);
     keep(s, r, level, block);
     next_roots[index] = next_root;
-    if (next_root < tree_args.tree.x + tree_args.tree.y) unfinished_round = tree_args.cut.w;
+    if (next_root < tree_args.first_root + tree_args.root_count) unfinished_round = tree_args.round;
 }
 
 // In an earlier round.
 bool is_done(uint index)
 {
-    return tree_args.rows.w != 0u && next_roots[index] >= tree_args.tree.x + tree_args.tree.y;
+    return tree_args.is_resumed != 0u && next_roots[index] >= tree_args.first_root + tree_args.root_count;
 }
 #endif
 
 void main()
 {
 #ifdef BD_FRAGMENTS
-    if (gl_GlobalInvocationID.x >= tree_args.rows.y) return;
-    uint index = tree_args.rows.x + gl_GlobalInvocationID.x, fragment = fragments[index];
+    if (gl_GlobalInvocationID.x >= tree_args.fragment_count) return;
+    uint index = tree_args.first_fragment + gl_GlobalInvocationID.x, fragment = fragments[index];
     uint level = BD_FRAGMENT_LEVEL(fragment);
     ivec2 block = ivec2(BD_FRAGMENT_X(fragment), BD_FRAGMENT_Y(fragment));
     if (is_done(index)) return;
     light_receiver(block_receiver(level, block), index, level, block);
 #else
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy) + ivec2(tree_args.blocks.y, tree_args.rows.x);
-    if (gl_GlobalInvocationID.x >= tree_args.blocks.z || gl_GlobalInvocationID.y >= tree_args.rows.y) return;
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy) + ivec2(tree_args.first_column, tree_args.first_row);
+    if (gl_GlobalInvocationID.x >= tree_args.column_count || gl_GlobalInvocationID.y >= tree_args.row_count) return;
     uint index = uint(pixel.y) * view.size_px.x + uint(pixel.x);
     if (is_done(index)) return;
     light_receiver(gbuffer_receiver(pixel), index, 0u, pixel);

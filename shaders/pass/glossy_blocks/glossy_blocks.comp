@@ -73,16 +73,16 @@ bool is_one(surface low, surface high)
 {
     vec4 normal_f0 = high.normal_f0 - low.normal_f0;
     vec4 color_roughness = high.color_roughness - low.color_roughness;
-    return all(lessThanEqual(2.0 * normal_f0.xyz, vec3(args.limits.x))) &&
-           all(lessThanEqual(color_roughness, vec4(args.limits.y))) &&
-           max(normal_f0.w, high.metallic - low.metallic) <= args.limits.y;
+    return all(lessThanEqual(2.0 * normal_f0.xyz, vec3(args.normal_threshold))) &&
+           all(lessThanEqual(color_roughness, vec4(args.material_threshold))) &&
+           max(normal_f0.w, high.metallic - low.metallic) <= args.material_threshold;
 }
 
 void main()
 {
-    uint level = args.rows.x;
-    ivec2 block = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, args.rows.y);
-    bool inside = level > 0u && gl_GlobalInvocationID.y < args.rows.z &&
+    uint level = args.level;
+    ivec2 block = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, args.first_row);
+    bool inside = level > 0u && gl_GlobalInvocationID.y < args.row_count &&
                   all(lessThan(block, blocks_of_level(level)));
     if (!inside) return;
     // The first child always exists; what lies beyond the picture is like it.

@@ -51,7 +51,7 @@ vec4 glossy_light(uint index)
 void main()
 {
     uint index = gl_GlobalInvocationID.x;
-    asker_place asker = asker_place_at(uvec2(index % args.tile.z, index / args.tile.z));
+    asker_place asker = asker_place_at(uvec2(index % args.tile_width, index / args.tile_width));
     if (!asker.exists) return;
     vec4 irradiance = vector_field(index, BD_LIGHT_IRRADIANCE, 1.0);
 #ifdef BD_FRAGMENTS

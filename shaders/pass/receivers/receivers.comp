@@ -74,7 +74,7 @@ void keep_surface(uint index, receiver r)
 void main()
 {
     uint index = gl_GlobalInvocationID.x;
-    asker_place asker = asker_place_at(uvec2(index % args.tile.z, index / args.tile.z));
+    asker_place asker = asker_place_at(uvec2(index % args.tile_width, index / args.tile_width));
     keep(index, BD_RECEIVER_LIT, 0.0);
     if (!asker.exists) return;
     ivec2 pixel;
@@ -84,7 +84,7 @@ void main()
     keep(index, BD_RECEIVER_NORMAL, r.normal);
     keep(index, BD_RECEIVER_NORMAL_GEOMETRIC, r.normal_geometric);
 #ifdef BD_SPREAD
-    light_spread spread = spread_of_block(asker.level, r, args.fragments.z);
+    light_spread spread = spread_of_block(asker.level, r, args.finest_level);
     keep(index, BD_RECEIVER_RADIUS, spread.radius);
     keep(index, BD_RECEIVER_OFF_PLANE, spread.off_plane);
 #endif

@@ -41,7 +41,7 @@ receiver first_receiver(ivec2 pixel)
 {
     receiver r;
     uvec4 normals = texelFetch(first_normals, pixel, 0);
-    vec2 at_px = (vec2(pixel) + args.first_sample_px.xy) * args.first_sample_px.z + args.first_origin_px.xy;
+    vec2 at_px = (vec2(pixel) + args.first_sample_px.xy) * args.first_side_px + args.first_origin_px.xy;
     r.relative_position = view_relative_position_at(at_px, texelFetch(first_depth, pixel, 0).x);
     r.normal = unpack_precise_normal(normals.xy);
     r.normal_geometric = unpack_precise_normal(normals.zw);
@@ -76,7 +76,8 @@ struct shared_light {
 shared_light light_around(receiver here, ivec2 pixel)
 {
     shared_light sum = shared_light(vec3(0.0), vec3(0.0), vec3(0.0), 0.0, 3.4e38, 0.0);
-    vec2 at = (vec2(pixel) + view.sample_px.xy - args.first_origin_px.xy) / args.first_sample_px.z - args.first_sample_px.xy;
+    vec2 from_origin_px = vec2(pixel) + view.sample_px.xy - args.first_origin_px.xy;
+    vec2 at = from_origin_px / args.first_side_px - args.first_sample_px.xy;
     ivec2 low = ivec2(floor(at));
     vec2 part = at - vec2(low);
     for (int i = 0; i < 4; i++) {
@@ -117,8 +118,8 @@ vec3 at_normal(shared_light sum, vec3 normal)
 
 void main()
 {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, args.rows.x);
-    if (pixel.x >= int(view.size_px.x) || gl_GlobalInvocationID.y >= args.rows.y) return;
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, args.first_row);
+    if (pixel.x >= int(view.size_px.x) || gl_GlobalInvocationID.y >= args.row_count) return;
     receiver here = gbuffer_receiver(pixel);
     vec4 shared_value = vec4(0.0, 0.0, 0.0, here.lit ? 0.0 : 1.0), shared_rough = shared_value;
     if (here.lit) {

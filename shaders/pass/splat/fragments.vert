@@ -16,7 +16,7 @@ flat out vec4 splat_vector;
 
 void main()
 {
-    uint vpl = args.vpls.x + uint(gl_InstanceID), level = BD_FRAGMENT_LEVEL(fragment);
+    uint vpl = args.first_vpl + uint(gl_InstanceID), level = BD_FRAGMENT_LEVEL(fragment);
     ivec2 block = ivec2(BD_FRAGMENT_X(fragment), BD_FRAGMENT_Y(fragment));
 #ifdef BD_FINE
     receiver r = gbuffer_receiver(block);
@@ -28,7 +28,7 @@ void main()
     sums s = no_light();
     if (r.lit) gather_block(s, r, vec3(0.0), vpl, vpl + 1u);
     // The very first VPL of all marks the fragment as data.
-    float data = vpl == 0u && args.vpls.y != 0u ? 1.0 : 0.0;
+    float data = vpl == 0u && args.is_first_list != 0u ? 1.0 : 0.0;
     splat_light = vec4(s.diffuse, data);
 #ifdef BD_VECTOR
     splat_vector = vec4(irradiance_vector(s, r.normal), data);

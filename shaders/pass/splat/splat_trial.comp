@@ -13,10 +13,10 @@ void main()
     uint trial = gl_LocalInvocationIndex;
     float bound = args.bounds[trial / 4u][trial % 4u];
     uint begin = gl_WorkGroupID.x * BD_SPLAT_TRIAL_VPLS;
-    uint end = min(begin + BD_SPLAT_TRIAL_VPLS, args.vpls.y);
+    uint end = min(begin + BD_SPLAT_TRIAL_VPLS, args.vpl_count);
     uint low = 0u, high = 0u;
     for (uint i = begin; i < end; i++) {
-        ivec4 area = splat_area(args.vpls.x + i, bound);
+        ivec4 area = splat_area(args.first_vpl + i, bound);
         uint fragments = uint(area.z - area.x) * uint(area.w - area.y);
         low += fragments;
         high += low < fragments ? 1u : 0u;

@@ -6,8 +6,8 @@ layout(std430, binding = BD_STORAGE_SUBSPLAT_COUNTS) buffer count_block { bd_sub
 
 void main()
 {
-    uint run = gl_GlobalInvocationID.x, first = 0u, count = args.blocks.y;
-    for (uint level = 0u; level < args.next.y; level++) {
+    uint run = gl_GlobalInvocationID.x, first = 0u, count = args.list_block_count;
+    for (uint level = 0u; level < args.scan_level; level++) {
         first += count;
         count = runs_of(count);
     }
@@ -21,5 +21,8 @@ void main()
     }
     sums_of[first + count + run] = sum;
     // The last level's one run is all; all of it fits until a block finds otherwise.
-    if (count <= BD_SUBSPLAT_RUN) counts.next.xy = uvec2(sum, min(sum, args.next.x));
+    if (count <= BD_SUBSPLAT_RUN) {
+        counts.next_wanted = sum;
+        counts.next_fitting = min(sum, args.next_block_count_max);
+    }
 }

@@ -12,7 +12,7 @@ layout(std430, binding = BD_STORAGE_NEXT_MASKS) writeonly buffer next_mask_block
 // Children of the blocks before this one.
 uint children_before(uint at)
 {
-    uint sum = 0u, first = 0u, count = args.blocks.y;
+    uint sum = 0u, first = 0u, count = args.list_block_count;
     do {
         sum += sums_of[first + at];
         at /= BD_SUBSPLAT_RUN;
@@ -38,16 +38,16 @@ void write_children(uint at, uint level, ivec2 block, uint place)
 void main()
 {
     uint at = gl_GlobalInvocationID.x;
-    if (at >= args.blocks.y) return;
+    if (at >= args.list_block_count) return;
     uint any_split = 0u;
     for (uint word = 0u; word < BD_SUBSPLAT_WORDS; word++)
         any_split |= split_masks[at * BD_SUBSPLAT_WORDS + word];
     if (any_split == 0u) return;
-    uint code = blocks[args.blocks.x + at], level = BD_FRAGMENT_LEVEL(code);
+    uint code = blocks[args.list_first_block + at], level = BD_FRAGMENT_LEVEL(code);
     ivec2 block = ivec2(BD_FRAGMENT_X(code), BD_FRAGMENT_Y(code));
     uint place = children_before(at), end = place + child_count(level, block);
-    if (end > args.next.x) {
-        if (place <= args.next.x) counts.next.y = place; // of one block only: places do not shrink
+    if (end > args.next_block_count_max) {
+        if (place <= args.next_block_count_max) counts.next_fitting = place; // of one block only: places do not shrink
         return;
     }
     write_children(at, level, block, place);

@@ -14,8 +14,8 @@ layout(binding = BD_IMAGE_GLOSSY, rgba32f) writeonly uniform image2D glossy;
 
 void main()
 {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, args.rows.x);
-    if (gl_GlobalInvocationID.y >= args.rows.y || pixel.x >= int(multires.size_px.x)) return;
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, args.first_row);
+    if (gl_GlobalInvocationID.y >= args.row_count || pixel.x >= int(multires.size_px.x)) return;
     receiver r = gbuffer_receiver(pixel);
     vec4 sum = imageLoad(fine, pixel);
     bool member = r.lit && has_glossy_lobe(r.metallic, r.roughness);

@@ -91,7 +91,7 @@ bool draw(inout left sum, points p, lobe l, bool counts_now)
 {
     vec3 least = min(min(l.a, l.b), min(l.c, l.d)), most = max(max(l.a, l.b), max(l.c, l.d));
     float largest = largest_of(max(abs(least), abs(most)));
-    float limit = args.limits.x + args.limits.y * (largest + args.limits.z * p.irradiance);
+    float limit = args.threshold_absolute + args.threshold_relative * (largest + args.of_mean_vpl * p.irradiance);
     bool split = p.others != 0u && largest_of(most - least) > limit;
     float weight = counts_now && !split ? 1.0 : 0.0;
     sum.mean += 0.25 * weight * ((l.a + l.b) + (l.c + l.d));
@@ -126,8 +126,9 @@ lobe near_lobe(points p, uint vpl)
 }
 #endif
 
-// The VPLs of a word, the near ones after the others, as gathers do (common/vpl_gather.glsl). Returns
-// those that want the block's children.
+// The VPLs of a word, the near ones after the others, as gathers do (common/vpl_gather.glsl): a loop
+// over one VPL around the patch's formula is no loop to the compiler, and would run for every VPL.
+// Returns those that want the block's children.
 uint draw_word(inout left sum, points p, uint first_vpl, uint mask)
 {
     uint split = 0u, near = 0u;
@@ -152,9 +153,9 @@ uint draw_word(inout left sum, points p, uint first_vpl, uint mask)
 
 uint mask_of_word(uint at, uint word)
 {
-    if (args.vpls.z == BD_SUBSPLAT_MASKED) return masks[at * BD_SUBSPLAT_WORDS + word];
-    if (args.vpls.z == BD_SUBSPLAT_LEFT_OVER) return split_masks[at * BD_SUBSPLAT_WORDS + word];
-    uint first = 32u * word, count = args.vpls.y > first ? min(args.vpls.y - first, 32u) : 0u;
+    if (args.members == BD_SUBSPLAT_MASKED) return masks[at * BD_SUBSPLAT_WORDS + word];
+    if (args.members == BD_SUBSPLAT_LEFT_OVER) return split_masks[at * BD_SUBSPLAT_WORDS + word];
+    uint first = 32u * word, count = args.vpl_count > first ? min(args.vpl_count - first, 32u) : 0u;
     return count == 32u ? ~0u : (1u << count) - 1u;
 }
 
@@ -175,22 +176,22 @@ void add_to_image(uint level, ivec2 block, points p, left sum)
 
 void main()
 {
-    uint at = args.blocks.z + gl_GlobalInvocationID.x;
-    if (at >= args.blocks.w) return;
-    uint code = blocks[args.blocks.x + at], level = BD_FRAGMENT_LEVEL(code);
+    uint at = args.first_block + gl_GlobalInvocationID.x;
+    if (at >= args.end_block) return;
+    uint code = blocks[args.list_first_block + at], level = BD_FRAGMENT_LEVEL(code);
     ivec2 block = ivec2(BD_FRAGMENT_X(code), BD_FRAGMENT_Y(code));
     points p = points_of(level, block);
     left sum = left(vec3(0.0), vec3(0.0), vec3(0.0), 0u);
     uint split_count = 0u;
     for (uint word = 0u; word < BD_SUBSPLAT_WORDS; word++) {
-        uint split = draw_word(sum, p, args.vpls.x + 32u * word, mask_of_word(at, word));
+        uint split = draw_word(sum, p, args.first_vpl + 32u * word, mask_of_word(at, word));
         split_masks[at * BD_SUBSPLAT_WORDS + word] = split;
         split_count += uint(bitCount(split));
     }
     sums_of[at] = split_count > 0u ? child_count(level, block) : 0u;
-    bool left_over = args.vpls.z == BD_SUBSPLAT_LEFT_OVER; // counted before, as if they were split
-    atomicAdd(counts.lists.x, left_over ? 0u : sum.drawn + split_count);
-    atomicAdd(counts.lists.y, left_over ? 0u - sum.drawn : split_count);
-    atomicAdd(counts.lists.z, sum.drawn);
+    bool left_over = args.members == BD_SUBSPLAT_LEFT_OVER; // counted before, as if they were split
+    atomicAdd(counts.tested, left_over ? 0u : sum.drawn + split_count);
+    atomicAdd(counts.split, left_over ? 0u - sum.drawn : split_count);
+    atomicAdd(counts.drawn, sum.drawn);
     if (sum.drawn > 0u) add_to_image(level, block, p, sum);
 }

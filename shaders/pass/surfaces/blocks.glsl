@@ -17,6 +17,6 @@ uint flags_of(uvec4 level, ivec2 block)
 receiver receiver_of(uvec4 level, ivec2 block)
 {
     uint pixel = BD_PIXEL_PACK(uint(block.x), uint(block.y));
-    if (level.w > 0u) pixel = texelFetch(representative, multires_texel(level, uvec2(block)), 0).x;
+    if (multires_number(level) > 0u) pixel = texelFetch(representative, multires_texel(level, uvec2(block)), 0).x;
     return gbuffer_receiver(unpacked(pixel));
 }

@@ -30,7 +30,7 @@ uint shared_with(receiver here, block_seen b, uint bit)
 
 uint finer_kind(ivec2 block)
 {
-    if (args.finer.w > 0u) return BD_BLOCK_KIND(flags_of(args.finer, block));
+    if (multires_number(args.finer) > 0u) return BD_BLOCK_KIND(flags_of(args.finer, block));
     uint i = uint(block.x & 1) + 2u * uint(block.y & 1);
     return BD_BLOCK_CHILDREN(flags_of(args.level, block >> 1)) >> i & BD_BLOCK_SMOOTH;
 }
@@ -54,7 +54,7 @@ void main()
 {
     if (!is_in_list()) return;
     uint place = place_in_list();
-    ivec2 block = unpacked(outer_blocks[args.rows.w + place]);
+    ivec2 block = unpacked(outer_blocks[args.first_outer + place]);
     uint lit = BD_BLOCK_CHILDREN(flags_of(args.level, block)), bits = lit << 24, cells = 0u;
     block_seen home = look(block);
     block_seen west = look(block + ivec2(-1, 0)), east = look(block + ivec2(1, 0));
@@ -76,5 +76,5 @@ void main()
         bits |= shared_bits << (6 * i);
         cells |= cells_of(child, here, asked) << (5 * i);
     }
-    children[args.counts.x + place] = uvec2(bits, cells);
+    children[args.first_children + place] = uvec2(bits, cells);
 }

@@ -10,10 +10,10 @@ layout(std430, binding = BD_STORAGE_SURFACE_COUNTS) buffer count_block { uvec2 c
 // Blocks that are not split hold light whatever is in them.
 bool holds_light(uvec4 level, uint kind)
 {
-    return kind == BD_BLOCK_SMOOTH || (kind == BD_BLOCK_DISCONTINUOUS && level.w <= args.rows.z);
+    return kind == BD_BLOCK_SMOOTH || (kind == BD_BLOCK_DISCONTINUOUS && multires_number(level) <= args.finest_level);
 }
 
 // Of a list, the place of this invocation.
-bool is_in_list() { return gl_GlobalInvocationID.x < args.rows.y; }
-uint place_in_list() { return args.rows.x + gl_GlobalInvocationID.x; }
+bool is_in_list() { return gl_GlobalInvocationID.x < args.item_count; }
+uint place_in_list() { return args.first_item + gl_GlobalInvocationID.x; }
 ivec2 unpacked(uint block) { return ivec2(BD_PIXEL_X(block), BD_PIXEL_Y(block)); }

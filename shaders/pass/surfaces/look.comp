@@ -21,12 +21,12 @@ bool is_under_deep(uvec2 block)
 
 void main()
 {
-    uvec2 block = gl_GlobalInvocationID.xy + uvec2(0u, args.rows.x);
-    if (gl_GlobalInvocationID.y >= args.rows.y || !multires_has(args.level, block)) return;
+    uvec2 block = gl_GlobalInvocationID.xy + uvec2(0u, args.first_row);
+    if (gl_GlobalInvocationID.y >= args.row_count || !multires_has(args.level, block)) return;
     ivec2 at = multires_texel(args.level, block);
     bool deep = is_under_deep(block);
     if (!deep && holds_light(args.level, BD_BLOCK_KIND(texelFetch(flags, at, 0).x)))
-        look_blocks[atomicAdd(counts[args.level.w].x, 1u)] = BD_PIXEL_PACK(block.x, block.y);
+        look_blocks[atomicAdd(counts[multires_number(args.level)].x, 1u)] = BD_PIXEL_PACK(block.x, block.y);
     imageStore(pairs, at, uvec4(deep ? BD_SURFACES_ALL_PAIRS : 0u));
     imageStore(surfaces, at, uvec4(deep ? BD_SURFACES_INNER | BD_SURFACES_DEEP : 0u));
 }

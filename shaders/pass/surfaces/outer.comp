@@ -30,7 +30,7 @@ bool all_around(ivec2 block)
 // by the picture's edge.
 bool is_inner(ivec2 block)
 {
-    bool uncut = all(lessThanEqual(uvec2(block + 2) << args.level.w, args.size_px.xy));
+    bool uncut = all(lessThanEqual(uvec2(block + 2) << multires_number(args.level), args.size_px.xy));
     uint flag = texelFetch(flags, multires_texel(args.level, uvec2(block)), 0).x;
     bool whole = BD_BLOCK_KIND(flag) == BD_BLOCK_SMOOTH && BD_BLOCK_CHILDREN(flag) == 15u;
     return uncut && whole && all_around(block);
@@ -43,9 +43,10 @@ void main()
     ivec2 block = unpacked(packed_block);
     if (is_inner(block)) {
         // Blocks that are not split may be of several surfaces.
-        word = args.level.w > args.rows.z ? BD_SURFACES_INNER | BD_SURFACES_DEEP : BD_SURFACES_INNER;
+        bool is_deep = multires_number(args.level) > args.finest_level;
+        word = is_deep ? BD_SURFACES_INNER | BD_SURFACES_DEEP : BD_SURFACES_INNER;
     } else {
-        outer_blocks[args.rows.w + atomicAdd(counts[args.level.w].y, 1u)] = packed_block;
+        outer_blocks[args.first_outer + atomicAdd(counts[multires_number(args.level)].y, 1u)] = packed_block;
     }
     imageStore(surfaces, multires_texel(args.level, uvec2(block)), uvec4(word));
 }

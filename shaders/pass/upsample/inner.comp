@@ -49,8 +49,8 @@ void clear_children(ivec2 parent)
 
 void main()
 {
-    ivec2 parent = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, args.rows.x);
-    if (gl_GlobalInvocationID.y >= args.rows.y || !multires_has(args.level, 2u * uvec2(parent))) return;
+    ivec2 parent = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, args.first_row);
+    if (gl_GlobalInvocationID.y >= args.row_count || !multires_has(args.level, 2u * uvec2(parent))) return;
     if (is_inner(args.above, parent))
         make_children(parent);
     else

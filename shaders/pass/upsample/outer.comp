@@ -71,6 +71,10 @@ light fitted(moments m)
 
 ivec2 side_of(ivec2 child) { return (child & 1) * 2 - 1; }
 
+// Pixels.
+vec2 centre_of_child(ivec2 child) { return centre_of_block(multires_number(args.level), child); }
+vec2 centre_of_parent(ivec2 parent) { return centre_of_block(multires_number(args.above), parent); }
+
 // Fragments of the child's own level, by BD_SURFACES_CELLS.
 void take_cells(inout moments m, ivec2 child, uint cells)
 {
@@ -79,22 +83,22 @@ void take_cells(inout moments m, ivec2 child, uint cells)
         int i = findLSB(cells);
         cells &= cells - 1u;
         ivec2 at = child + steps[i] * side_of(child);
-        take(m, i < 2 ? 2.0 : 1.0, centre_of_block(args.level.w, at), light_of_child(at));
+        take(m, i < 2 ? 2.0 : 1.0, centre_of_child(at), light_of_child(at));
     }
 }
 
 // Whether a parent lies in the middle of its neighbours: not where the picture's edge cuts one.
 bool is_between(ivec2 parent, ivec2 step)
 {
-    vec2 sum = centre_of_block(args.above.w, parent + step) + centre_of_block(args.above.w, parent - step);
-    return distance(0.5 * sum, centre_of_block(args.above.w, parent)) < 0.25;
+    vec2 sum = centre_of_parent(parent + step) + centre_of_parent(parent - step);
+    return distance(0.5 * sum, centre_of_parent(parent)) < 0.25;
 }
 
 moments moments_around(ivec2 child)
 {
     moments m;
-    m.origin = centre_of_block(args.level.w, child);
-    m.scale = exp2(-float(args.level.w));
+    m.origin = centre_of_child(child);
+    m.scale = exp2(-float(multires_number(args.level)));
     m.weight = 0.0;
     m.first = vec2(0.0);
     m.second = m.e = m.e_x = m.e_y = m.v = m.v_x = m.v_y = vec3(0.0);
@@ -112,13 +116,13 @@ light outer_child(ivec2 child, uint bits, uint cells)
     light home = stacked_light(args.above, parent);
     bool at_home = (bits & BD_SURFACES_HOME) != 0u;
     moments m = moments_around(child);
-    if (at_home) take(m, 9.0, centre_of_block(args.above.w, parent), home);
+    if (at_home) take(m, 9.0, centre_of_parent(parent), home);
     light beside[3];
     for (int i = 0; i < 3; i++) {
         ivec2 at = parent + steps[i] * side;
         beside[i] = stacked_light(args.above, at);
         if ((bits & BD_SURFACES_BESIDE(i)) != 0u)
-            take(m, weights[i], centre_of_block(args.above.w, at), beside[i]);
+            take(m, weights[i], centre_of_parent(at), beside[i]);
     }
     take_cells(m, child, cells);
     light opposite[2];
@@ -127,7 +131,7 @@ light outer_child(ivec2 child, uint bits, uint cells)
         opposite[i] = stacked_light(args.above, at);
         // Only to go on beyond the outermost centre as on the way there.
         if ((bits & BD_SURFACES_OPPOSITE(i)) != 0u && (bits & BD_SURFACES_BESIDE(i)) == 0u)
-            take(m, 1.0, centre_of_block(args.above.w, at), opposite[i]);
+            take(m, 1.0, centre_of_parent(at), opposite[i]);
     }
     // Nothing is of its surface: what shares a block with it comes nearest.
     if (m.weight == 0.0) take(m, 1.0, m.origin, home);
@@ -144,10 +148,10 @@ light outer_child(ivec2 child, uint bits, uint cells)
 
 void main()
 {
-    if (gl_GlobalInvocationID.x >= args.rows.y) return;
-    uint place = args.rows.x + gl_GlobalInvocationID.x, packed_parent = outer_blocks[args.rows.z + place];
+    if (gl_GlobalInvocationID.x >= args.item_count) return;
+    uint place = args.first_item + gl_GlobalInvocationID.x, packed_parent = outer_blocks[args.first_outer + place];
     ivec2 parent = ivec2(BD_PIXEL_X(packed_parent), BD_PIXEL_Y(packed_parent));
-    uvec2 children = outer_children[args.rows.w + place];
+    uvec2 children = outer_children[args.first_children + place];
     for (int i = 0; i < 4; i++) {
         ivec2 child = 2 * parent + ivec2(i & 1, i >> 1);
         if (BD_SURFACES_LIT(children.x, i) == 0u || is_fragment(child)) continue;

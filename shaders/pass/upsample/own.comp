@@ -6,8 +6,8 @@ layout(std430, binding = BD_STORAGE_FRAGMENTS) readonly buffer fragments_block {
 
 void main()
 {
-    if (gl_GlobalInvocationID.x >= args.rows.y) return;
-    uint fragment = fragments[args.rows.x + gl_GlobalInvocationID.x];
+    if (gl_GlobalInvocationID.x >= args.item_count) return;
+    uint fragment = fragments[args.first_item + gl_GlobalInvocationID.x];
     ivec2 pixel = ivec2(BD_FRAGMENT_X(fragment), BD_FRAGMENT_Y(fragment));
     light l = light_of_child(pixel);
 #if BD_DETAIL == BD_DETAIL_DIRECTION

@@ -58,7 +58,7 @@ bool make_line(uvec4 origin, uvec4 direction, uvec4 rest, out line l)
 // The walk's nearest so far, or none.
 void take_hit(uint index)
 {
-    hit = args.walk.x == 1u ? uvec4(BD_NO_TRIANGLE, 0u, 0u, 0u) : hits[index];
+    hit = args.is_first_round == 1u ? uvec4(BD_NO_TRIANGLE, 0u, 0u, 0u) : hits[index];
     bool is_none = hit.x == BD_NO_TRIANGLE;
     hit_distance = uintBitsToFloat(is_none ? INFINITY_BITS : hit.w);
 }
@@ -71,16 +71,16 @@ void answer(uint index)
     passes_backs = rest.y != 0u;
     take_hit(index);
     line l;
-    bool can_meet = make_line(origin, direction, rest, l);
-    if (args.walk.x == 1u) atomicAdd(group_counts[BD_RAY_COUNT_ASKED], 1u);
-    walk_on(l, can_meet, index);
+    bool can_hit = make_line(origin, direction, rest, l);
+    if (args.is_first_round == 1u) atomicAdd(group_counts[BD_RAY_COUNT_ASKED], 1u);
+    walk_on(l, can_hit, index);
     hits[index] = hit;
 }
 
 void main()
 {
-    uint index = args.slice.x + gl_GlobalInvocationID.x;
+    uint index = args.first_ray + gl_GlobalInvocationID.x;
     begin_counts();
-    if (index < args.slice.y) answer(index);
+    if (index < args.end_ray) answer(index);
     end_counts();
 }

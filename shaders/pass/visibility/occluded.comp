@@ -46,20 +46,20 @@ bool answer(uint index)
 {
     uvec4 from = segments[index * BD_SEGMENT_UVEC4S], to = segments[index * BD_SEGMENT_UVEC4S + 1u];
     bool is_asked = has_length(from.xyz, to.xyz);
-    if (args.walk.x == 1u && is_asked) atomicAdd(group_counts[BD_RAY_COUNT_ASKED], 1u);
+    if (args.is_first_round == 1u && is_asked) atomicAdd(group_counts[BD_RAY_COUNT_ASKED], 1u);
     line l;
-    bool can_meet = make_line(from, to, l) && is_asked;
-    return walk_on(l, can_meet, index);
+    bool can_hit = make_line(from, to, l) && is_asked;
+    return walk_on(l, can_hit, index);
 }
 
 void main()
 {
-    uint index = args.slice.x + gl_GlobalInvocationID.x, place = gl_LocalInvocationID.x;
+    uint index = args.first_ray + gl_GlobalInvocationID.x, place = gl_LocalInvocationID.x;
     if (place < 2u) group_bits[place] = 0u;
     begin_counts();
-    if (index < args.slice.y && answer(index)) atomicOr(group_bits[place / 32u], 1u << place % 32u);
+    if (index < args.end_ray && answer(index)) atomicOr(group_bits[place / 32u], 1u << place % 32u);
     end_counts();
-    if (index >= args.slice.y || place % 32u != 0u) return;
+    if (index >= args.end_ray || place % 32u != 0u) return;
     uint bits = group_bits[place / 32u];
-    occluded[index / 32u] = args.walk.x == 1u ? bits : occluded[index / 32u] | bits;
+    occluded[index / 32u] = args.is_first_round == 1u ? bits : occluded[index / 32u] | bits;
 }

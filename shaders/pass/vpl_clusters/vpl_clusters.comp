@@ -20,9 +20,9 @@ void main()
 #else
     uint i = gl_GlobalInvocationID.x;
 #endif
-    if (i >= args.slice.y) return;
-    uint at = args.slice.x + i, fragment = fragments[at], level = BD_FRAGMENT_LEVEL(fragment);
+    if (i >= args.fragment_count) return;
+    uint at = args.first_fragment + i, fragment = fragments[at], level = BD_FRAGMENT_LEVEL(fragment);
     ivec2 begin = ivec2(BD_FRAGMENT_X(fragment), BD_FRAGMENT_Y(fragment)) << int(level);
     ivec2 end = min(begin + (1 << int(level)), ivec2(light.kind.z));
-    make_vpl(begin, end, args.slice.z + at);
+    make_vpl(begin, end, args.vpls_before + at);
 }

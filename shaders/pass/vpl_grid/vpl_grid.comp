@@ -12,7 +12,7 @@ layout(std140, binding = BD_UNIFORM_ARGS) uniform args_block { bd_vpl_grid_args 
 #include "common/vpl_block.glsl"
 
 // First texel of a block's row or column; the last block ends at the map's side.
-int first_texel(uint block) { return int(block * light.kind.z / args.grid.x); }
+int first_texel(uint block) { return int(block * light.kind.z / args.grid_side); }
 
 void main()
 {
@@ -21,9 +21,9 @@ void main()
 #else
     uvec2 cell = gl_GlobalInvocationID.xy;
 #endif
-    if (cell.x >= args.grid.x || cell.y >= args.grid.z) return;
-    cell.y += args.grid.y;
-    uint index = (args.block.how.z * args.grid.x + cell.y) * args.grid.x + cell.x;
+    if (cell.x >= args.grid_side || cell.y >= args.row_count) return;
+    cell.y += args.first_row;
+    uint index = (args.block.face * args.grid_side + cell.y) * args.grid_side + cell.x;
     make_vpl(ivec2(first_texel(cell.x), first_texel(cell.y)),
              ivec2(first_texel(cell.x + 1u), first_texel(cell.y + 1u)), index);
 }

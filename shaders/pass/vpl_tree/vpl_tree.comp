@@ -39,7 +39,7 @@ tree_node load_node(uint at)
 tree_node leaf(uint face, uint morton)
 {
     uvec2 place = place_of_morton(morton);
-    uint index = (face * args.faces.y + place.y) * args.faces.y + place.x;
+    uint index = (face * args.leaf_side + place.y) * args.leaf_side + place.x;
     vec4 position = BD_LOAD(vpls, index * BD_VPL_VEC4S);
     vec4 normal = BD_LOAD(vpls, index * BD_VPL_VEC4S + 1u);
     vec3 flux = BD_LOAD(vpls, index * BD_VPL_VEC4S + 2u).rgb;
@@ -117,14 +117,14 @@ tree_node parent(tree_node children[4])
 
 void main()
 {
-    uint morton = gl_GlobalInvocationID.x + args.faces.z, face = gl_WorkGroupID.y;
-    if (gl_GlobalInvocationID.x >= args.faces.w || face >= args.faces.x) return;
-    uint first = face * args.level.z + args.level.y;
+    uint morton = gl_GlobalInvocationID.x + args.first_node, face = gl_WorkGroupID.y;
+    if (gl_GlobalInvocationID.x >= args.node_count || face >= args.face_count) return;
+    uint first = face * args.face_node_count + args.level_first_node;
     tree_node n;
-    if (args.level.w != 0u) {
+    if (args.has_leaves != 0u) {
         n = leaf(face, morton);
     } else {
-        uint below = first + args.level.x + 4u * morton;
+        uint below = first + args.level_node_count + 4u * morton;
         tree_node children[4];
         for (uint k = 0u; k < 4u; k++) children[k] = load_node((below + k) * BD_TREE_NODE_VEC4S);
         n = parent(children);

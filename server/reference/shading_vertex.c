@@ -1,4 +1,4 @@
-#include "reference/corner.h"
+#include "reference/shading_vertex.h"
 
 #include <math.h>
 #include <stddef.h>
@@ -36,21 +36,21 @@ static void transform(const float matrix[9], const float v[3], float out[3])
     if (!bd_vec3f_normalize(out)) bd_vec3f_set(out, 0, 0, 0);
 }
 
-struct bd_corner bd_corner_of(const struct bd_primitive *primitive, uint32_t vertex,
+struct bd_shading_vertex bd_shading_vertex_of(const struct bd_primitive *primitive, uint32_t vertex,
                               const struct bd_linear *linear)
 {
-    struct bd_corner corner = {{0, 0, 0}, {0, 0}};
+    struct bd_shading_vertex corner = {{0, 0, 0}, {0, 0}};
     transform(linear->normal_from_mesh, primitive->normal + 3 * (size_t)vertex, corner.normal);
     if (!primitive->uv[0]) return corner;
     for (size_t k = 0; k < 2; k++) corner.uv[k] = primitive->uv[0][2 * (size_t)vertex + k];
     return corner;
 }
 
-struct bd_corner_tangent bd_corner_tangent_of(const struct bd_primitive *primitive, uint32_t vertex,
+struct bd_shading_tangent bd_shading_tangent_of(const struct bd_primitive *primitive, uint32_t vertex,
                                               const struct bd_linear *linear)
 {
     const float *from = primitive->tangent + 4 * (size_t)vertex;
-    struct bd_corner_tangent corner = {{0, 0, 0}, (linear->mirrored ? -1 : 1) * from[3]};
+    struct bd_shading_tangent corner = {{0, 0, 0}, (linear->mirrored ? -1 : 1) * from[3]};
     transform(linear->world_from_mesh, from, corner.tangent);
     return corner;
 }

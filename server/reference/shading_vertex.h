@@ -5,19 +5,19 @@
 //
 // Private to reference/. Any thread; no state.
 
-#ifndef BD_REFERENCE_CORNER_H
-#define BD_REFERENCE_CORNER_H
+#ifndef BD_REFERENCE_SHADING_VERTEX_H
+#define BD_REFERENCE_SHADING_VERTEX_H
 
 #include <stdbool.h>
 
 #include "scene/model/scene.h"
 
-struct bd_corner {
+struct bd_shading_vertex {
     float normal[3]; // unit, world; zero if there is none
     float uv[2];     // the first set; 0 if there is none
 };
 
-struct bd_corner_tangent {
+struct bd_shading_tangent {
     float tangent[3]; // unit, world; zero if there is none
     float handedness; // of the bitangent: glTF's sign, turned round in a mirror image
 };
@@ -30,10 +30,10 @@ struct bd_linear {
 
 struct bd_linear bd_linear_of(const bd_dmat4 *world_from_mesh);
 
-struct bd_corner bd_corner_of(const struct bd_primitive *primitive, uint32_t vertex,
+struct bd_shading_vertex bd_shading_vertex_of(const struct bd_primitive *primitive, uint32_t vertex,
                               const struct bd_linear *linear);
 // The primitive has tangents.
-struct bd_corner_tangent bd_corner_tangent_of(const struct bd_primitive *primitive, uint32_t vertex,
+struct bd_shading_tangent bd_shading_tangent_of(const struct bd_primitive *primitive, uint32_t vertex,
                                               const struct bd_linear *linear);
 
 #endif

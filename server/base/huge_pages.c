@@ -1,4 +1,4 @@
-#include "base/large.h"
+#include "base/huge_pages.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -10,7 +10,7 @@
 // Below, rounding up to whole pages would waste too much.
 #define WORTHWHILE_BYTES (2 * LARGE_PAGE_BYTES)
 
-void *bd_large_alloc(size_t bytes)
+void *bd_huge_pages_alloc(size_t bytes)
 {
     bool is_large = bytes >= WORTHWHILE_BYTES;
     size_t page = is_large ? LARGE_PAGE_BYTES : BD_CACHE_LINE_BYTES;

@@ -7,12 +7,12 @@
 //
 // Render thread; arithmetic alone.
 
-#ifndef BD_SCHED_SHARE_H
-#define BD_SCHED_SHARE_H
+#ifndef BD_SCHED_FAIR_SHARE_H
+#define BD_SCHED_FAIR_SHARE_H
 
 #include <stdbool.h>
 
-struct bd_share {
+struct bd_fair_share {
     double owed_ms; // 0 to BD_SHARE_OWED_MAX_MS
 };
 
@@ -21,11 +21,11 @@ struct bd_share {
 #define BD_SHARE_OWED_MAX_MS 50.0 // what a higher one can be kept waiting
 
 // A job ran for `ms`; whether others of lower and of higher priority waited meanwhile.
-void bd_share_note(struct bd_share *share, double ms, bool lower_waits, bool higher_waits);
+void bd_fair_share_note(struct bd_fair_share *share, double ms, bool lower_waits, bool higher_waits);
 
 // Whether it is the turn of lower priorities although a higher one waits: of one that has to begin,
 // and of one that runs already.
-bool bd_share_begins_lower(const struct bd_share *share);
-bool bd_share_keeps_lower(const struct bd_share *share);
+bool bd_fair_share_begins_lower(const struct bd_fair_share *share);
+bool bd_fair_share_keeps_lower(const struct bd_fair_share *share);
 
 #endif

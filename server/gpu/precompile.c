@@ -1,3 +1,5 @@
+// Code generation ahead of time, by a dispatch or draw that leaves nothing behind.
+//
 // Why with the real bindings: software drivers generate code at the first dispatch, for the
 // formats, sizes and sampling of what is bound then. A run on nothing would compile a variant
 // that no frame uses, and the first frame would still pay.
@@ -58,7 +60,7 @@ static uint64_t signature(struct bd_gpu *gpu, const struct bd_bindings *bindings
     return bd_hash64(parts, sizeof parts, 1);
 }
 
-// True the first time. A program in more than BD_WARM_MAX shapes is warmed no more: correct, its
+// True the first time. A program in more than BD_PRECOMPILED_MAX shapes is warmed no more: correct, its
 // code generation is then counted to the pass.
 static bool is_new(const struct bd_program *program, uint64_t shape)
 {
@@ -66,7 +68,7 @@ static bool is_new(const struct bd_program *program, uint64_t shape)
     struct bd_program *noted = (struct bd_program *)(uintptr_t)program;
     for (uint32_t i = 0; i < program->warm_count; i++)
         if (program->warm[i] == shape) return false;
-    if (program->warm_count == BD_WARM_MAX) return false;
+    if (program->warm_count == BD_PRECOMPILED_MAX) return false;
     noted->warm[noted->warm_count++] = shape;
     return true;
 }
@@ -118,7 +120,7 @@ static void run_dispatch(struct bd_gpu *gpu, const struct bd_program *program,
     glDeleteTextures((GLsizei)COUNT(stand_ins), stand_ins);
 }
 
-void bd_warm_dispatch(struct bd_gpu *gpu, const struct bd_program *program,
+void bd_precompile_dispatch(struct bd_gpu *gpu, const struct bd_program *program,
                       const struct bd_bindings *bindings)
 {
     if (!is_new(program, signature(gpu, bindings, NULL))) return;
@@ -127,12 +129,12 @@ void bd_warm_dispatch(struct bd_gpu *gpu, const struct bd_program *program,
     run_dispatch(gpu, program, bindings);
     glFinish();
     bd_timers_add_compile(gpu, bd_ms_since(start_ns));
-    bd_gpu_check(gpu, "bd_warm_dispatch");
+    bd_gpu_check(gpu, "bd_precompile_dispatch");
 }
 
 // The draw itself, one triangle or three points of it, behind an empty scissor: code is generated
 // for the target and the states at hand, and no pixel is touched.
-void bd_warm_draw(struct bd_gpu *gpu, const struct bd_draw *draw)
+void bd_precompile_draw(struct bd_gpu *gpu, const struct bd_draw *draw)
 {
     if (!is_new(draw->program, signature(gpu, &draw->bindings, draw))) return;
     glFinish();
@@ -142,5 +144,5 @@ void bd_warm_draw(struct bd_gpu *gpu, const struct bd_draw *draw)
     bd_gpu_target_rows(gpu, gpu->first_row, gpu->row_count);
     glFinish();
     bd_timers_add_compile(gpu, bd_ms_since(start_ns));
-    bd_gpu_check(gpu, "bd_warm_draw");
+    bd_gpu_check(gpu, "bd_precompile_draw");
 }
