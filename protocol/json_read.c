@@ -1,3 +1,5 @@
+// JSON read into messages, by the schema; a fault names the path to what is wrong.
+
 #include "protocol/json.h"
 
 #include <errno.h>

@@ -1,3 +1,5 @@
+// `bounce compare`: its files read, and brought to what can be compared.
+
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,3 +1,5 @@
+// `bounce compare`: its command line.
+
 #include <stdio.h>
 #include <string.h>
 

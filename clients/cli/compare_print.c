@@ -1,3 +1,5 @@
+// `bounce compare`: its answer, in words and as JSON.
+
 #include <math.h>
 #include <stdio.h>
 

@@ -1,3 +1,5 @@
+// `bounce compare`: which tolerances hold.
+
 #include <math.h>
 #include <stdio.h>
 

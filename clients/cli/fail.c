@@ -1,3 +1,5 @@
+// How a command says that it failed: one line or an object of JSON, and its exit code.
+
 #include <stdio.h>
 #include <string.h>
 

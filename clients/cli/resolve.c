@@ -1,3 +1,5 @@
+// The files that a glTF file names: within its folder, or refused.
+
 #include <ctype.h>
 #include <errno.h>
 #include <fcntl.h>

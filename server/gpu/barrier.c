@@ -1,3 +1,5 @@
+// Memory barriers: which the next dispatch, draw or copy needs, by what was written and read before it.
+
 #include "gpu/gpu_internal.h"
 
 static const GLbitfield barrier_bits[BD_USE_COUNT] = {

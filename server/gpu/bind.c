@@ -1,3 +1,5 @@
+// Bindings of textures, images and buffers, and the dispatches that use them.
+
 #include "base/assert.h"
 #include "gpu/gpu_internal.h"
 

@@ -1,3 +1,5 @@
+// Buffers on the device.
+
 #include <inttypes.h>
 #include <stdlib.h>
 

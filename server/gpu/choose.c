@@ -1,3 +1,5 @@
+// The device that `--device` means, opened.
+
 #include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,3 +1,5 @@
+// What holds of a device as a whole: errors that stick, waiting, and the memory that it may use.
+
 #include <errno.h>
 #include <inttypes.h>
 #include <stdio.h>

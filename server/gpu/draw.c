@@ -1,3 +1,5 @@
+// Render targets, and draws into them.
+
 #include "base/assert.h"
 #include "gpu/gpu_internal.h"
 

@@ -1,3 +1,5 @@
+// What a device is called by others: its UUID and its place on the PCI bus.
+
 #include <ctype.h>
 #include <dirent.h>
 #include <limits.h>

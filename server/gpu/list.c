@@ -1,3 +1,5 @@
+// The list of devices, for `bounced --list-devices` and for clients.
+
 #include <jansson.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,3 +1,5 @@
+// Programs: compiled and linked once for each set of defines, and kept.
+
 #include <stdlib.h>
 #include <string.h>
 

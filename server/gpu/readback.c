@@ -1,3 +1,5 @@
+// Copies from textures to the host, started and waited for apart.
+
 #include <stdlib.h>
 #include <string.h>
 

@@ -1,3 +1,5 @@
+// Textures: formats, sizes, uploads, levels.
+
 #include <inttypes.h>
 #include <stdlib.h>
 

@@ -1,3 +1,5 @@
+// How long each pass took on the device, by timestamps.
+
 #include <stdlib.h>
 
 #include "base/assert.h"

@@ -1,3 +1,5 @@
+// Arguments of shaders: a ring of uniform blocks that frames write through.
+
 #include <string.h>
 
 #include "base/assert.h"

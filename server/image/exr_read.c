@@ -1,3 +1,5 @@
+// EXR files and maps read by OpenEXR's core, within limits that hold before anything is allocated.
+
 #include <stdlib.h>
 #include <string.h>
 

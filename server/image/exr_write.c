@@ -1,3 +1,5 @@
+// EXR files written by OpenEXR's core: the same bytes for the same planes.
+
 #include <string.h>
 
 #include "base/assert.h"

@@ -1,3 +1,5 @@
+// Light of virtual lights that each pixel chooses, seen by rays, on the processor.
+
 #include <stdlib.h>
 
 #include "base/assert.h"

@@ -1,3 +1,5 @@
+// Light of cuts of the tree of virtual lights, on the processor.
+
 #include "pass/gather_native.h"
 
 #include <stdlib.h>

@@ -1,3 +1,5 @@
+// The pyramid of pictures that light is splatted into at several resolutions.
+
 #include <stdlib.h>
 
 #include "base/assert.h"

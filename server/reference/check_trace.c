@@ -1,3 +1,5 @@
+// Spot checks: the tracing of their pixels, in levels, until each is known well enough.
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -1,3 +1,5 @@
+// The render thread's device: opened, given up when it is lost or spoilt, opened again.
+
 #include "sched/sched_parts.h"
 
 #include <stdio.h>

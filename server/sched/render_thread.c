@@ -1,3 +1,5 @@
+// The render thread: whose turn it is, and for how long.
+
 #include "sched/sched_parts.h"
 
 #include <string.h>

@@ -1,3 +1,5 @@
+// The table of techniques, and which of them `auto` is.
+
 #include <stdio.h>
 #include <string.h>
 #include <threads.h>

@@ -1,1 +1,3 @@
+// Pi, for all shaders.
+
 const float PI = 3.14159265358979;

@@ -1,3 +1,5 @@
+// Strength of light of three channels, as one number.
+
 #ifndef BD_KERNEL_ALL_CHANNELS_H
 #define BD_KERNEL_ALL_CHANNELS_H
 

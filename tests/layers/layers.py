@@ -4,7 +4,7 @@ usage: layers.py SOURCE_ROOT
 
 A room may include itself, base/, the contract (protocol/) where the table says so, structs shared
 with GLSL (shared/, kernel/), and the rooms that stand beside its name. Clients share a few of them. GL and EGL belong to gpu/ alone, SQLite
-to the journal, and C++ to the shims around the parsers of glTF and of lossy EXR.
+to the journal, and C++ to the shims around the parsers of glTF and of lossy EXR. Every file opens with a sentence that says what it is.
 """
 
 import os
@@ -208,11 +208,21 @@ def check_file(root, path):
                 yield f'{path}:{number}: "{name}": {wrong}'
 
 
+def check_opening(root, path):
+    """A file's first line says what it is; of a .c with a header, the header's does."""
+    if os.path.exists(os.path.join(root, os.path.splitext(path)[0] + '.h')) and path.endswith('.c'):
+        return
+    with open(os.path.join(root, path)) as file:
+        if not re.match(r'(//|"""|/\*)', file.read(3)):
+            yield f'{path}:1: no sentence says what this file is'
+
+
 def check_tree(root):
     faults = []
     for folder in ('server', 'clients', 'protocol', 'shaders'):
         for path in sources(root, folder):
             faults.extend(check_file(root, path))
+            faults.extend(check_opening(root, path))
             cpp = path.endswith(('.cc', '.cpp', '.cxx', '.hpp'))
             if cpp and not CPP_SHIM.match(path):
                 faults.append(f'{path}: C++ belongs to the shims around glTF and lossy EXR')

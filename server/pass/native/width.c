@@ -1,3 +1,5 @@
+// Which of the compiled widths of native loops this machine can run.
+
 #include "pass/native/native.h"
 
 #include <stdlib.h>

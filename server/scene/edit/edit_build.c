@@ -1,3 +1,5 @@
+// Meshes of edits, built from the streams that were sent.
+
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

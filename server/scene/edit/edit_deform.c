@@ -1,3 +1,5 @@
+// New places for a mesh's vertices: what follows from them, made again.
+
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,3 +1,5 @@
+// Edits of meshes: added, replaced, renamed, deformed.
+
 #include <stdio.h>
 #include <string.h>
 

@@ -1,3 +1,5 @@
+// Edits of nodes: transforms, parents, what they hold.
+
 #include <math.h>
 #include <stdio.h>
 #include <string.h>

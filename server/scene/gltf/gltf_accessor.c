@@ -1,3 +1,5 @@
+// Numbers of accessors, sparse ones included, read into streams.
+
 #include <string.h>
 
 #include "scene/gltf/gltf_reader.h"

@@ -1,3 +1,5 @@
+// Buffers, views and accessors: that each lies within what it is of, before anything reads them.
+
 #include <stdlib.h>
 #include <string.h>
 

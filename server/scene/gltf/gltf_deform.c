@@ -1,3 +1,5 @@
+// Morph targets and skins, applied once in the pose that a file comes with.
+
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

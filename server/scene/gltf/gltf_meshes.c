@@ -1,3 +1,5 @@
+// Meshes of a document: primitives with all the streams that a scene's have.
+
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

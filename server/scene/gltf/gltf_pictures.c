@@ -1,3 +1,5 @@
+// Pictures of a document: those that some material shows, decoded, and their textures.
+
 #include <stdlib.h>
 #include <string.h>
 

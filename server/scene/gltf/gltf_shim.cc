@@ -1,3 +1,5 @@
+// tinygltf behind C: the bytes of a document in, plain structs out, nothing thrown.
+
 #include "scene/gltf/gltf_shim.h"
 
 #include <algorithm>

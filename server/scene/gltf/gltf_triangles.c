@@ -1,3 +1,5 @@
+// Triangles of a primitive: lists, strips and fans, their indices in range.
+
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>

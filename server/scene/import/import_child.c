@@ -1,3 +1,5 @@
+// The process that imports: questions read from its parent, answers written back.
+
 #include <errno.h>
 #include <sched.h>
 #include <stdlib.h>

@@ -1,3 +1,5 @@
+// What a journal tells: scenes, edits, names.
+
 #include <stdlib.h>
 #include <string.h>
 

@@ -1,3 +1,5 @@
+// Rows of a journal's tables, and what a daemon would never have written in them.
+
 #include "scene/journal/journal_internal.h"
 
 // SQLite's numbers have a sign; a revision beyond it was never written by a daemon, and would be

@@ -1,3 +1,5 @@
+// Rows of a journal's tables, written.
+
 #include "scene/journal/journal_internal.h"
 
 int bd_write_snapshot(struct bd_journal *journal, int64_t scene,

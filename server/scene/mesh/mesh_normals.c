@@ -1,3 +1,5 @@
+// Normals: flat ones made, broken ones mended.
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

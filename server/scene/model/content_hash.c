@@ -1,3 +1,5 @@
+// What meshes, pictures, maps of the sky and scenes are called by their content.
+
 #include <float.h>
 #include <math.h>
 #include <stddef.h>

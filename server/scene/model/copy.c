@@ -1,3 +1,5 @@
+// Copies of a scene that share its meshes and pictures.
+
 #include <stdlib.h>
 #include <string.h>
 

@@ -1,3 +1,5 @@
+// Deltas as bytes: written to the journal, read as a stranger's.
+
 #include <string.h>
 
 #include "scene/model/delta_parts.h"

@@ -1,3 +1,5 @@
+// The order of instances and lights, by what they are and where: a file's order changes no picture.
+
 #include <stdlib.h>
 #include <string.h>
 

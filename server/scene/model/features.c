@@ -1,3 +1,5 @@
+// What a scene has, derived: bounds, what is emissive, which maps; by it frames leave out the rest.
+
 #include <float.h>
 #include <stddef.h>
 

@@ -1,3 +1,5 @@
+// Parents of nodes: that there is no loop.
+
 #include <stdlib.h>
 
 #include "scene/model/scene.h"

@@ -1,3 +1,5 @@
+// References between objects: that each leads to one that is there.
+
 #include <stdio.h>
 
 #include "scene/model/object_fields.h"

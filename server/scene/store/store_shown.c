@@ -1,3 +1,5 @@
+// What is shown of a scene: its last revision, and what lies over it for the moment.
+
 #include <string.h>
 
 #include "base/assert.h"

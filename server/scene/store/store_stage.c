@@ -1,3 +1,5 @@
+// Batches on their way to the disk.
+
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
