@@ -1,10 +1,10 @@
 """Tests of the tests: breaks the code on purpose, one fault at a time, and wants each to be caught.
 
-usage: faults.py SOURCE_ROOT FAULTS [--only NAME]... [--keep DIR]
+usage: faults.py SOURCE_ROOT FAULTS [--only NAME]... [--keep DIR] [--apply]
 
 Works on a copy of the tracked files. A fault of the list is a replacement in one file and the tests
 that must fail because of it; a fault that does not apply any more, does not build, or passes all of
-its tests is a failure of this script. Before anything is broken the same tests must pass.
+its tests is a failure of this script. Before anything is broken the same tests must pass. --apply: only that each applies.
 
 The list is read in blocks, separated by blank lines:
 
@@ -87,13 +87,21 @@ def failing(tree, tests):
             if run(['meson', 'test', '-C', tree / 'build', '--no-rebuild', test]).returncode]
 
 
+def why_not_applied(tree, fault):
+    """None if its text stands once where it says."""
+    path = tree / fault['file']
+    count = path.read_text(encoding='utf-8').count('\n'.join(fault['old'])) if path.is_file() else 0
+    return None if count == 1 else f'{fault["name"]}: its text stands {count} times in {fault["file"]}, not once'
+
+
 def try_fault(tree, fault):
     """None if the fault is caught, else why not."""
+    why = why_not_applied(tree, fault)
+    if why:
+        return why
     path = tree / fault['file']
     text = path.read_text(encoding='utf-8')
     old, new = '\n'.join(fault['old']), '\n'.join(fault['new'])
-    if text.count(old) != 1:
-        return f'its text stands {text.count(old)} times in {fault["file"]}, not once'
     path.write_text(text.replace(old, new), encoding='utf-8')
     try:
         built, output = build(tree, fault['tests'])
@@ -131,9 +139,12 @@ def main():
     parser.add_argument('faults')
     parser.add_argument('--only', action='append')
     parser.add_argument('--keep', type=pathlib.Path)
+    parser.add_argument('--apply', action='store_true')
     options = parser.parse_args()
     faults = [fault for fault in read_faults(options.faults)
               if not options.only or fault['name'] in options.only]
+    if options.apply:
+        sys.exit('\n'.join(filter(None, (why_not_applied(options.source, fault) for fault in faults))) or None)
     with tempfile.TemporaryDirectory() as folder:
         tree = (options.keep or pathlib.Path(folder)) / 'main'
         tree.mkdir(parents=True, exist_ok=True)
