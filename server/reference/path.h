@@ -80,8 +80,7 @@ bool bd_path_from_camera(struct bd_path *path, struct bd_ray *ray, struct bd_ver
 // Follows what arrives at a vertex.
 void bd_path_from_vertex(struct bd_path *path, const struct bd_vertex *vertex);
 
-// --- for the files of the path only
-// ---------------------------------------------------------------
+// --- for the files of the path only --------------------------------------------------------------
 
 // Pairs of random numbers: the first is the camera's, each vertex has so many.
 enum bd_path_pair {

@@ -150,8 +150,7 @@ static void drop(struct forest *f)
     free(f->nodes);
 }
 
-// --- which leaves a node has
-// --------------------------------------------------------------------------
+// --- which leaves a node has ---------------------------------------------------------------------
 
 struct block {
     uint32_t face, x, y, side; // leaves
@@ -184,8 +183,7 @@ static const struct leaf *leaf_of(const struct forest *f, const struct block *b,
     return &f->leaves[(b->face * f->leaf_side + y) * f->leaf_side + x];
 }
 
-// --- sums
-// ----------------------------------------------------------------------------------------------
+// --- sums ----------------------------------------------------------------------------------------
 
 static void assert_near(double value, double expected, double tolerance, const char *what)
 {
@@ -300,8 +298,7 @@ static void two_surfaces_are_two_lobes(void **state)
     drop(&f);
 }
 
-// --- the bound
-// -----------------------------------------------------------------------------------------
+// --- the bound -----------------------------------------------------------------------------------
 
 struct query {
     struct node node;

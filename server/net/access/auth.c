@@ -121,8 +121,7 @@ bool bd_grant_covers(const struct bd_grant *grant, const char *scene_name)
     return strncmp(scene_name, grant->scene_prefix, strlen(grant->scene_prefix)) == 0;
 }
 
-// --- blobs
-// ----------------------------------------------------------------------------------------
+// --- blobs ---------------------------------------------------------------------------------------
 
 struct bd_blobs *bd_grant_blobs(struct bd_blobs *all, const struct bd_grant *grant)
 {

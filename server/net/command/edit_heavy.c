@@ -411,8 +411,7 @@ void bd_edit_heavy_release(struct bd_edit_op *op)
     }
 }
 
-// --- what it may make of its bytes
-// ----------------------------------------------------------------
+// --- what it may make of its bytes ---------------------------------------------------------------
 
 #define TEXEL_BYTES 4
 

@@ -204,8 +204,7 @@ static void read_request(struct bd_command *command)
 const struct bd_step bd_steps_edit[] = {BD_STEP(LOOP, read_request), BD_STEP(SCENE, NULL),
                                         BD_STEP(LOOP, begin), BD_STEPS_END};
 
-// --- a batch that is only tried
-// -------------------------------------------------------------------
+// --- a batch that is only tried ------------------------------------------------------------------
 
 static void list_passes(char ***list, size_t *count, const char *const *passes, uint32_t pass_count)
 {

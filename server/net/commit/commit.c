@@ -200,8 +200,7 @@ void bd_commit_finish(struct bd_commits *commits)
     commits->commit = NULL;
 }
 
-// --- the room
-// -------------------------------------------------------------------------------------
+// --- the room ------------------------------------------------------------------------------------
 
 void bd_commits_begin(struct bd_commits *commits, struct bd_loop *loop, struct bd_live *live)
 {

@@ -196,8 +196,7 @@ void bd_http_run(struct bd_http *http)
     }
 }
 
-// --- who asks
-// -------------------------------------------------------------------------------------
+// --- who asks ------------------------------------------------------------------------------------
 
 bool bd_http_has_long_body(const struct bd_http *http)
 {
@@ -305,8 +304,7 @@ enum bd_err bd_http_check_head(struct bd_http *http)
     return err;
 }
 
-// --- the body
-// -------------------------------------------------------------------------------------
+// --- the body ------------------------------------------------------------------------------------
 
 static void on_spool_drained(void *user)
 {
@@ -375,8 +373,7 @@ void bd_http_take_body(struct bd_http *http, const uint8_t *bytes, size_t size)
     http->body_bytes += size;
 }
 
-// --- browser sessions
-// -----------------------------------------------------------------------------
+// --- browser sessions ----------------------------------------------------------------------------
 
 // Nothing is asked for but the session itself: a name in the body would be passed over.
 static bool has_good_body(struct bd_http *http)

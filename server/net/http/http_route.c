@@ -148,8 +148,7 @@ enum bd_err bd_http_route_check(const struct bd_http_target *target, int method,
                         "there is no option \"%s\": this request takes none", name);
 }
 
-// --- queries
-// --------------------------------------------------------------------------------------
+// --- queries -------------------------------------------------------------------------------------
 
 #define PAIRS_MAX 256
 

@@ -30,8 +30,7 @@ void bd_live_finish(struct bd_live *live)
     uv_mutex_destroy(&live->ended_lock);
 }
 
-// --- frames that ended
-// ----------------------------------------------------------------------------
+// --- frames that ended ---------------------------------------------------------------------------
 
 void bd_frame_job_done(void *user, struct bd_job *job)
 {

@@ -171,8 +171,7 @@ Bounced__Device *bd_device_message(const struct bd_sched_stats *stats)
     return device;
 }
 
-// --- reports
-// --------------------------------------------------------------------------------------
+// --- reports -------------------------------------------------------------------------------------
 
 static void *new_zeroed(size_t count, size_t size)
 {
