@@ -23,7 +23,7 @@ struct bd_frame_option {
     bool or_none;             // 0 is taken, too: as if it were not set
     bool or_number;           // beside its words
     bool of_one;              // of frames that are asked for alone: not of views
-    bool of_now; // the answer is told by a clock, or is none that another could be given
+    bool of_now;              // depends on the moment: not kept for a later request
     uint32_t count;           // of numbers, with `between` between them
     char between;
     const char *standard; // what holds where it is not set, for a reader
