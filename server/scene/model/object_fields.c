@@ -297,7 +297,7 @@ const struct bd_texture_ref bd_texture_ref_none = {BD_NONE, 0, {1, 0, 0, 0, 1, 0
 static void set_standard(const struct bd_object_field *row, void *at)
 {
     float *numbers = at;
-    const int word = (int)row->standard;
+    const int word = row->type == BD_FIELD_WORD ? (int)row->standard : 0;
     const int32_t none = BD_NONE;
     switch (row->type) {
     case BD_FIELD_NAME:
