@@ -143,9 +143,9 @@ enum bd_err bd_edit_work_decode(struct bd_edit_work *work)
     work->ids = calloc(batch->n_ops, sizeof *work->ids);
     BD_ASSERT(work->ops && work->ids);
     for (size_t i = 0; i < batch->n_ops; i++) {
+        work->op_count = i + 1; // released whatever comes of it
         enum bd_err err = bd_edit_decode(i, batch->ops[i], &work->ops[i], &work->command->fault);
         if (err) return err;
-        work->op_count = i + 1;
     }
     return BD_ERR_OK;
 }
