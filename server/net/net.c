@@ -140,7 +140,7 @@ static void start_own_handles(struct bd_net *net)
 
 // --- create, run, destroy -------------------------------------------------------------------
 
-static enum bd_err open_faces(struct bd_net *net, struct bd_fault *fault)
+static enum bd_err open_transports(struct bd_net *net, struct bd_fault *fault)
 {
     const struct bd_net_options *options = &net->options;
     if (options->private_fd >= 0)
@@ -190,7 +190,7 @@ enum bd_err bd_net_create(const struct bd_net_options *options, struct bd_net **
     }
     open_rooms(net);
     start_own_handles(net);
-    err = open_faces(net, fault);
+    err = open_transports(net, fault);
     if (err)
         bd_net_destroy(&net);
     else

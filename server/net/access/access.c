@@ -1,4 +1,4 @@
-// Who may come in.
+// The tokens and cookies of a daemon, opened and closed.
 
 #include "net/access/access.h"
 

@@ -1,4 +1,4 @@
-// Who may come in: the tokens of the token file, and cookies of browser sessions.
+// What lets clients in: the tokens of the token file, and cookies of browser sessions.
 //
 // Owned by net.c. Thread: the event loop's.
 

@@ -150,8 +150,8 @@ static void next_step(struct bd_command *command)
     command->branch = NULL;
 }
 
-// Within a commit's publishing, which asks the queue itself once all is told. Who kept its turn is
-// asked then, too.
+// Runs while a commit is published, which asks the queue itself once all is told. A command that
+// kept its turn is asked then, too.
 static void on_disk(struct bd_commit_waiter *waiter, const struct bd_batch *batch, enum bd_err err,
                     const struct bd_fault *fault)
 {
@@ -183,7 +183,7 @@ static void wait_for_disk(struct bd_command *command)
     if (command->is_staged) leave_queue(command);
 }
 
-// It may begin before this returns, and end.
+// The turn may come, and the command end, before this returns.
 static void wait_for_scene(struct bd_command *command)
 {
     next_step(command);
@@ -266,7 +266,7 @@ static bool go_on(struct bd_command *command)
     return true;
 }
 
-// Of an executor. Whoever waits for the scene may begin behind what ended here.
+// Called by executors. The scene's next edit may begin behind a command that ended here.
 static void come_back(struct bd_command *command)
 {
     struct bd_commits *commits = command->commands->commits;
@@ -296,8 +296,8 @@ void bd_command_tick(const struct bd_commands *commands)
     }
 }
 
-// What waits for its turn has nothing under way that would come back: it ends here. An edit's
-// import has its place in the queue of edits, and comes to its own end.
+// A background step that is dropped before it began does not come back, so that the command ends
+// here. An edit's import has its place in the queue of edits, and comes to its own end.
 static bool drop_waiting(struct bd_command *command)
 {
     if (command->is_queued || !bd_background_drop(&command->background)) return false;
@@ -392,18 +392,18 @@ static const struct bd_command_row rows[] = {
     {BODY(SCENE_EXPORT), OF_SCENE, .is_job = true, .http = "GET /v1/scenes/ID/export",
      .steps = bd_steps_export},
     {BODY(EDIT_BATCH), OF_SCENE, .role = BD_ROLE_EDIT, .has_payload = true,
-     .http = "POST /v1/scenes/ID/edits", .steps = bd_steps_edit},
+     .http = "POST /v1/scenes/ID/edits", .steps = bd_steps_edit, .turn_steps = bd_steps_batch},
     {BODY(EDIT_UNDO), OF_SCENE, .role = BD_ROLE_EDIT, .http = "POST /v1/scenes/ID/undo",
-     .steps = bd_steps_edit},
+     .steps = bd_steps_edit, .turn_steps = bd_steps_undo},
     {BODY(EDIT_REVERT), OF_SCENE, .role = BD_ROLE_EDIT, .http = "POST /v1/scenes/ID/revert",
-     .steps = bd_steps_edit},
+     .steps = bd_steps_edit, .turn_steps = bd_steps_revert},
     {BODY(EDIT_COMMIT), OF_SCENE, .role = BD_ROLE_EDIT, .http = "POST /v1/scenes/ID/commit",
-     .steps = bd_steps_edit},
+     .steps = bd_steps_edit, .turn_steps = bd_steps_commit},
     {BODY(REVISION_NAME), OF_SCENE, .role = BD_ROLE_EDIT, .http = "POST /v1/scenes/ID/names",
-     .steps = bd_steps_edit},
+     .steps = bd_steps_edit, .turn_steps = bd_steps_name},
     // A past that did not happen here.
     {BODY(SCENE_REPLAY), OF_SCENE, .role = BD_ROLE_ADMIN, .has_payload = true,
-     .steps = bd_steps_replay},
+     .steps = bd_steps_replay, .turn_steps = bd_steps_replay_edit},
     {BODY(RENDER), OF_SCENE, .is_job = true, .steps = bd_steps_render},
     {BODY(DEVICES), .http = "GET /v1/devices", .steps = devices},
     {BODY(STATS), .role = BD_ROLE_ADMIN, .http = "GET /v1/stats", .steps = stats},

@@ -55,6 +55,7 @@ struct bd_command_row {
     bool has_payload;  // others' mean nothing
     const char *http;  // "METHOD path", ID in it for the scene; NULL: ways of its own, or none
     const struct bd_step *steps;
+    const struct bd_step *turn_steps; // of bd_steps_edit: what follows with the turn on the scene
 };
 
 // NULL: the body is no command.

@@ -120,7 +120,9 @@ extern const struct bd_step bd_steps_scene_add[], bd_steps_scene_remove[]; // sc
 extern const struct bd_step bd_steps_stage_scene[]; // command->scene becomes one of the store
 extern const struct bd_step bd_steps_export[];      // export_step.c
 extern const struct bd_step bd_steps_render[];      // render_step.c
-extern const struct bd_step bd_steps_edit[];        // edit_step.c
+extern const struct bd_step bd_steps_edit[], bd_steps_batch[]; // edit_step.c
+extern const struct bd_step bd_steps_undo[], bd_steps_revert[], bd_steps_commit[], bd_steps_name[],
+    bd_steps_replay_edit[];                         // edit_history.c
 extern const struct bd_step bd_steps_replay[];      // edit_replay.c
 
 // import_step.c. On the loop: whether the table of files is short enough. In the background: the

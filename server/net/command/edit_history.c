@@ -1,4 +1,5 @@
-#include "net/command/edit_history.h"
+// Requests about what was done to a scene, once they have the turn on it: undo and redo, revert,
+// the commit of what lies transient, names of revisions, what is played from a journal.
 
 #include <inttypes.h>
 #include <string.h>
@@ -7,6 +8,7 @@
 #include "net/command/command_rights.h"
 #include "net/command/edit_replay.h"
 #include "net/command/edit_reply.h"
+#include "net/command/edit_work.h"
 #include "net/commit/commit.h"
 #include "net/loop/release.h"
 

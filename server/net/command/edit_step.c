@@ -7,7 +7,6 @@
 #include "base/assert.h"
 #include "frame/invalidate.h"
 #include "net/command/command_rights.h"
-#include "net/command/edit_history.h"
 #include "net/command/edit_reply.h"
 #include "net/command/edit_work.h"
 #include "net/commit/idle_commit.h"
@@ -129,27 +128,7 @@ static void begin_batch(struct bd_command *command)
     work->quota_bytes = bd_command_content_quota(command, command->place.scene_id, base);
 }
 
-static const struct bd_step batch_steps[] = {BD_STEP(LOOP, begin_batch), BD_STEPS_END};
-
-// --- what is new ----------------------------------------------------------------------------
-
-static const struct bd_step *steps_of(const struct bd_command *command)
-{
-    switch (command->envelope->body_case) {
-    case BOUNCED__ENVELOPE__BODY_EDIT_BATCH:
-        return batch_steps;
-    case BOUNCED__ENVELOPE__BODY_EDIT_UNDO:
-        return bd_steps_undo;
-    case BOUNCED__ENVELOPE__BODY_EDIT_REVERT:
-        return bd_steps_revert;
-    case BOUNCED__ENVELOPE__BODY_EDIT_COMMIT:
-        return bd_steps_commit;
-    case BOUNCED__ENVELOPE__BODY_SCENE_REPLAY:
-        return bd_steps_replay_edit;
-    default:
-        return bd_steps_name;
-    }
-}
+const struct bd_step bd_steps_batch[] = {BD_STEP(LOOP, begin_batch), BD_STEPS_END};
 
 // --- a batch that was there before -----------------------------------------------------------
 
@@ -166,7 +145,7 @@ static void read_answer(struct bd_command *command)
 
 static void begin_unless_answered(struct bd_command *command)
 {
-    if (!command->answer.envelope) bd_command_branch(command, steps_of(command));
+    if (!command->answer.envelope) bd_command_branch(command, command->row->turn_steps);
 }
 
 static const struct bd_step again_steps[] = {BD_STEP(JOURNAL, read_answer),
@@ -193,7 +172,7 @@ static void begin(struct bd_command *command)
         if (command->waits) return;
         command->err = err;
     }
-    bd_command_branch(command, revision == 0 ? steps_of(command) : again_steps);
+    bd_command_branch(command, revision == 0 ? command->row->turn_steps : again_steps);
 }
 
 static void read_request(struct bd_command *command)

@@ -12,7 +12,8 @@ static bool is_first_of_scene(const struct bd_commits *commits, const struct bd_
     return at == place;
 }
 
-// Whoever begins may leave at once, and others with it: so it is looked at from the front again.
+// An edit that begins may leave the queue at once, and others with it: so the walk starts at the
+// front again.
 void bd_edits_go_on(struct bd_commits *commits)
 {
     struct bd_edit_place *place = commits->edit_places;

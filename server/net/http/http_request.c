@@ -225,7 +225,7 @@ static enum bd_err check_body_size(struct bd_http *http)
                         (unsigned long long)size, name, (unsigned long long)most);
 }
 
-// Who asks, and how often.
+// The client, by its grant and address, and its bucket of requests.
 static enum bd_err check_rate(struct bd_http *http, const struct bd_http_guard *guard)
 {
     struct bd_loop *loop = http->conn.loop;
