@@ -1,4 +1,4 @@
-// The tokens and cookies of a daemon, opened and closed.
+// The grant of a user at the other end of a Unix socket.
 
 #include "net/access/access.h"
 

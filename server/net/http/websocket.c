@@ -308,15 +308,7 @@ static void on_tick(struct bd_conn *conn)
 }
 
 static const struct bd_conn_ops websocket_ops = {
-    .bytes = on_bytes,
-    .patience_s = bd_session_patience_s,
-    .owes = owes,
-    .silent = bd_session_silent,
-    .drain = bd_session_drain,
-    .written = bd_session_written,
-    .tick = on_tick,
-    .gone = bd_session_gone,
-    .free = bd_http_free,
+    BD_SESSION_CONN_OPS, .bytes = on_bytes, .owes = owes, .tick = on_tick, .free = bd_http_free,
 };
 
 // libwslay's buffering mode allocates what a frame's head promises; its event interface copies what

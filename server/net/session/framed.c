@@ -65,13 +65,9 @@ static void on_free(struct bd_conn *conn)
 }
 
 static const struct bd_conn_ops framed_ops = {
+    BD_SESSION_CONN_OPS,
     .bytes = on_bytes,
-    .patience_s = bd_session_patience_s,
     .owes = owes,
-    .silent = bd_session_silent,
-    .drain = bd_session_drain,
-    .written = bd_session_written,
-    .gone = bd_session_gone,
     .free = on_free,
 };
 

@@ -72,6 +72,11 @@ void bd_session_written(struct bd_conn *conn);
 // has said goodbye: then it waits for another connection for resume_seconds.
 void bd_session_gone(struct bd_conn *conn);
 
+// The same as members of a struct bd_conn_ops.
+#define BD_SESSION_CONN_OPS                                                                        \
+    .patience_s = bd_session_patience_s, .silent = bd_session_silent, .drain = bd_session_drain,   \
+    .written = bd_session_written, .gone = bd_session_gone
+
 // Those whose grant is revoked end, and say why where they have a connection: it closes. Those that
 // wait for one are gone.
 void bd_sessions_revoke(struct bd_sessions *sessions);

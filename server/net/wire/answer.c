@@ -173,18 +173,18 @@ Bounced__Device *bd_device_message(const struct bd_sched_stats *stats)
 
 // --- reports -------------------------------------------------------------------------------------
 
-static void *new_zeroed(size_t count, size_t size)
+void *bd_answer_zeroed(size_t count, size_t item_bytes)
 {
-    void *bytes = calloc(count ? count : 1, size);
+    void *bytes = calloc(count ? count : 1, item_bytes);
     BD_ASSERT(bytes);
     return bytes;
 }
 
 static void fill_parameters(Bounced__Report *message, const struct bd_param_list *params)
 {
-    message->parameters = new_zeroed(params->count, sizeof(Bounced__KeyValue *));
+    message->parameters = bd_answer_zeroed(params->count, sizeof(Bounced__KeyValue *));
     for (uint32_t i = 0; i < params->count; i++) {
-        Bounced__KeyValue *pair = new_zeroed(1, sizeof *pair);
+        Bounced__KeyValue *pair = bd_answer_zeroed(1, sizeof *pair);
         bounced__key_value__init(pair);
         pair->key = bd_answer_text(params->pairs[i].key);
         pair->value = bd_answer_text(params->pairs[i].value);
@@ -194,7 +194,7 @@ static void fill_parameters(Bounced__Report *message, const struct bd_param_list
 
 static void fill_device(Bounced__Report *message, const struct bd_report *report)
 {
-    Bounced__ReportDevice *device = new_zeroed(1, sizeof *device);
+    Bounced__ReportDevice *device = bd_answer_zeroed(1, sizeof *device);
     bounced__report_device__init(device);
     device->name = bd_answer_text(report->device.name);
     device->class_ = bd_answer_text(report->device.device_class);
@@ -205,7 +205,7 @@ static void fill_device(Bounced__Report *message, const struct bd_report *report
 static void fill_time(Bounced__Report *message, const struct bd_report *report, double load_ms,
                       double encode_ms)
 {
-    Bounced__ReportTime *time = new_zeroed(1, sizeof *time);
+    Bounced__ReportTime *time = bd_answer_zeroed(1, sizeof *time);
     bounced__report_time__init(time);
     BD_SET(time, total, report->time_ms.total + load_ms + encode_ms);
     BD_SET(time, load, report->time_ms.load + load_ms);
@@ -219,9 +219,9 @@ static void fill_time(Bounced__Report *message, const struct bd_report *report, 
 
 static void fill_passes(Bounced__Report *message, const struct bd_report *report)
 {
-    message->passes = new_zeroed(report->pass_count, sizeof(Bounced__ReportPass *));
+    message->passes = bd_answer_zeroed(report->pass_count, sizeof(Bounced__ReportPass *));
     for (uint32_t i = 0; i < report->pass_count; i++) {
-        Bounced__ReportPass *pass = new_zeroed(1, sizeof *pass);
+        Bounced__ReportPass *pass = bd_answer_zeroed(1, sizeof *pass);
         bounced__report_pass__init(pass);
         pass->name = bd_answer_text(report->passes[i].name);
         BD_SET(pass, ms, report->passes[i].ms);
@@ -230,9 +230,9 @@ static void fill_passes(Bounced__Report *message, const struct bd_report *report
             BD_SET(pass, sub_frames, report->passes[i].sub_frames);
         message->passes[message->n_passes++] = pass;
     }
-    message->omitted = new_zeroed(report->omitted_count, sizeof(Bounced__ReportOmitted *));
+    message->omitted = bd_answer_zeroed(report->omitted_count, sizeof(Bounced__ReportOmitted *));
     for (uint32_t i = 0; i < report->omitted_count; i++) {
-        Bounced__ReportOmitted *omitted = new_zeroed(1, sizeof *omitted);
+        Bounced__ReportOmitted *omitted = bd_answer_zeroed(1, sizeof *omitted);
         bounced__report_omitted__init(omitted);
         omitted->pass = bd_answer_text(report->omitted[i].pass);
         omitted->reason = bd_answer_text(report->omitted[i].reason);
@@ -242,7 +242,7 @@ static void fill_passes(Bounced__Report *message, const struct bd_report *report
 
 static void fill_report_counts(Bounced__Report *message, const struct bd_report *report)
 {
-    Bounced__ReportCounts *counts = new_zeroed(1, sizeof *counts);
+    Bounced__ReportCounts *counts = bd_answer_zeroed(1, sizeof *counts);
     bounced__report_counts__init(counts);
     BD_SET(counts, lights, report->counts.lights);
     BD_SET(counts, vpls, report->counts.vpls);
@@ -258,7 +258,7 @@ static void fill_report_counts(Bounced__Report *message, const struct bd_report 
         BD_SET(counts, subsplats_split, report->counts.subsplats_split);
     }
     message->counts = counts;
-    Bounced__ReportMemory *memory = new_zeroed(1, sizeof *memory);
+    Bounced__ReportMemory *memory = bd_answer_zeroed(1, sizeof *memory);
     bounced__report_memory__init(memory);
     BD_SET(memory, gpu, report->memory_gpu_mib);
     BD_SET(memory, gpu_peak, report->memory_gpu_peak_mib);
@@ -268,16 +268,16 @@ static void fill_report_counts(Bounced__Report *message, const struct bd_report 
 
 static void fill_flags(Bounced__Report *message, const struct bd_report *report)
 {
-    message->flags = new_zeroed(report->flag_count, sizeof(char *));
+    message->flags = bd_answer_zeroed(report->flag_count, sizeof(char *));
     for (uint32_t i = 0; i < report->flag_count; i++)
         message->flags[message->n_flags++] = bd_answer_text(report->flags[i]);
 }
 
 static void fill_errors(Bounced__Report *message, const struct bd_report *report)
 {
-    message->error = new_zeroed(report->error_count, sizeof(Bounced__ReportError *));
+    message->error = bd_answer_zeroed(report->error_count, sizeof(Bounced__ReportError *));
     for (uint32_t i = 0; i < report->error_count; i++) {
-        Bounced__ReportError *error = new_zeroed(1, sizeof *error);
+        Bounced__ReportError *error = bd_answer_zeroed(1, sizeof *error);
         bounced__report_error__init(error);
         error->metric = bd_answer_text(report->errors[i].metric);
         BD_SET(error, value, report->errors[i].value);
@@ -292,11 +292,11 @@ static void fill_errors(Bounced__Report *message, const struct bd_report *report
 Bounced__Report *bd_report_message(const struct bd_report *report, uint64_t revision,
                                    double load_ms, double encode_ms, const float *exposure_stops)
 {
-    Bounced__Report *message = new_zeroed(1, sizeof *message);
+    Bounced__Report *message = bd_answer_zeroed(1, sizeof *message);
     bounced__report__init(message);
     message->scene = bd_answer_text(report->scene);
     BD_SET(message, revision, revision);
-    message->size = new_zeroed(2, sizeof *message->size);
+    message->size = bd_answer_zeroed(2, sizeof *message->size);
     message->n_size = 2;
     message->size[0] = report->width_px;
     message->size[1] = report->height_px;

@@ -28,6 +28,8 @@ void bd_answer_finish(struct bd_answer *answer);
 
 // A malloc'ed copy; aborts without memory, since a string of ours is small.
 char *bd_answer_text(const char *text);
+// `count` items of zeroes, at least one; aborts without memory likewise.
+void *bd_answer_zeroed(size_t count, size_t item_bytes);
 
 // Sets one optional scalar of a message, as presence needs.
 #define BD_SET(message, field, value) ((message)->has_##field = 1, (message)->field = (value))

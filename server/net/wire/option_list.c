@@ -1,16 +1,6 @@
 #include "net/wire/option_list.h"
 
-#include <stdlib.h>
-
-#include "base/assert.h"
 #include "protocol/frame_options.h"
-
-static void *zeroed(size_t count, size_t size)
-{
-    void *memory = calloc(count, size);
-    BD_ASSERT(memory);
-    return memory;
-}
 
 static char *text_or_none(const char *text)
 {
@@ -20,7 +10,7 @@ static char *text_or_none(const char *text)
 static Bounced__FrameOption *message_of(const struct bd_frame_option *option)
 {
     char takes[BD_FRAME_OPTION_TAKES_BYTES];
-    Bounced__FrameOption *out = zeroed(1, sizeof *out);
+    Bounced__FrameOption *out = bd_answer_zeroed(1, sizeof *out);
     bounced__frame_option__init(out);
     out->name = bd_answer_text(option->name);
     out->alias = text_or_none(option->alias);
@@ -30,7 +20,7 @@ static Bounced__FrameOption *message_of(const struct bd_frame_option *option)
     out->help = bd_answer_text(option->help);
     size_t words = 0;
     while (option->words && option->words[words]) words++;
-    out->words = zeroed(words + 1, sizeof *out->words);
+    out->words = bd_answer_zeroed(words + 1, sizeof *out->words);
     for (; out->n_words < words; out->n_words++)
         out->words[out->n_words] = bd_answer_text(option->words[out->n_words]);
     if (!(option->least < option->most)) return out;
@@ -41,9 +31,9 @@ static Bounced__FrameOption *message_of(const struct bd_frame_option *option)
 
 struct bd_answer bd_answer_options(void)
 {
-    Bounced__OptionsReply *reply = zeroed(1, sizeof *reply);
+    Bounced__OptionsReply *reply = bd_answer_zeroed(1, sizeof *reply);
     bounced__options_reply__init(reply);
-    reply->options = zeroed(bd_frame_option_count, sizeof *reply->options);
+    reply->options = bd_answer_zeroed(bd_frame_option_count, sizeof *reply->options);
     for (; reply->n_options < bd_frame_option_count; reply->n_options++)
         reply->options[reply->n_options] = message_of(&bd_frame_options[reply->n_options]);
     return bd_answer_of(BOUNCED__ENVELOPE__BODY_OPTIONS_REPLY, reply);

@@ -1,16 +1,6 @@
 #include "net/wire/technique_list.h"
 
-#include <stdlib.h>
-
-#include "base/assert.h"
 #include "technique/technique.h"
-
-static void *zeroed(size_t count, size_t size)
-{
-    void *memory = calloc(count ? count : 1, size);
-    BD_ASSERT(memory);
-    return memory;
-}
 
 static size_t write_lights(uint32_t lights, char ***out)
 {
@@ -22,7 +12,7 @@ static size_t write_lights(uint32_t lights, char ***out)
                  {BD_LIGHTS_ENVIRONMENT, "environment"}};
     const size_t kind_count = sizeof kinds / sizeof kinds[0];
     size_t count = 0;
-    *out = zeroed(kind_count, sizeof **out);
+    *out = bd_answer_zeroed(kind_count, sizeof **out);
     for (size_t i = 0; i < kind_count; i++)
         if (lights & kinds[i].bit) (*out)[count++] = bd_answer_text(kinds[i].name);
     return count;
@@ -30,7 +20,7 @@ static size_t write_lights(uint32_t lights, char ***out)
 
 static Bounced__Model *model_message(const struct bd_model *model)
 {
-    Bounced__Model *out = zeroed(1, sizeof *out);
+    Bounced__Model *out = bd_answer_zeroed(1, sizeof *out);
     bounced__model__init(out);
     BD_SET(out, indirect_bounces, model->indirect_bounces);
     BD_SET(out, indirect_visibility, model->indirect_visibility);
@@ -49,12 +39,12 @@ static Bounced__Parameter *parameter_message(const struct bd_technique *techniqu
 {
     struct bd_param_info info;
     bd_param_describe(technique, param, &info);
-    Bounced__Parameter *out = zeroed(1, sizeof *out);
+    Bounced__Parameter *out = bd_answer_zeroed(1, sizeof *out);
     bounced__parameter__init(out);
     out->key = bd_answer_text(info.key);
     out->what = bd_answer_text(info.what);
     out->standard = bd_answer_text(info.standard);
-    out->choices = zeroed(info.choice_count, sizeof *out->choices);
+    out->choices = bd_answer_zeroed(info.choice_count, sizeof *out->choices);
     for (uint32_t i = 0; i < info.choice_count; i++)
         out->choices[out->n_choices++] = bd_answer_text(info.choices[i]);
     if (info.choice_count) return out;
@@ -66,7 +56,7 @@ static Bounced__Parameter *parameter_message(const struct bd_technique *techniqu
 
 static void write_parameters(const struct bd_technique *technique, Bounced__Technique *out)
 {
-    out->parameters = zeroed(BD_PARAM_COUNT, sizeof *out->parameters);
+    out->parameters = bd_answer_zeroed(BD_PARAM_COUNT, sizeof *out->parameters);
     for (int i = 0; i < BD_PARAM_COUNT; i++)
         if (technique->params_read >> i & 1)
             out->parameters[out->n_parameters++] = parameter_message(technique, (enum bd_param)i);
@@ -76,13 +66,13 @@ static void write_ladder(const char *const *ladder, Bounced__Technique *out)
 {
     size_t count = 0;
     while (ladder && ladder[count]) count++;
-    out->ladder = zeroed(count, sizeof *out->ladder);
+    out->ladder = bd_answer_zeroed(count, sizeof *out->ladder);
     for (size_t i = 0; i < count; i++) out->ladder[out->n_ladder++] = bd_answer_text(ladder[i]);
 }
 
 static Bounced__Technique *technique_message(const struct bd_technique *technique)
 {
-    Bounced__Technique *out = zeroed(1, sizeof *out);
+    Bounced__Technique *out = bd_answer_zeroed(1, sizeof *out);
     bounced__technique__init(out);
     out->name = bd_answer_text(technique->name);
     out->summary = bd_answer_text(technique->summary);
@@ -105,9 +95,9 @@ struct bd_answer bd_answer_techniques(void)
 {
     size_t count = 0;
     while (bd_technique_at((uint32_t)count)) count++;
-    Bounced__TechniquesReply *reply = zeroed(1, sizeof *reply);
+    Bounced__TechniquesReply *reply = bd_answer_zeroed(1, sizeof *reply);
     bounced__techniques_reply__init(reply);
-    reply->techniques = zeroed(count, sizeof *reply->techniques);
+    reply->techniques = bd_answer_zeroed(count, sizeof *reply->techniques);
     for (; reply->n_techniques < count; reply->n_techniques++)
         reply->techniques[reply->n_techniques] =
             technique_message(bd_technique_at((uint32_t)reply->n_techniques));
