@@ -64,7 +64,7 @@ DOORS = {
     'scene/journal': {'data_dir', 'journal'},
     'scene/store': {'store', 'store_journal'},
     'net/wire': {'answer', 'device_list', 'edit_decode', 'frame_options', 'multipart', 'option_list', 'scene_objects', 'technique_list'},
-    'net/loop': {'loop', 'serving', 'client', 'conn', 'background', 'spool', 'release', 'address', 'peer'},
+    'net/loop': {'loop', 'serving', 'client', 'conn', 'background', 'spool', 'release', 'address', 'peer', 'steps'},
     'net/access': {'access', 'auth', 'author', 'cookie'},
     'net/live': {'live', 'view', 'watch', 'frame_job', 'frame_encode'},
     'net/commit': {'commits', 'commit', 'edit_queue', 'idle_commit', 'journal_turn'},
