@@ -39,8 +39,8 @@ static void free_command(struct bd_command *command)
     bd_answer_finish(&command->answer);
     bounced__envelope__free_unpacked(command->envelope, NULL);
     bd_blob_upload_abort(&command->body.upload);
-    if (command->job) bd_job_release(&command->job);
-    bd_release_scene(command->loop, &command->scene);
+    if (command->steps.job) bd_job_release(&command->steps.job);
+    bd_release_scene(command->steps.loop, &command->scene);
     bd_bytes_finish(&command->encoded.bytes);
     free(command->notes);
     bd_client_release(&command->client);
@@ -51,265 +51,65 @@ static void free_command(struct bd_command *command)
     free(command);
 }
 
-static void leave_queue(struct bd_command *command)
+// --- its steps ------------------------------------------------------------------------------
+
+static enum bd_err run_step(struct bd_steps *steps)
 {
-    if (!command->is_queued) return;
-    command->is_queued = false;
-    bd_edit_queue_leave(command->commands->commits, &command->place);
+    return steps->step->run.command((struct bd_command *)steps);
+}
+
+static void tell_stage(struct bd_steps *steps, const char *stage)
+{
+    struct bd_command *command = (struct bd_command *)steps;
+    if (command->events->progress && !command->abandoned)
+        command->events->progress(command->user, stage, -1);
+}
+
+static bool is_past_cancel(const struct bd_steps *steps)
+{
+    const struct bd_command *command = (const struct bd_command *)steps;
+    return command->place.is_staged || command->place.batch || command->answer.envelope;
 }
 
 // With its answer, or its error.
-static void end(struct bd_command *command)
+static void end(struct bd_steps *steps)
 {
+    struct bd_command *command = (struct bd_command *)steps;
     struct bd_answer answer = command->answer;
     command->answer = (struct bd_answer){0};
-    leave_queue(command);
-    if (command->err) {
+    if (steps->fault.err) {
         bd_answer_finish(&answer);
-        answer = bd_answer_error(&command->fault);
+        answer = bd_answer_error(&steps->fault);
         bd_command_tell_how_far(command, &answer);
-        command->loop->counts.requests_refused++;
+        steps->loop->counts.requests_refused++;
     }
     BD_ASSERT(answer.envelope); // the last step made one
     if (!command->abandoned) command->events->answer(command->user, &answer);
     bd_answer_finish(&answer);
+    bd_edit_queue_leave(&command->place);
     free_command(command);
 }
 
-// --- the runner ---------------------------------------------------------------------------------
-
-static void come_back(struct bd_command *command);
-
-static void tell_stage(struct bd_command *command)
-{
-    const char *stage = command->step->stage;
-    if (stage && command->events->progress && !command->abandoned)
-        command->events->progress(command->user, stage, -1);
-}
-
-static void run_on_pool(uv_work_t *work)
-{
-    struct bd_command *command = work->data;
-    command->step->run(command);
-}
-
-static void pool_back(uv_work_t *work, int status)
-{
-    BD_ASSERT_CMP(status, ==, 0);
-    come_back(work->data);
-}
-
-static void background_begun(struct bd_background *work)
-{
-    tell_stage(work->user);
-}
-
-static void run_in_background(struct bd_background *work)
-{
-    struct bd_command *command = work->user;
-    command->step->run(command);
-}
-
-static void background_back(struct bd_background *work)
-{
-    struct bd_command *command = work->user;
-    if (work->has_failed)
-        command->err =
-            bd_fault_set(&command->fault, BD_ERR_NO_MEMORY, "", "the system has no thread for it");
-    come_back(command);
-}
-
-static void run_on_journal(struct bd_journal_turn *turn)
-{
-    struct bd_command *command = CONTAINER(turn, struct bd_command, turn);
-    command->step->run(command);
-}
-
-static void journal_back(struct bd_journal_turn *turn)
-{
-    come_back(CONTAINER(turn, struct bd_command, turn));
-}
-
-static void frame_ended(struct bd_frame_job *frame_job)
-{
-    struct bd_command *command = frame_job->user;
-    const struct bd_job_result *result = bd_job_result(command->job);
-    command->err = result->err;
-    command->fault = result->fault;
-    if (command->err && command->fault.err != command->err)
-        bd_fault_set(&command->fault, command->err, "", "the frame ended: %s",
-                     bd_err_name(command->err));
-    come_back(command);
-}
-
-static bool go_on(struct bd_command *command);
-
-static void next_step(struct bd_command *command)
-{
-    command->step = command->branch ? command->branch : command->step + 1;
-    command->branch = NULL;
-}
-
-// Runs while a commit is published, which asks the queue itself once all is told. A command that
-// kept its turn is asked then, too.
-static void on_disk(struct bd_commit_waiter *waiter, const struct bd_batch *batch, enum bd_err err,
-                    const struct bd_fault *fault)
-{
-    struct bd_command *command = CONTAINER(waiter, struct bd_command, waiter);
-    const bool is_held = command->step->on == BD_ON_DISK_HELD;
-    command->batch = NULL;
-    command->err = err;
-    if (err) command->fault = *fault;
-    if (!err) memcpy(command->scene_id, batch->scene_id, sizeof command->scene_id);
-    next_step(command);
-    if (is_held) command->place.has_begun = false;
-    if (is_held && !err) return;
-    go_on(command);
-}
-
-static bool begin_turn(struct bd_edit_place *place)
-{
-    struct bd_command *command = CONTAINER(place, struct bd_command, place);
-    command->waits = false;
-    return go_on(command);
-}
-
-static void wait_for_disk(struct bd_command *command)
-{
-    command->is_staged = command->step->on == BD_ON_DISK;
-    command->waiter.done = on_disk;
-    command->batch->user = &command->waiter;
-    bd_commit_soon(command->commands->commits);
-    if (command->is_staged) leave_queue(command);
-}
-
-// The turn may come, and the command end, before this returns.
-static void wait_for_scene(struct bd_command *command)
-{
-    next_step(command);
-    command->place.begin = begin_turn;
-    command->is_queued = true;
-    bd_edit_queue_join(command->commands->commits, &command->place);
-}
-
-static void submit_frame(struct bd_command *command)
-{
-    command->frame_job = (struct bd_frame_job){command->commands->live, command, frame_ended, NULL};
-    command->step->run(command);
-}
-
-// True: it ran here. Otherwise it comes back, or may be over already.
-static bool begin_step(struct bd_command *command)
-{
-    const struct bd_step *step = command->step;
-    int result;
-    if (step->on != BD_ON_BACKGROUND) tell_stage(command);
-    switch (step->on) {
-    case BD_ON_LOOP:
-        step->run(command);
-        return true;
-    case BD_ON_POOL:
-        command->work.data = command;
-        result = uv_queue_work(&command->loop->uv, &command->work, run_on_pool, pool_back);
-        BD_ASSERT_CMP(result, ==, 0);
-        return false;
-    case BD_ON_BACKGROUND:
-        command->background = (struct bd_background){.user = command,
-                                                     .lane = step->lane,
-                                                     .begun = background_begun,
-                                                     .run = run_in_background,
-                                                     .back = background_back};
-        bd_background_start(command->loop, &command->background);
-        return false;
-    case BD_ON_JOURNAL:
-        command->turn = (struct bd_journal_turn){.on_pool = run_on_journal, .back = journal_back};
-        bd_journal_turn_take(command->commands->commits, &command->turn);
-        return false;
-    case BD_ON_RENDER:
-        submit_frame(command);
-        return command->err != BD_ERR_OK;
-    case BD_ON_SCENE:
-        wait_for_scene(command);
-        return false;
-    case BD_ON_DISK:
-    case BD_ON_DISK_HELD:
-        wait_for_disk(command);
-        return false;
-    }
-    return false;
-}
-
-static bool is_end(const struct bd_step *step)
-{
-    return step->on == BD_ON_LOOP && !step->run;
-}
-
-// The one place between two steps.
-static bool is_over(struct bd_command *command)
-{
-    const bool is_late = command->is_staged || command->batch || command->answer.envelope;
-    if (atomic_load(&command->cancelled) && !is_late && !command->err)
-        command->err =
-            bd_fault_set(&command->fault, BD_ERR_CANCELLED, "", "the request was cancelled");
-    return command->err || is_end(command->step);
-}
-
-// False: its turn on the scene is not used, and comes again.
-static bool go_on(struct bd_command *command)
-{
-    while (!is_over(command)) {
-        if (!begin_step(command)) return true;
-        if (command->waits) return false;
-        next_step(command);
-    }
-    end(command);
-    return true;
-}
-
-// Called by executors. The scene's next edit may begin behind a command that ended here.
-static void come_back(struct bd_command *command)
-{
-    struct bd_commits *commits = command->commands->commits;
-    next_step(command);
-    if (!go_on(command)) command->place.has_begun = false;
-    bd_edits_go_on(commits);
-}
-
-void bd_command_branch(struct bd_command *command, const struct bd_step *steps)
-{
-    command->branch = steps;
-}
-
-void bd_command_finish(struct bd_command *command)
-{
-    static const struct bd_step none[] = {BD_STEPS_END};
-    command->branch = none;
-}
+static const struct bd_steps_kind kind = {
+    .run = run_step, .tell = tell_stage, .is_past_cancel = is_past_cancel, .end = end};
 
 void bd_command_tick(const struct bd_commands *commands)
 {
     for (struct bd_command *command = commands->list; command; command = command->next) {
-        if (!command->job || !command->events->progress || command->abandoned) continue;
-        double share = bd_job_progress(command->job);
+        if (!command->steps.job || !command->events->progress || command->abandoned) continue;
+        double share = bd_job_progress(command->steps.job);
         if (share > 0 && share < 1)
-            command->events->progress(command->user, bd_job_stage(command->job), share);
+            command->events->progress(command->user, bd_job_stage(command->steps.job), share);
     }
 }
 
-// A background step that is dropped before it began does not come back, so that the command ends
-// here. An edit's import has its place in the queue of edits, and comes to its own end.
-static bool drop_waiting(struct bd_command *command)
-{
-    if (command->is_queued || !bd_background_drop(&command->background)) return false;
-    go_on(command);
-    return true;
-}
-
+// One in the queue of edits comes to its own end, as another's turn begins with it.
 void bd_command_cancel(struct bd_command *command)
 {
-    atomic_store(&command->cancelled, true);
-    if (drop_waiting(command)) return;
-    if (command->job) bd_job_cancel(command->job);
+    if (command->place.is_queued)
+        atomic_store(&command->steps.cancelled, true);
+    else
+        bd_steps_cancel(&command->steps);
 }
 
 struct bd_command *bd_command_next(const struct bd_command *command)
@@ -325,10 +125,10 @@ void bd_command_abandon(struct bd_command *command)
 
 // --- the short ones -------------------------------------------------------------------------
 
-static void find_blobs(struct bd_command *command)
+static enum bd_err find_blobs(struct bd_command *command)
 {
     const Bounced__BlobHave *request = command->envelope->blob_have;
-    struct bd_blobs *blobs = bd_grant_blobs(command->loop->serving->blobs, command->grant);
+    struct bd_blobs *blobs = bd_grant_blobs(command->steps.loop->serving->blobs, command->grant);
     Bounced__BlobReply *reply = malloc(sizeof *reply);
     BD_ASSERT(reply);
     bounced__blob_reply__init(reply);
@@ -340,40 +140,46 @@ static void find_blobs(struct bd_command *command)
             reply->have[reply->n_have++] = bd_answer_text(blob);
     }
     command->answer = bd_answer_of(BOUNCED__ENVELOPE__BODY_BLOB_REPLY, reply);
+    return BD_ERR_OK;
 }
 
-static void list_devices(struct bd_command *command)
+static enum bd_err list_devices(struct bd_command *command)
 {
-    const struct bd_serving *serving = command->loop->serving;
+    const struct bd_serving *serving = command->steps.loop->serving;
     if (serving->list_devices) command->text = serving->list_devices();
+    return BD_ERR_OK;
 }
 
-static void tell_devices(struct bd_command *command)
+static enum bd_err tell_devices(struct bd_command *command)
 {
-    command->answer = bd_answer_devices(command->loop->serving->sched, command->text);
+    command->answer = bd_answer_devices(command->steps.loop->serving->sched, command->text);
+    return BD_ERR_OK;
 }
 
-static void tell_stats(struct bd_command *command)
+static enum bd_err tell_stats(struct bd_command *command)
 {
-    command->answer = bd_answer_stats(command->loop);
+    command->answer = bd_answer_stats(command->steps.loop);
+    return BD_ERR_OK;
 }
 
-static void tell_techniques(struct bd_command *command)
+static enum bd_err tell_techniques(struct bd_command *command)
 {
     command->answer = bd_answer_techniques();
+    return BD_ERR_OK;
 }
 
-static void tell_options(struct bd_command *command)
+static enum bd_err tell_options(struct bd_command *command)
 {
     command->answer = bd_answer_options();
+    return BD_ERR_OK;
 }
 
-static const struct bd_step blob_have[] = {BD_STEP(POOL, find_blobs), BD_STEPS_END};
-static const struct bd_step devices[] = {BD_STEP(POOL, list_devices), BD_STEP(LOOP, tell_devices),
+static const struct bd_step blob_have[] = {BD_STEP(pool, find_blobs), BD_STEPS_END};
+static const struct bd_step devices[] = {BD_STEP(pool, list_devices), BD_STEP(loop, tell_devices),
                                          BD_STEPS_END};
-static const struct bd_step stats[] = {BD_STEP(LOOP, tell_stats), BD_STEPS_END};
-static const struct bd_step techniques[] = {BD_STEP(LOOP, tell_techniques), BD_STEPS_END};
-static const struct bd_step options[] = {BD_STEP(LOOP, tell_options), BD_STEPS_END};
+static const struct bd_step stats[] = {BD_STEP(loop, tell_stats), BD_STEPS_END};
+static const struct bd_step techniques[] = {BD_STEP(loop, tell_techniques), BD_STEPS_END};
+static const struct bd_step options[] = {BD_STEP(loop, tell_options), BD_STEPS_END};
 
 // --- the table ------------------------------------------------------------------------------
 
@@ -463,7 +269,7 @@ static enum bd_err keep_payload(struct bd_command *command, const struct bd_comm
 {
     if (!command->row->has_payload) return BD_ERR_OK;
     enum bd_err err = bd_client_begin_edit(start->commands->loop->clients, command->client,
-                                           start->payload_bytes, &command->fault);
+                                           start->payload_bytes, &command->steps.fault);
     if (err) return err;
     command->payload_bytes = start->payload_bytes;
     command->payload = malloc(start->payload_bytes + 1);
@@ -475,14 +281,15 @@ static enum bd_err keep_payload(struct bd_command *command, const struct bd_comm
 static enum bd_err admit(struct bd_command *command, const struct bd_command_start *start)
 {
     enum bd_err err = BD_ERR_OK;
-    if (command->loop->draining)
-        err = bd_fault_set(&command->fault, BD_ERR_BUSY, "", "the server is shutting down");
+    if (command->steps.loop->draining)
+        err = bd_fault_set(&command->steps.fault, BD_ERR_BUSY, "", "the server is shutting down");
     if (!err && !command->row)
-        err = bd_fault_set(&command->fault, BD_ERR_UNSUPPORTED, "body",
+        err = bd_fault_set(&command->steps.fault, BD_ERR_UNSUPPORTED, "body",
                            "this server knows no such request");
-    if (!err) err = bd_command_check_rights(command, &command->fault);
+    if (!err) err = bd_command_check_rights(command, &command->steps.fault);
     if (!err && bd_command_is_job(command)) {
-        err = bd_client_begin_job(command->loop->clients, command->client, &command->fault);
+        err = bd_client_begin_job(command->steps.loop->clients, command->client,
+                                  &command->steps.fault);
         command->counts_as_job = !err;
     }
     return err ? err : keep_payload(command, start);
@@ -515,7 +322,12 @@ struct bd_command *bd_command_start(const struct bd_command_start *start)
     struct bd_command *command = calloc(1, sizeof *command);
     BD_ASSERT(command);
     *command = (struct bd_command){.commands = start->commands,
-                                   .loop = start->commands->loop,
+                                   .steps = {.kind = &kind,
+                                             .loop = start->commands->loop,
+                                             .commits = start->commands->commits,
+                                             .live = start->commands->live,
+                                             .place = &command->place},
+                                   .place = {.steps = &command->steps},
                                    .client = start->client,
                                    .grant = start->grant,
                                    .envelope = start->envelope,
@@ -531,9 +343,8 @@ struct bd_command *bd_command_start(const struct bd_command_start *start)
     start->commands->list = command;
     start->commands->count++;
 
-    command->err = admit(command, start);
-    command->step = command->row ? command->row->steps : NULL;
-    go_on(command);
+    bd_steps_record(&command->steps, admit(command, start));
+    bd_steps_begin(&command->steps, command->row ? command->row->steps : NULL);
     if (watch.ended) return NULL;
     command->events = start->events;
     command->user = start->user;

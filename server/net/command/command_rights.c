@@ -34,7 +34,7 @@ static enum bd_err check_scene(const struct bd_command *command, const char *id,
                                struct bd_fault *fault)
 {
     const struct bd_store_entry *entry;
-    enum bd_err err = bd_store_get(command->loop->serving->store, id, &entry, fault);
+    enum bd_err err = bd_store_get(command->steps.loop->serving->store, id, &entry, fault);
     if (err || bd_grant_covers(command->grant, entry->name)) return err;
     return bd_fault_set(fault, BD_ERR_NOT_FOUND, "scene", "there is no scene \"%.32s\"", id);
 }
@@ -55,7 +55,7 @@ static enum bd_err check_jobs(const struct bd_command *command, struct bd_fault 
 static enum bd_err check_name(const struct bd_command *command, const char *name,
                               struct bd_fault *fault)
 {
-    uint64_t most = command->loop->serving->limits.scene_name_bytes;
+    uint64_t most = command->steps.loop->serving->limits.scene_name_bytes;
     if (!name || strlen(name) <= most) return BD_ERR_OK;
     return bd_fault_set(
         fault, BD_ERR_LIMIT, "scene_name_bytes",
@@ -106,7 +106,7 @@ enum bd_err bd_command_check_new_scene(const struct bd_command *command, const c
                             grant->scene_prefix);
     if (grant->scenes_max == UINT64_MAX && grant->bytes_max == UINT64_MAX) return BD_ERR_OK;
     struct bd_store_holdings held =
-        bd_store_holdings(command->loop->serving->store, grant->name, "");
+        bd_store_holdings(command->steps.loop->serving->store, grant->name, "");
     if (held.scenes >= grant->scenes_max)
         return bd_fault_set(fault, BD_ERR_LIMIT, "max_scenes",
                             "\"%s\" holds %" PRIu64 " scenes, which is its max_scenes", grant->name,
@@ -119,7 +119,7 @@ static bool is_held_by(const struct bd_command *command, const char *scene_id)
 {
     const struct bd_store_entry *entry;
     return command->grant->bytes_max != UINT64_MAX &&
-           !bd_store_get(command->loop->serving->store, scene_id, &entry, NULL) &&
+           !bd_store_get(command->steps.loop->serving->store, scene_id, &entry, NULL) &&
            strcmp(entry->owner, command->grant->name) == 0;
 }
 
@@ -137,7 +137,7 @@ enum bd_err bd_command_check_growth(const struct bd_command *command, const char
                                     struct bd_fault *fault)
 {
     const struct bd_grant *grant = command->grant;
-    const struct bd_store *store = command->loop->serving->store;
+    const struct bd_store *store = command->steps.loop->serving->store;
     struct bd_scene *after = NULL;
     if (!is_held_by(command, scene_id)) return BD_ERR_OK;
     enum bd_err err = bd_delta_apply(base, delta, &after, fault);

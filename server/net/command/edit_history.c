@@ -15,18 +15,18 @@
 // --- undo, redo, revert ---------------------------------------------------------------------
 
 // What one's own edit made is needed by what others made since.
-static void refuse_unfit(struct bd_edit_work *work)
+static enum bd_err refuse_unfit(struct bd_edit_work *work)
 {
     struct bd_command *command = work->command;
-    const struct bd_fault why = command->fault;
-    command->err = bd_fault_set(&command->fault, BD_ERR_CONFLICT,
-                                work->kind == BD_BATCH_REDO ? "redo" : "undo",
-                                "revision %" PRIu64 " cannot be taken back by itself any more: "
-                                "%.200s",
-                                work->of, why.message);
+    const struct bd_fault why = command->steps.fault;
+    return bd_fault_set(&command->steps.fault, BD_ERR_CONFLICT,
+                        work->kind == BD_BATCH_REDO ? "redo" : "undo",
+                        "revision %" PRIu64 " cannot be taken back by itself any more: "
+                        "%.200s",
+                        work->of, why.message);
 }
 
-static void stage_read(struct bd_command *command)
+static enum bd_err stage_read(struct bd_command *command)
 {
     struct bd_edit_work *work = command->edit;
     const struct bd_store_change change = {.scene_id = command->place.scene_id,
@@ -37,21 +37,27 @@ static void stage_read(struct bd_command *command)
                                            .message = work->message,
                                            .author = work->author,
                                            .delta = &work->delta};
-    command->err = bd_command_check_growth(command, command->place.scene_id, work->base,
-                                           &work->delta, &command->fault);
-    if (!command->err)
-        command->err = bd_store_stage(command->loop->serving->store, &change, &command->batch,
-                                      &command->fault);
-    if (command->err == BD_ERR_BAD_INPUT && work->is_mine) refuse_unfit(work);
-    if (command->err) return;
-    if (command->time_ms) command->batch->time_ms = command->time_ms;
-    command->answer = bd_edit_reply_of_batch(command->batch, work);
+    enum bd_err err = bd_command_check_growth(command, command->place.scene_id, work->base,
+                                              &work->delta, &command->steps.fault);
+    if (!err)
+        err = bd_store_stage(command->steps.loop->serving->store, &change, &command->place.batch,
+                             &command->steps.fault);
+    if (err == BD_ERR_BAD_INPUT && work->is_mine) return refuse_unfit(work);
+    if (err) return err;
+    if (command->time_ms) command->place.batch->time_ms = command->time_ms;
+    command->answer = bd_edit_reply_of_batch(command->place.batch, work);
+    return BD_ERR_OK;
 }
 
-static void read_delta(struct bd_command *command)
+// A head that has moved since is looked at first: what is wrong with a past read for it is nobody's
+// fault.
+static enum bd_err read_delta(struct bd_command *command)
 {
-    command->edit->read_err =
-        bd_edit_work_read_past(command->edit, command->loop->serving->journal);
+    struct bd_edit_work *work = command->edit;
+    enum bd_err err = bd_edit_work_read_past(work, command->steps.loop->serving->journal);
+    if (err) work->read_fault = command->steps.fault;
+    work->read_fault.err = err;
+    return BD_ERR_OK;
 }
 
 // What others laid may have become durable by itself meanwhile: what was read does not fit then.
@@ -59,46 +65,49 @@ static bool has_moved(struct bd_command *command)
 {
     const struct bd_scene *head;
     uint64_t revision;
-    return !bd_store_head(command->loop->serving->store, command->place.scene_id, &head, &revision,
-                          NULL) &&
+    return !bd_store_head(command->steps.loop->serving->store, command->place.scene_id, &head,
+                          &revision, NULL) &&
            revision != command->edit->head_revision;
 }
 
 static const struct bd_step past_steps[5]; // the file's end has them
 
-static void stage_past(struct bd_command *command)
+static enum bd_err stage_past(struct bd_command *command)
 {
     struct bd_edit_work *work = command->edit;
     if (has_moved(command)) {
         bd_delta_finish(&work->delta);
-        bd_release_scene(command->loop, &work->base);
-        bd_command_branch(command, past_steps);
-        return;
+        bd_release_scene(command->steps.loop, &work->base);
+        bd_steps_branch(&command->steps, past_steps);
+        return BD_ERR_OK;
     }
-    command->err = work->read_err;
-    if (!command->err) stage_read(command);
+    if (!work->read_fault.err) return stage_read(command);
+    command->steps.fault = work->read_fault;
+    return work->read_fault.err;
 }
 
 // What lies transient is the last thing that was done: it is committed before anything is taken
-// back; of others only before what is anybody's is. NULL: there is none.
-static struct bd_batch *settle(struct bd_command *command)
+// back; of others only before what is anybody's is. `last`: the last batch of it; NULL: none.
+static enum bd_err settle(struct bd_command *command, struct bd_batch **last)
 {
     const struct bd_edit_work *work = command->edit;
-    struct bd_batch *batch = NULL, *last = NULL;
+    struct bd_batch *batch = NULL;
+    enum bd_err err;
+    *last = NULL;
     do {
-        last = batch ? batch : last;
-        command->err = bd_store_stage_commit(command->loop->serving->store, command->place.scene_id,
-                                             work->is_mine ? work->author : NULL, NULL, &batch,
-                                             &command->fault);
-    } while (!command->err && batch);
-    return last;
+        *last = batch ? batch : *last;
+        err = bd_store_stage_commit(command->steps.loop->serving->store, command->place.scene_id,
+                                    work->is_mine ? work->author : NULL, NULL, &batch,
+                                    &command->steps.fault);
+    } while (!err && batch);
+    return err;
 }
 
 static enum bd_err check_base(struct bd_command *command)
 {
     const struct bd_edit_work *work = command->edit;
     if (!work->base_revision || work->base_revision == work->head_revision) return BD_ERR_OK;
-    return bd_fault_set(&command->fault, BD_ERR_CONFLICT, "base_revision",
+    return bd_fault_set(&command->steps.fault, BD_ERR_CONFLICT, "base_revision",
                         "the scene is at revision %" PRIu64 ", not %" PRIu64, work->head_revision,
                         work->base_revision);
 }
@@ -106,16 +115,16 @@ static enum bd_err check_base(struct bd_command *command)
 static enum bd_err find_past(struct bd_command *command)
 {
     struct bd_edit_work *work = command->edit;
-    const struct bd_store *store = command->loop->serving->store;
+    const struct bd_store *store = command->steps.loop->serving->store;
     const struct bd_scene *head = NULL;
     enum bd_err err = BD_ERR_OK;
     if (work->kind != BD_BATCH_REVERT)
         err = bd_store_undo_target(store, command->place.scene_id,
                                    work->is_mine ? work->author : NULL, work->kind == BD_BATCH_REDO,
-                                   &work->of, &command->fault);
+                                   &work->of, &command->steps.fault);
     if (!err)
         err = bd_store_head(store, command->place.scene_id, &head, &work->head_revision,
-                            &command->fault);
+                            &command->steps.fault);
     if (!err) err = check_base(command);
     if (!err) work->base = bd_scene_retain((struct bd_scene *)head);
     return err;
@@ -125,28 +134,32 @@ static const struct bd_step settle_steps[6];
 
 // Where something had to be settled it begins anew behind that. What of it is staged goes to the
 // disk even where another part of it fails.
-static void begin_past(struct bd_command *command)
+static enum bd_err begin_past(struct bd_command *command)
 {
-    command->waits = bd_store_is_busy(command->loop->serving->store, command->place.scene_id);
-    if (command->waits) return;
-    struct bd_batch *last = settle(command);
-    if (last && !command->err) {
-        command->batch = last;
-        bd_command_branch(command, settle_steps);
-        return;
+    struct bd_batch *last;
+    if (bd_store_is_busy(command->steps.loop->serving->store, command->place.scene_id)) {
+        bd_edit_queue_wait(&command->place);
+        return BD_ERR_OK;
     }
-    if (last) bd_commit_soon(command->commands->commits);
-    if (!command->err) command->err = find_past(command);
+    enum bd_err err = settle(command, &last);
+    if (!last) return err ? err : find_past(command);
+    if (err) {
+        bd_commit_soon(command->commands->commits);
+        return err;
+    }
+    command->place.batch = last;
+    bd_steps_branch(&command->steps, settle_steps);
+    return BD_ERR_OK;
 }
 
 #define PAST_STEPS                                                                                 \
-    BD_STEP(LOOP, begin_past), BD_STEP(JOURNAL, read_delta), BD_STEP(LOOP, stage_past),            \
-        BD_STEP(DISK, NULL), BD_STEPS_END
+    BD_STEP(loop, begin_past), BD_STEP(journal, read_delta), BD_STEP(loop, stage_past),            \
+        BD_STEP(disk, NULL), BD_STEPS_END
 
 static const struct bd_step past_steps[5] = {PAST_STEPS};
-static const struct bd_step settle_steps[6] = {BD_STEP(DISK_HELD, NULL), PAST_STEPS};
+static const struct bd_step settle_steps[6] = {BD_STEP(disk_held, NULL), PAST_STEPS};
 
-static void read_undo(struct bd_command *command)
+static enum bd_err read_undo(struct bd_command *command)
 {
     const Bounced__EditUndo *request = command->envelope->edit_undo;
     struct bd_edit_work *work = command->edit;
@@ -155,11 +168,12 @@ static void read_undo(struct bd_command *command)
     work->is_mine = strcmp(scope, "mine") == 0;
     work->base_revision = request->base_revision;
     if (!work->is_mine && strcmp(scope, "all") != 0)
-        command->err = bd_fault_set(&command->fault, BD_ERR_USAGE, "scope",
-                                    "scope is mine or all, not \"%.32s\"", scope);
+        return bd_fault_set(&command->steps.fault, BD_ERR_USAGE, "scope",
+                            "scope is mine or all, not \"%.32s\"", scope);
+    return BD_ERR_OK;
 }
 
-static void read_revert(struct bd_command *command)
+static enum bd_err read_revert(struct bd_command *command)
 {
     const Bounced__EditRevert *request = command->envelope->edit_revert;
     struct bd_edit_work *work = command->edit;
@@ -167,66 +181,73 @@ static void read_revert(struct bd_command *command)
     work->of = request->revision;
     work->base_revision = request->base_revision;
     if ((request->revision != 0) == (request->name != NULL))
-        command->err = bd_fault_set(&command->fault, BD_ERR_USAGE, "revision",
-                                    "a revert names a revision or a name: one of them");
+        return bd_fault_set(&command->steps.fault, BD_ERR_USAGE, "revision",
+                            "a revert names a revision or a name: one of them");
+    return BD_ERR_OK;
 }
 
 // --- a revision out of a journal -------------------------------------------------------------
 
-static void begin_replay(struct bd_command *command)
+static enum bd_err begin_replay(struct bd_command *command)
 {
     struct bd_edit_work *work = command->edit;
     const struct bd_scene *head = NULL;
     uint64_t revision;
-    command->err = bd_store_head(command->loop->serving->store, command->place.scene_id, &head,
-                                 &revision, &command->fault);
-    if (!command->err) command->err = bd_edit_replay_check(work, revision);
-    if (!command->err) work->base = bd_scene_retain((struct bd_scene *)head);
+    enum bd_err err = bd_store_head(command->steps.loop->serving->store, command->place.scene_id,
+                                    &head, &revision, &command->steps.fault);
+    if (!err) err = bd_edit_replay_check(work, revision);
+    if (!err) work->base = bd_scene_retain((struct bd_scene *)head);
+    return err;
 }
 
-static void read_replay(struct bd_command *command)
+static enum bd_err read_replay(struct bd_command *command)
 {
-    command->err = bd_edit_replay_read(command->edit);
+    return bd_edit_replay_read(command->edit);
 }
 
 // --- commit, names --------------------------------------------------------------------------
 
-static void stage_commit(struct bd_command *command)
+static enum bd_err stage_commit(struct bd_command *command)
 {
     struct bd_edit_work *work = command->edit;
-    struct bd_store *store = command->loop->serving->store;
+    struct bd_store *store = command->steps.loop->serving->store;
     const struct bd_store_entry *entry;
-    enum bd_err err = bd_store_stage_commit(store, command->place.scene_id, work->author,
-                                            work->client_edit_id, &command->batch, &command->fault);
+    enum bd_err err =
+        bd_store_stage_commit(store, command->place.scene_id, work->author, work->client_edit_id,
+                              &command->place.batch, &command->steps.fault);
     // What lay there may be on its way already, by itself: it is answered for, too.
-    command->waits = err == BD_ERR_BUSY ||
-                     (!err && !command->batch && bd_store_is_busy(store, command->place.scene_id));
-    if (command->waits) return;
-    command->err = err;
-    if (!err && command->batch) command->answer = bd_edit_reply_of_batch(command->batch, work);
-    if (err || command->batch) return;
-    command->err = bd_store_get(store, command->place.scene_id, &entry, &command->fault);
-    if (!command->err) command->answer = bd_edit_reply_of_entry(entry, work);
-    bd_command_finish(command);
+    if (err == BD_ERR_BUSY ||
+        (!err && !command->place.batch && bd_store_is_busy(store, command->place.scene_id))) {
+        bd_edit_queue_wait(&command->place);
+        return BD_ERR_OK;
+    }
+    if (!err && command->place.batch)
+        command->answer = bd_edit_reply_of_batch(command->place.batch, work);
+    if (err || command->place.batch) return err;
+    err = bd_store_get(store, command->place.scene_id, &entry, &command->steps.fault);
+    if (!err) command->answer = bd_edit_reply_of_entry(entry, work);
+    bd_steps_finish(&command->steps);
+    return err;
 }
 
-static void stage_name(struct bd_command *command)
+static enum bd_err stage_name(struct bd_command *command)
 {
     const Bounced__RevisionName *request = command->envelope->revision_name;
-    command->err =
-        bd_store_stage_name(command->loop->serving->store, command->place.scene_id, request->name,
-                            request->revision, request->remove, &command->batch, &command->fault);
-    if (!command->err) command->answer = bd_answer_done();
+    enum bd_err err = bd_store_stage_name(
+        command->steps.loop->serving->store, command->place.scene_id, request->name,
+        request->revision, request->remove, &command->place.batch, &command->steps.fault);
+    if (!err) command->answer = bd_answer_done();
+    return err;
 }
 
 // --- the steps ------------------------------------------------------------------------------
 
-const struct bd_step bd_steps_undo[] = {BD_STEP(LOOP, read_undo), PAST_STEPS};
-const struct bd_step bd_steps_revert[] = {BD_STEP(LOOP, read_revert), PAST_STEPS};
+const struct bd_step bd_steps_undo[] = {BD_STEP(loop, read_undo), PAST_STEPS};
+const struct bd_step bd_steps_revert[] = {BD_STEP(loop, read_revert), PAST_STEPS};
 const struct bd_step bd_steps_replay_edit[] = {
-    BD_STEP(LOOP, begin_replay), BD_STEP(POOL, read_replay), BD_STEP(LOOP, stage_read),
-    BD_STEP(DISK, NULL), BD_STEPS_END};
-const struct bd_step bd_steps_commit[] = {BD_STEP(LOOP, stage_commit), BD_STEP(DISK, NULL),
+    BD_STEP(loop, begin_replay), BD_STEP(pool, read_replay), BD_STEP(loop, stage_read),
+    BD_STEP(disk, NULL), BD_STEPS_END};
+const struct bd_step bd_steps_commit[] = {BD_STEP(loop, stage_commit), BD_STEP(disk, NULL),
                                           BD_STEPS_END};
-const struct bd_step bd_steps_name[] = {BD_STEP(LOOP, stage_name), BD_STEP(DISK, NULL),
+const struct bd_step bd_steps_name[] = {BD_STEP(loop, stage_name), BD_STEP(disk, NULL),
                                         BD_STEPS_END};

@@ -55,8 +55,8 @@ static enum bd_err find_bytes(struct bd_command *command, struct bd_blob_map *ma
 {
     const char *blob = command->envelope->scene_replay->blob;
     if (blob)
-        return bd_net_map_blob(bd_grant_blobs(command->loop->serving->blobs, command->grant),
-                               "blob", blob, map, &command->fault);
+        return bd_net_map_blob(bd_grant_blobs(command->steps.loop->serving->blobs, command->grant),
+                               "blob", blob, map, &command->steps.fault);
     *map = (struct bd_blob_map){command->payload, command->payload_bytes};
     return BD_ERR_OK;
 }
@@ -85,16 +85,16 @@ enum bd_err bd_edit_replay_check(struct bd_edit_work *work, uint64_t revision)
     struct bd_command *command = work->command;
     const Bounced__SceneReplay *request = command->envelope->scene_replay;
     if (request->revision != revision + 1)
-        return bd_fault_set(&command->fault, BD_ERR_CONFLICT, "revision",
+        return bd_fault_set(&command->steps.fault, BD_ERR_CONFLICT, "revision",
                             "the scene is at revision %" PRIu64 ", and %" PRIu64
                             " does not follow it",
                             revision, request->revision);
     if (!find_kind(request->kind ? request->kind : "", &work->kind))
-        return bd_fault_set(&command->fault, BD_ERR_USAGE, "kind",
+        return bd_fault_set(&command->steps.fault, BD_ERR_USAGE, "kind",
                             "kind is edit, undo, redo or revert, not \"%.32s\"",
                             request->kind ? request->kind : "");
     if (request->of > revision)
-        return bd_fault_set(&command->fault, BD_ERR_USAGE, "of",
+        return bd_fault_set(&command->steps.fault, BD_ERR_USAGE, "of",
                             "of is a revision before this one, not %" PRIu64, request->of);
     work->of = request->of;
     work->head_revision = revision;
@@ -109,7 +109,7 @@ static enum bd_err check_growth(struct bd_edit_work *work)
     uint32_t growth = bd_delta_growth(work->base, &work->delta);
     if (growth <= work->delta.count || growth - work->delta.count <= SKIPPED_IDS_MAX)
         return BD_ERR_OK;
-    return bd_fault_set(&work->command->fault, BD_ERR_LIMIT, "payload",
+    return bd_fault_set(&work->command->steps.fault, BD_ERR_LIMIT, "payload",
                         "the revision passes over %u ids, limit %u", growth - work->delta.count,
                         SKIPPED_IDS_MAX);
 }
@@ -117,14 +117,14 @@ static enum bd_err check_growth(struct bd_edit_work *work)
 enum bd_err bd_edit_replay_read(struct bd_edit_work *work)
 {
     struct bd_command *command = work->command;
-    struct finding finding = {.blobs =
-                                  bd_grant_blobs(command->loop->serving->blobs, command->grant)};
+    struct finding finding = {
+        .blobs = bd_grant_blobs(command->steps.loop->serving->blobs, command->grant)};
     struct bd_blob_map map;
     enum bd_err err = find_bytes(command, &map);
     if (err) return err;
     bd_content_of_scene(work->base, know, &finding);
     err = bd_delta_read(map.bytes, map.size_bytes, find_content, &finding, &work->delta,
-                        &command->fault);
+                        &command->steps.fault);
     bd_content_table_finish(&finding.content);
     leave_bytes(command, &map);
     return err ? err : check_growth(work);
@@ -134,42 +134,44 @@ enum bd_err bd_edit_replay_read(struct bd_edit_work *work)
 
 static enum bd_err read_index(struct bd_command *command)
 {
-    struct finding finding = {.blobs =
-                                  bd_grant_blobs(command->loop->serving->blobs, command->grant)};
+    struct finding finding = {
+        .blobs = bd_grant_blobs(command->steps.loop->serving->blobs, command->grant)};
     struct bd_blob_map map;
     enum bd_err err = find_bytes(command, &map);
     if (err) return err;
     err = bd_flat_read_index(map.bytes, map.size_bytes, find_content, &finding, &command->scene,
-                             &command->fault);
-    if (!err) err = bd_scene_finish(command->scene, &command->fault);
+                             &command->steps.fault);
+    if (!err) err = bd_scene_finish(command->scene, &command->steps.fault);
     bd_content_table_finish(&finding.content);
     leave_bytes(command, &map);
     return err;
 }
 
-static void read_scene(struct bd_command *command)
+static enum bd_err read_scene(struct bd_command *command)
 {
     const Bounced__SceneReplay *request = command->envelope->scene_replay;
-    command->err = read_index(command);
     command->revision = request->revision;
     command->time_ms = request->time_ms;
+    return read_index(command);
 }
 
-static void stage(struct bd_command *command)
+static enum bd_err stage(struct bd_command *command)
 {
-    bd_command_branch(command, bd_steps_stage_scene);
+    bd_steps_branch(&command->steps, bd_steps_stage_scene);
+    return BD_ERR_OK;
 }
 
-static const struct bd_step scene_steps[] = {BD_STEP(POOL, read_scene), BD_STEP(LOOP, stage),
+static const struct bd_step scene_steps[] = {BD_STEP(pool, read_scene), BD_STEP(loop, stage),
                                              BD_STEPS_END};
 
-static void begin(struct bd_command *command)
+static enum bd_err begin(struct bd_command *command)
 {
     const Bounced__SceneReplay *request = command->envelope->scene_replay;
     if (request->revision == 0 || request->revision > FIRST_REVISION_MAX)
-        command->err = bd_fault_set(&command->fault, BD_ERR_USAGE, "revision",
-                                    "revision is the one to be made, from 1 to 2^53");
-    bd_command_branch(command, request->scene ? bd_steps_edit : scene_steps);
+        return bd_fault_set(&command->steps.fault, BD_ERR_USAGE, "revision",
+                            "revision is the one to be made, from 1 to 2^53");
+    bd_steps_branch(&command->steps, request->scene ? bd_steps_edit : scene_steps);
+    return BD_ERR_OK;
 }
 
-const struct bd_step bd_steps_replay[] = {BD_STEP(LOOP, begin), BD_STEPS_END};
+const struct bd_step bd_steps_replay[] = {BD_STEP(loop, begin), BD_STEPS_END};

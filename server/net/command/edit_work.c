@@ -87,7 +87,7 @@ enum bd_err bd_edit_work_create(struct bd_command *command, struct bd_edit_work 
 {
     const Bounced__Envelope *envelope = command->envelope;
     const struct request request = request_of(envelope);
-    struct bd_fault *fault = &command->fault;
+    struct bd_fault *fault = &command->steps.fault;
     struct bd_edit_work *work = calloc(1, sizeof *work);
     BD_ASSERT(work);
     work->command = command;
@@ -123,7 +123,7 @@ void bd_edit_work_destroy(struct bd_edit_work **work)
 {
     struct bd_edit_work *gone = *work;
     if (!gone) return;
-    struct bd_loop *loop = gone->command->loop;
+    struct bd_loop *loop = gone->command->steps.loop;
     for (size_t i = 0; i < gone->op_count; i++) release_op(loop, &gone->ops[i]);
     free(gone->ops);
     free(gone->ids);
@@ -144,7 +144,8 @@ enum bd_err bd_edit_work_decode(struct bd_edit_work *work)
     BD_ASSERT(work->ops && work->ids);
     for (size_t i = 0; i < batch->n_ops; i++) {
         work->op_count = i + 1; // released whatever comes of it
-        enum bd_err err = bd_edit_decode(i, batch->ops[i], &work->ops[i], &work->command->fault);
+        enum bd_err err =
+            bd_edit_decode(i, batch->ops[i], &work->ops[i], &work->command->steps.fault);
         if (err) return err;
     }
     return BD_ERR_OK;
@@ -154,10 +155,10 @@ enum bd_err bd_edit_work_read_heavy(struct bd_edit_work *work)
 {
     struct bd_command *command = work->command;
     const Bounced__EditBatch *batch = command->envelope->edit_batch;
-    const struct bd_serving *serving = command->loop->serving;
+    const struct bd_serving *serving = command->steps.loop->serving;
     struct bd_edit_budget budget = bd_edit_budget(&serving->limits, work->quota_bytes);
     const struct bd_edit_heavy_inputs inputs = {
-        .blobs = bd_grant_blobs(command->loop->serving->blobs, command->grant),
+        .blobs = bd_grant_blobs(command->steps.loop->serving->blobs, command->grant),
         .limits = &serving->limits,
         .budget = &budget,
         .import_pool = command->commands->import_pool,
@@ -165,9 +166,9 @@ enum bd_err bd_edit_work_read_heavy(struct bd_edit_work *work)
         .payload = command->payload,
         .payload_bytes = command->payload_bytes};
     enum bd_err err = BD_ERR_OK;
-    for (size_t i = 0; !err && !atomic_load(&command->cancelled) && i < batch->n_ops; i++)
-        err =
-            bd_edit_heavy_read(&inputs, i, batch->ops[i], work->ops, &work->flags, &command->fault);
+    for (size_t i = 0; !err && !atomic_load(&command->steps.cancelled) && i < batch->n_ops; i++)
+        err = bd_edit_heavy_read(&inputs, i, batch->ops[i], work->ops, &work->flags,
+                                 &command->steps.fault);
     return err;
 }
 
@@ -175,7 +176,7 @@ enum bd_err bd_edit_work_read_heavy(struct bd_edit_work *work)
 
 static enum bd_err read_revert(struct bd_edit_work *work, struct bd_journal *journal)
 {
-    struct bd_fault *fault = &work->command->fault;
+    struct bd_fault *fault = &work->command->steps.fault;
     const char *name = work->command->envelope->edit_revert->name;
     struct bd_scene *target = NULL;
     enum bd_err err = BD_ERR_OK;
@@ -204,9 +205,9 @@ static enum bd_err find_culprit(struct bd_edit_work *work, struct bd_journal *jo
     const uint64_t head = work->head_revision;
     for (*revision = head; !err && *revision > work->of; --*revision) {
         struct bd_store_step step;
-        if (head - *revision == CULPRITS_MAX || atomic_load(&work->command->cancelled)) break;
+        if (head - *revision == CULPRITS_MAX || atomic_load(&work->command->steps.cancelled)) break;
         err = bd_store_read_step(journal, work->command->place.scene_id, *revision, work->base,
-                                 &step, &work->command->fault);
+                                 &step, &work->command->steps.fault);
         if (err) break;
         is_it = bd_delta_touches(&step.inverse, &step.forward, clash);
         snprintf(author, BD_EDIT_AUTHOR_BYTES, "%s", step.author);
@@ -228,11 +229,11 @@ static enum bd_err refuse_clash(struct bd_edit_work *work, struct bd_journal *jo
     if (err) return err;
     if (clash->property[0]) snprintf(what, sizeof what, "%s of ", clash->property);
     if (revision == 0)
-        return bd_fault_set(&work->command->fault, BD_ERR_CONFLICT, word,
+        return bd_fault_set(&work->command->steps.fault, BD_ERR_CONFLICT, word,
                             "%s%s %" PRIu32 " was changed since, long ago: nothing was taken back; "
                             "the scope \"all\" takes back whatever was last",
                             what, kind, clash->id);
-    return bd_fault_set(&work->command->fault, BD_ERR_CONFLICT, word,
+    return bd_fault_set(&work->command->steps.fault, BD_ERR_CONFLICT, word,
                         "%s%s %" PRIu32 " was changed since by %.80s (revision %" PRIu64
                         "): nothing was taken back; the scope \"all\" takes back whatever was last",
                         what, kind, clash->id, author[0] ? author : "somebody unknown", revision);
@@ -242,7 +243,7 @@ static enum bd_err refuse_clash(struct bd_edit_work *work, struct bd_journal *jo
 // properties of the same objects since.
 static enum bd_err read_undo(struct bd_edit_work *work, struct bd_journal *journal)
 {
-    struct bd_fault *fault = &work->command->fault;
+    struct bd_fault *fault = &work->command->steps.fault;
     struct bd_store_step step;
     struct bd_clash clash = {0};
     enum bd_err err = bd_store_read_step(journal, work->command->place.scene_id, work->of,

@@ -29,7 +29,7 @@ struct bd_edit_work {
     uint64_t of, head_revision;
     const char *message;    // borrowed from the request; NULL: none
     uint64_t base_revision; // that the request was made for; 0: any
-    enum bd_err read_err;   // of what was read for a head that may have moved since
+    struct bd_fault read_fault; // of what was read for a head that may have moved since
 
     struct bd_scene *base; // what is read beside the loop is read for this
     struct bd_delta delta;
@@ -53,6 +53,7 @@ BD_MUST_CHECK
 enum bd_err bd_edit_work_read_past(struct bd_edit_work *work, struct bd_journal *journal);
 
 // The answer to a batch that is only tried. `base`: what it was checked against.
-void bd_edit_dry_run(struct bd_edit_work *work, const struct bd_scene *base);
+BD_MUST_CHECK
+enum bd_err bd_edit_dry_run(struct bd_edit_work *work, const struct bd_scene *base);
 
 #endif

@@ -12,16 +12,17 @@
 
 // --- the file -------------------------------------------------------------------------------
 
-static void write_file(struct bd_command *command)
+static enum bd_err write_file(struct bd_command *command)
 {
-    const uint64_t reply_bytes = command->loop->serving->limits.reply_bytes;
+    const uint64_t reply_bytes = command->steps.loop->serving->limits.reply_bytes;
     const uint64_t bytes_max = reply_bytes < BD_GLB_BYTES_MAX ? reply_bytes : BD_GLB_BYTES_MAX;
     command->notes = calloc(1, sizeof *command->notes);
     BD_ASSERT(command->notes);
-    command->err = bd_gltf_write(command->scene, bytes_max, &command->encoded.bytes, command->notes,
-                                 &command->fault);
-    if (command->err == BD_ERR_LIMIT && bytes_max == reply_bytes)
-        snprintf(command->fault.field, sizeof command->fault.field, "reply_bytes");
+    enum bd_err err = bd_gltf_write(command->scene, bytes_max, &command->encoded.bytes,
+                                    command->notes, &command->steps.fault);
+    if (err == BD_ERR_LIMIT && bytes_max == reply_bytes)
+        snprintf(command->steps.fault.field, sizeof command->steps.fault.field, "reply_bytes");
+    return err;
 }
 
 static Bounced__SceneExportReply *reply_of(const struct bd_command *command)
@@ -42,7 +43,7 @@ static Bounced__SceneExportReply *reply_of(const struct bd_command *command)
     return reply;
 }
 
-static void answer_file(struct bd_command *command)
+static enum bd_err answer_file(struct bd_command *command)
 {
     struct bd_answer answer =
         bd_answer_of(BOUNCED__ENVELOPE__BODY_SCENE_EXPORT_REPLY, reply_of(command));
@@ -51,21 +52,23 @@ static void answer_file(struct bd_command *command)
     answer.payload_type = "model/gltf-binary";
     command->encoded.bytes = (struct bd_bytes){0};
     command->answer = answer;
+    return BD_ERR_OK;
 }
 
 // --- the past -------------------------------------------------------------------------------
 
-static void read_past(struct bd_command *command)
+static enum bd_err read_past(struct bd_command *command)
 {
     const Bounced__SceneExport *request = command->envelope->scene_export;
-    struct bd_journal *journal = command->loop->serving->journal;
+    struct bd_journal *journal = command->steps.loop->serving->journal;
+    enum bd_err err = BD_ERR_OK;
     command->revision = request->revision;
     if (request->name)
-        command->err = bd_revision_find_name(journal, request->scene, request->name,
-                                             &command->revision, &command->fault);
-    if (!command->err)
-        command->err = bd_store_read_revision(journal, request->scene, command->revision,
-                                              &command->scene, &command->fault);
+        err = bd_revision_find_name(journal, request->scene, request->name, &command->revision,
+                                    &command->steps.fault);
+    if (err) return err;
+    return bd_store_read_revision(journal, request->scene, command->revision, &command->scene,
+                                  &command->steps.fault);
 }
 
 // --- the way in -----------------------------------------------------------------------------
@@ -81,26 +84,27 @@ static enum bd_err check(const Bounced__SceneExport *request, struct bd_fault *f
 }
 
 #define FILE_STEPS                                                                                 \
-    BD_STEP_BACKGROUND(write_file, "export", FILES), BD_STEP(LOOP, answer_file), BD_STEPS_END
+    BD_STEP_BACKGROUND(write_file, "export", FILES), BD_STEP(loop, answer_file), BD_STEPS_END
 
-static const struct bd_step past_steps[] = {BD_STEP(JOURNAL, read_past), FILE_STEPS};
+static const struct bd_step past_steps[] = {BD_STEP(journal, read_past), FILE_STEPS};
 
-static void begin(struct bd_command *command)
+static enum bd_err begin(struct bd_command *command)
 {
     const Bounced__SceneExport *request = command->envelope->scene_export;
     const struct bd_store_entry *entry;
-    command->err = check(request, &command->fault);
-    if (!command->err)
-        command->err = bd_store_get(command->loop->serving->store,
-                                    request->scene ? request->scene : "", &entry, &command->fault);
-    if (command->err) return;
+    enum bd_err err = check(request, &command->steps.fault);
+    if (!err)
+        err = bd_store_get(command->steps.loop->serving->store,
+                           request->scene ? request->scene : "", &entry, &command->steps.fault);
+    if (err) return err;
     if (request->has_revision || request->name) {
-        bd_command_branch(command, past_steps);
-        return;
+        bd_steps_branch(&command->steps, past_steps);
+        return BD_ERR_OK;
     }
     command->scene = bd_scene_retain(entry->scene);
     command->revision = entry->revision;
     command->transient = entry->transient;
+    return BD_ERR_OK;
 }
 
-const struct bd_step bd_steps_export[] = {BD_STEP(LOOP, begin), FILE_STEPS};
+const struct bd_step bd_steps_export[] = {BD_STEP(loop, begin), FILE_STEPS};

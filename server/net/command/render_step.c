@@ -12,20 +12,21 @@
 
 // --- encode ---------------------------------------------------------------------------------
 
-static void encode(struct bd_command *command)
+static enum bd_err encode(struct bd_command *command)
 {
     const struct bd_frame_encode frame = {.options = &command->options,
-                                          .result = bd_job_result(command->job),
+                                          .result = bd_job_result(command->steps.job),
                                           .revision = command->revision,
-                                          .bytes_max = command->loop->serving->limits.reply_bytes};
-    command->err = bd_frame_encode(&frame, &command->encoded, &command->encode_ms, &command->fault);
+                                          .bytes_max =
+                                              command->steps.loop->serving->limits.reply_bytes};
+    return bd_frame_encode(&frame, &command->encoded, &command->encode_ms, &command->steps.fault);
 }
 
 // --- answer ---------------------------------------------------------------------------------
 
 static Bounced__Report *report_message(struct bd_command *command)
 {
-    const struct bd_report *report = &bd_job_result(command->job)->report;
+    const struct bd_report *report = &bd_job_result(command->steps.job)->report;
     bool has_exposure = command->encoded.bytes.size_bytes > 0;
     return bd_report_message(report, command->revision, command->load_ms, command->encode_ms,
                              has_exposure ? &command->encoded.exposure_stops : NULL);
@@ -38,7 +39,7 @@ static void name_frame(const struct bd_command *command, struct bd_answer *answe
     snprintf(answer->etag, sizeof answer->etag, "\"%.64s\"", hex);
 }
 
-static void answer_frame(struct bd_command *command)
+static enum bd_err answer_frame(struct bd_command *command)
 {
     struct bd_encoded *encoded = &command->encoded;
     Bounced__RenderReply *reply = malloc(sizeof *reply);
@@ -54,11 +55,12 @@ static void answer_frame(struct bd_command *command)
         answer.payload_type = bd_encode_content_type(format);
         encoded->bytes = (struct bd_bytes){0};
     }
-    bd_counts_frame(&command->loop->counts, &bd_job_result(command->job)->report);
+    bd_counts_frame(&command->steps.loop->counts, &bd_job_result(command->steps.job)->report);
     if (command->has_frame_key &&
         bd_frame_cache_put(command->commands->frame_cache, command->frame_key, &answer))
         name_frame(command, &answer);
     command->answer = answer;
+    return BD_ERR_OK;
 }
 
 // By a frame that was sent before, of the same state of the scene.
@@ -68,13 +70,13 @@ static bool answer_remembered(struct bd_command *command, const struct bd_store_
     if (!command->may_remember || !request || !bd_frame_cache_may_keep(request)) return false;
     struct bd_sched_stats device;
     struct bd_answer answer;
-    bd_sched_stats(command->loop->serving->sched, &device);
+    bd_sched_stats(command->steps.loop->serving->sched, &device);
     if (!device.device_ok) return false;
     bd_frame_cache_key(request, entry, &device, command->frame_key);
     command->has_frame_key = true;
     if (!bd_frame_cache_get(command->commands->frame_cache, command->frame_key, &answer))
         return false;
-    command->loop->counts.frames_remembered++;
+    command->steps.loop->counts.frames_remembered++;
     name_frame(command, &answer);
     Bounced__ReportTime *time = answer.envelope->render_reply->report->time_ms;
     if (time) BD_SET(time, total, bd_ms_since(command->start_ns));
@@ -85,8 +87,9 @@ static bool answer_remembered(struct bd_command *command, const struct bd_store_
 // A frame that its deadline or a cancel stopped: the error carries how far it came.
 void bd_command_tell_how_far(struct bd_command *command, struct bd_answer *error)
 {
-    const bool is_stopped = command->err == BD_ERR_DEADLINE || command->err == BD_ERR_CANCELLED;
-    if (is_stopped && command->job && bd_job_result(command->job)->err == command->err)
+    const enum bd_err err = command->steps.fault.err;
+    const bool is_stopped = err == BD_ERR_DEADLINE || err == BD_ERR_CANCELLED;
+    if (is_stopped && command->steps.job && bd_job_result(command->steps.job)->err == err)
         error->envelope->error->details->report = report_message(command);
 }
 
@@ -101,18 +104,18 @@ static enum bd_err spend_deadline(struct bd_command *command, uint32_t *out_ms)
     if (frame->deadline_ms == 0) return BD_ERR_OK;
     double spent_ms = bd_ms_since(command->start_ns);
     if (spent_ms >= frame->deadline_ms)
-        return bd_fault_set(&command->fault, BD_ERR_DEADLINE, "deadline_ms",
+        return bd_fault_set(&command->steps.fault, BD_ERR_DEADLINE, "deadline_ms",
                             "the deadline of %u ms passed while the scene was loaded",
                             frame->deadline_ms);
     *out_ms = (uint32_t)spent_ms;
     return BD_ERR_OK;
 }
 
-static void submit(struct bd_command *command)
+static enum bd_err submit(struct bd_command *command)
 {
     uint32_t spent_ms;
-    command->err = spend_deadline(command, &spent_ms);
-    if (command->err) return;
+    enum bd_err err = spend_deadline(command, &spent_ms);
+    if (err) return err;
     struct bd_job_request request = {.scene = command->scene,
                                      .frame = command->options.frame,
                                      .spent_ms = spent_ms,
@@ -121,70 +124,72 @@ static void submit(struct bd_command *command)
                                      .priority = BD_PRIORITY_REQUEST,
                                      .turn = bd_client_turn(command->client),
                                      .done = bd_frame_job_done,
-                                     .user = &command->frame_job};
-    command->err =
-        bd_sched_submit(command->loop->serving->sched, &request, &command->job, &command->fault);
+                                     .user = &command->steps};
+    return bd_sched_submit(command->steps.loop->serving->sched, &request, &command->steps.job,
+                           &command->steps.fault);
 }
 
 // --- the steps ------------------------------------------------------------------------------
 
-static const struct bd_step answer_steps[] = {BD_STEP(LOOP, answer_frame), BD_STEPS_END};
+static const struct bd_step answer_steps[] = {BD_STEP(loop, answer_frame), BD_STEPS_END};
 
-static void look_at_frame(struct bd_command *command)
+static enum bd_err look_at_frame(struct bd_command *command)
 {
     if (command->options.frame.plan_only || !command->options.wants_image)
-        bd_command_branch(command, answer_steps);
+        bd_steps_branch(&command->steps, answer_steps);
+    return BD_ERR_OK;
 }
 
 static const struct bd_step frame_steps[] = {
-    BD_STEP_TOLD(RENDER, submit, "queue"),
-    BD_STEP(LOOP, look_at_frame),
-    BD_STEP_TOLD(POOL, encode, "encode"),
-    BD_STEP(LOOP, answer_frame),
+    BD_STEP_TOLD(render, submit, "queue"),
+    BD_STEP(loop, look_at_frame),
+    BD_STEP_TOLD(pool, encode, "encode"),
+    BD_STEP(loop, answer_frame),
     BD_STEPS_END,
 };
 
-static void begin_frame(struct bd_command *command)
+static enum bd_err begin_frame(struct bd_command *command)
 {
-    bd_command_branch(command, frame_steps);
+    bd_steps_branch(&command->steps, frame_steps);
+    return BD_ERR_OK;
 }
 
 static const struct bd_step file_steps[] = {
-    BD_STEP(LOOP, bd_command_check_files),
+    BD_STEP(loop, bd_command_check_files),
     BD_STEP_BACKGROUND(bd_command_import, "import", FILES),
-    BD_STEP(LOOP, begin_frame),
+    BD_STEP(loop, begin_frame),
     BD_STEPS_END,
 };
 
-static void render_held(struct bd_command *command)
+static enum bd_err render_held(struct bd_command *command)
 {
     const Bounced__Render *request = command->envelope->render;
     const struct bd_store_entry *entry = NULL;
     if (request->environment)
-        command->err = bd_fault_set(&command->fault, BD_ERR_USAGE, "environment",
-                                    "an environment comes with a file; a held scene has its own");
-    if (!command->err)
-        command->err =
-            bd_store_get(command->loop->serving->store, request->scene, &entry, &command->fault);
-    if (command->err) return;
+        return bd_fault_set(&command->steps.fault, BD_ERR_USAGE, "environment",
+                            "an environment comes with a file; a held scene has its own");
+    enum bd_err err = bd_store_get(command->steps.loop->serving->store, request->scene, &entry,
+                                   &command->steps.fault);
+    if (err) return err;
     command->scene = bd_scene_retain(entry->scene);
     command->revision = entry->revision;
     if (answer_remembered(command, entry))
-        bd_command_finish(command);
+        bd_steps_finish(&command->steps);
     else
-        bd_command_branch(command, frame_steps);
+        bd_steps_branch(&command->steps, frame_steps);
+    return BD_ERR_OK;
 }
 
-static void begin(struct bd_command *command)
+static enum bd_err begin(struct bd_command *command)
 {
     const Bounced__Render *request = command->envelope->render;
-    command->err = bd_frame_options_read(request->frame, &command->options, &command->fault);
-    if (command->err) return;
+    enum bd_err err =
+        bd_frame_options_read(request->frame, &command->options, &command->steps.fault);
+    if (err) return err;
     command->revision = 1;
-    if (request->scene)
-        render_held(command);
-    else
-        bd_command_branch(command, file_steps);
+    if (request->scene) return render_held(command);
+    bd_steps_branch(&command->steps, file_steps);
+    return BD_ERR_OK;
 }
 
-const struct bd_step bd_steps_render[] = {BD_STEP(LOOP, begin), BD_STEPS_END};
+const struct bd_step bd_steps_render[] = {BD_STEP(loop, begin), BD_STEPS_END};

@@ -13,9 +13,9 @@
 
 // --- what is there --------------------------------------------------------------------------
 
-static void list_scenes(struct bd_command *command)
+static enum bd_err list_scenes(struct bd_command *command)
 {
-    const struct bd_store *store = command->loop->serving->store;
+    const struct bd_store *store = command->steps.loop->serving->store;
     Bounced__SceneListReply *reply = malloc(sizeof *reply);
     BD_ASSERT(reply);
     bounced__scene_list_reply__init(reply);
@@ -26,17 +26,19 @@ static void list_scenes(struct bd_command *command)
         if (bd_grant_covers(command->grant, entry->name))
             reply->scenes[reply->n_scenes++] = bd_scene_message(entry);
     command->answer = bd_answer_of(BOUNCED__ENVELOPE__BODY_SCENE_LIST_REPLY, reply);
+    return BD_ERR_OK;
 }
 
-static void get_scene(struct bd_command *command)
+static enum bd_err get_scene(struct bd_command *command)
 {
     const Bounced__SceneGet *request = command->envelope->scene_get;
     const struct bd_store_entry *entry;
-    command->err = bd_store_get(command->loop->serving->store, request->id ? request->id : "",
-                                &entry, &command->fault);
-    if (command->err) return;
+    enum bd_err err = bd_store_get(command->steps.loop->serving->store,
+                                   request->id ? request->id : "", &entry, &command->steps.fault);
+    if (err) return err;
     command->answer = bd_answer_scene(entry);
     if (request->objects) bd_scene_objects_fill(command->answer.envelope->scene, entry->scene);
+    return BD_ERR_OK;
 }
 
 // --- the log --------------------------------------------------------------------------------
@@ -95,10 +97,10 @@ static uint32_t log_limit(const Bounced__SceneLog *request)
     return request->has_limit ? request->limit : LOG_LIMIT_DEFAULT;
 }
 
-static void read_log(struct bd_command *command)
+static enum bd_err read_log(struct bd_command *command)
 {
     const Bounced__SceneLog *request = command->envelope->scene_log;
-    struct bd_journal *journal = command->loop->serving->journal;
+    struct bd_journal *journal = command->steps.loop->serving->journal;
     Bounced__SceneLogReply *reply = malloc(sizeof *reply);
     uint64_t oldest = 0;
     BD_ASSERT(reply);
@@ -106,31 +108,33 @@ static void read_log(struct bd_command *command)
     reply->entries = calloc(log_limit(request), sizeof *reply->entries);
     BD_ASSERT(reply->entries);
     command->answer = bd_answer_of(BOUNCED__ENVELOPE__BODY_SCENE_LOG_REPLY, reply);
-    command->err = bd_journal_each_edit(journal, request->scene, request->after, log_limit(request),
-                                        add_entry, reply, &command->fault);
-    if (!command->err)
-        command->err =
-            bd_journal_each_name(journal, request->scene, add_name, reply, &command->fault);
-    if (!command->err)
-        command->err = bd_journal_oldest(journal, request->scene, &oldest, &command->fault);
+    enum bd_err err =
+        bd_journal_each_edit(journal, request->scene, request->after, log_limit(request), add_entry,
+                             reply, &command->steps.fault);
+    if (!err)
+        err = bd_journal_each_name(journal, request->scene, add_name, reply, &command->steps.fault);
+    if (!err) err = bd_journal_oldest(journal, request->scene, &oldest, &command->steps.fault);
     BD_SET(reply, oldest, oldest);
+    return err;
 }
 
-static void check_log(struct bd_command *command)
+static enum bd_err check_log(struct bd_command *command)
 {
     const Bounced__SceneLog *request = command->envelope->scene_log;
     const struct bd_store_entry *entry;
     const uint32_t limit = log_limit(request);
-    command->err = bd_store_get(command->loop->serving->store, request->scene ? request->scene : "",
-                                &entry, &command->fault);
-    if (!command->err && (limit == 0 || limit > LOG_LIMIT_MAX))
-        command->err = bd_fault_set(&command->fault, BD_ERR_USAGE, "limit",
-                                    "limit goes from 1 to %d", LOG_LIMIT_MAX);
+    enum bd_err err =
+        bd_store_get(command->steps.loop->serving->store, request->scene ? request->scene : "",
+                     &entry, &command->steps.fault);
+    if (!err && (limit == 0 || limit > LOG_LIMIT_MAX))
+        err = bd_fault_set(&command->steps.fault, BD_ERR_USAGE, "limit", "limit goes from 1 to %d",
+                           LOG_LIMIT_MAX);
+    return err;
 }
 
 // --- the steps ------------------------------------------------------------------------------
 
-const struct bd_step bd_steps_scene_list[] = {BD_STEP(LOOP, list_scenes), BD_STEPS_END};
-const struct bd_step bd_steps_scene_get[] = {BD_STEP(LOOP, get_scene), BD_STEPS_END};
-const struct bd_step bd_steps_scene_log[] = {BD_STEP(LOOP, check_log), BD_STEP(JOURNAL, read_log),
+const struct bd_step bd_steps_scene_list[] = {BD_STEP(loop, list_scenes), BD_STEPS_END};
+const struct bd_step bd_steps_scene_get[] = {BD_STEP(loop, get_scene), BD_STEPS_END};
+const struct bd_step bd_steps_scene_log[] = {BD_STEP(loop, check_log), BD_STEP(journal, read_log),
                                              BD_STEPS_END};

@@ -15,12 +15,10 @@
 #include "scene/store/store_journal.h"
 
 struct bd_commit {
-    struct bd_journal_turn turn; // first
-    struct bd_batch *first;      // what is on its way
-    struct bd_batch *refused;    // what of it cannot be kept, by a fault of its own
+    struct bd_steps steps;    // first
+    struct bd_batch *first;   // what is on its way
+    struct bd_batch *refused; // what of it cannot be kept, by a fault of its own
     bool is_under_way;
-    enum bd_err err;
-    struct bd_fault fault;
     uv_check_t after_poll; // when all that has arrived was looked at
     uv_idle_t no_sleep;    // so that the poll before it does not wait
 };
@@ -108,33 +106,39 @@ static bool set_aside(struct bd_commit *commit, const struct bd_batch *faulty)
     while (*at != faulty) at = &(*at)->next;
     struct bd_batch *batch = *at;
     *at = batch->next;
-    batch->fault = commit->fault;
+    batch->fault = commit->steps.fault;
     batch->next = commit->refused;
     commit->refused = batch;
     return true;
 }
 
-static void on_pool(struct bd_journal_turn *turn)
+static enum bd_err write_batches(struct bd_commit *commit)
 {
-    struct bd_commit *commit = (struct bd_commit *)turn;
+    struct bd_journal *journal = commit->steps.loop->serving->journal;
     const struct bd_batch *faulty;
+    enum bd_err err;
     do {
         faulty = NULL;
-        commit->err = bd_store_write(turn->commits->loop->serving->journal, commit->first, &faulty,
-                                     &commit->fault);
-    } while (commit->err && set_aside(commit, faulty));
+        err = bd_store_write(journal, commit->first, &faulty, &commit->steps.fault);
+    } while (err && set_aside(commit, faulty));
+    return err;
 }
 
-static void back(struct bd_journal_turn *turn)
+static enum bd_err run_step(struct bd_steps *steps)
 {
-    struct bd_commit *commit = (struct bd_commit *)turn;
-    struct bd_commits *commits = turn->commits;
+    return steps->step->run.commit((struct bd_commit *)steps);
+}
+
+static void end(struct bd_steps *steps)
+{
+    struct bd_commit *commit = (struct bd_commit *)steps;
+    struct bd_commits *commits = steps->commits;
     struct bd_batch *batch = commit->first, *refused = commit->refused;
     commit->first = commit->refused = NULL;
     commit->is_under_way = false;
-    if (commit->err) {
-        bd_log(BD_LOG_ERROR, "net", "edits refused: %s", commit->fault.message);
-        fail_all(commits, batch, &commit->fault);
+    if (steps->fault.err) {
+        bd_log(BD_LOG_ERROR, "net", "edits refused: %s", steps->fault.message);
+        fail_all(commits, batch, &steps->fault);
         batch = NULL;
     }
     fail_list(commits, refused);
@@ -146,6 +150,9 @@ static void back(struct bd_journal_turn *turn)
     if (bd_store_has_staged(commits->loop->serving->store)) bd_commit_soon(commits);
     bd_edits_go_on(commits);
 }
+
+static const struct bd_step to_disk[] = {{.on = &bd_on_journal, .run.commit = write_batches}, {0}};
+static const struct bd_steps_kind kind = {.run = run_step, .end = end};
 
 static void on_idle(uv_idle_t *idle)
 {
@@ -162,9 +169,8 @@ static void write_staged(uv_check_t *check)
     commit->first = bd_store_take_staged(commits->loop->serving->store);
     if (!commit->first) return;
     commit->is_under_way = true;
-    commit->turn.on_pool = on_pool;
-    commit->turn.back = back;
-    bd_journal_turn_take(commits, &commit->turn);
+    commit->steps.fault.err = BD_ERR_OK;
+    bd_steps_begin(&commit->steps, to_disk);
 }
 
 void bd_commit_soon(struct bd_commits *commits)
@@ -182,6 +188,8 @@ void bd_commit_begin(struct bd_commits *commits)
 {
     commits->commit = calloc(1, sizeof *commits->commit);
     BD_ASSERT(commits->commit);
+    commits->commit->steps =
+        (struct bd_steps){.kind = &kind, .loop = commits->loop, .commits = commits};
     uv_check_init(&commits->loop->uv, &commits->commit->after_poll);
     uv_idle_init(&commits->loop->uv, &commits->commit->no_sleep);
     commits->commit->after_poll.data = commits;

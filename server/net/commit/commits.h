@@ -11,17 +11,19 @@
 
 struct bd_commit;
 struct bd_edit_place;
-struct bd_journal_turn;
+struct bd_steps;
 struct bd_upkeep;
 
 struct bd_commits {
     struct bd_loop *loop;
     struct bd_live *live; // is told of what was published
     struct bd_commit *commit;
-    struct bd_journal_turn *turns;     // the first one is under way
+    struct bd_steps *turns;            // at the journal, oldest first
+    bool has_turn_begun;               // the first one's
     struct bd_upkeep *upkeep;          // under way; others wait behind it
     struct bd_edit_place *edit_places; // oldest first
     uint64_t edit_changes;             // of that list
+    bool is_queue_walked;              // that list is, further up
     uv_timer_t idle_timer;
     struct bd_disk_watch disk;
 };

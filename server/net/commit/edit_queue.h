@@ -1,6 +1,9 @@
 // Edits in the order in which they came: of one scene, one at a time is checked and staged, however
 // long its files took to read; of different scenes, side by side.
 //
+// An edit takes its turn on the scene by a step on bd_on_scene, and keeps it until what it staged
+// is on its way to the disk (bd_on_disk), or until it ends (bd_edit_queue_leave).
+//
 // Thread: the event loop's.
 
 #ifndef BD_NET_COMMIT_EDIT_QUEUE_H
@@ -8,25 +11,36 @@
 
 #include <stdbool.h>
 
-#include "base/err.h"
+#include "net/commit/commit.h"
+#include "net/loop/steps.h"
 #include "scene/store/store.h"
 
 struct bd_commits;
 
-// Part of whoever waits for the turn of a scene.
+// Part of whoever takes the turn of a scene, or waits for the disk; steps.place is its address.
 struct bd_edit_place {
-    char scene_id[BD_SCENE_ID_BYTES];
-    // On the loop, once everything of the scene that came before has left the queue. False: not
-    // now; asked again after the next commit.
-    bool (*begin)(struct bd_edit_place *place);
-    bool has_begun;
+    struct bd_steps *steps;           // of the same owner
+    char scene_id[BD_SCENE_ID_BYTES]; // whose turn; once on the disk, that of the batch
+    struct bd_batch *batch;           // staged, for bd_on_disk; gone behind it
+    bool is_staged;                   // on its way to the disk: a cancel comes too late
+
+    // Ours.
+    bool is_queued, has_begun;
+    struct bd_commit_waiter waiter;
     struct bd_edit_place *next;
 };
 
-// At the end of the queue; may begin before this returns.
-void bd_edit_queue_join(struct bd_commits *commits, struct bd_edit_place *place);
-// Whatever became of it: whoever comes after it on the scene may begin.
-void bd_edit_queue_leave(struct bd_commits *commits, struct bd_edit_place *place);
+// No function of the step runs. The first waits until everything of place.scene_id that came before
+// has left the queue. The second gives the turn up, and waits until place.batch is on the disk; the
+// third keeps the turn: what was staged goes before what is to come.
+extern const struct bd_step_executor bd_on_scene, bd_on_disk, bd_on_disk_held;
+
+// For a step with the turn: not now. It is begun again after the next commit.
+void bd_edit_queue_wait(struct bd_edit_place *place);
+
+// Whatever became of it: whoever comes after it on the scene may begin, and does so before this
+// returns. Nothing where the place is not in the queue.
+void bd_edit_queue_leave(struct bd_edit_place *place);
 
 // Something was committed: those who waited for that are asked again.
 void bd_edits_go_on(struct bd_commits *commits);

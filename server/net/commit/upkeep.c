@@ -10,38 +10,59 @@
 #include "net/loop/release.h"
 #include "scene/store/store_journal.h"
 
-enum phase { PHASE_SNAPSHOT, PHASE_COMPACT, PHASE_COLLECT };
-
 struct bd_upkeep {
-    struct bd_journal_turn turn; // first
-    struct bd_upkeep *next;      // that waits for the end of this one
-    enum phase phase;
+    struct bd_steps steps;  // first
+    struct bd_upkeep *next; // that waits for the end of this one
     char scene_id[BD_SCENE_ID_BYTES];
     uint64_t revision;
     struct bd_scene *scene; // NULL: nothing but collecting
-    bool is_done;           // with the phase
-    enum bd_err err;
-    struct bd_fault fault;
 };
 
-static void on_pool(struct bd_journal_turn *turn)
+static struct bd_journal *journal_of(const struct bd_upkeep *upkeep)
 {
-    struct bd_upkeep *upkeep = (struct bd_upkeep *)turn;
-    struct bd_journal *journal = turn->commits->loop->serving->journal;
-    upkeep->is_done = true;
-    switch (upkeep->phase) {
-    case PHASE_SNAPSHOT:
-        upkeep->err = bd_store_snapshot(journal, upkeep->scene_id, upkeep->revision, upkeep->scene,
-                                        &upkeep->fault);
-        break;
-    case PHASE_COMPACT:
-        upkeep->err = bd_journal_compact(journal, upkeep->scene_id, BD_STORE_KEEP_EDITS,
-                                         &upkeep->is_done, &upkeep->fault);
-        break;
-    case PHASE_COLLECT:
-        upkeep->err = bd_journal_collect(journal, &upkeep->is_done, &upkeep->fault);
-        break;
+    return upkeep->steps.loop->serving->journal;
+}
+
+static enum bd_err save_snapshot(struct bd_upkeep *upkeep)
+{
+    return bd_store_snapshot(journal_of(upkeep), upkeep->scene_id, upkeep->revision, upkeep->scene,
+                             &upkeep->steps.fault);
+}
+
+// Each part a turn of its own, so that commits get theirs between them.
+static void repeat_unless(bool is_done, struct bd_upkeep *upkeep)
+{
+    if (!is_done) bd_steps_branch(&upkeep->steps, upkeep->steps.step);
+}
+
+static enum bd_err compact(struct bd_upkeep *upkeep)
+{
+    bool is_done = true;
+    enum bd_err err = bd_journal_compact(journal_of(upkeep), upkeep->scene_id, BD_STORE_KEEP_EDITS,
+                                         &is_done, &upkeep->steps.fault);
+    repeat_unless(is_done, upkeep);
+    return err;
+}
+
+static enum bd_err collect(struct bd_upkeep *upkeep)
+{
+    bool is_done = true;
+    enum bd_err err = bd_journal_collect(journal_of(upkeep), &is_done, &upkeep->steps.fault);
+    repeat_unless(is_done, upkeep);
+    return err;
+}
+
+#define STEP(function)                                                                             \
+    {                                                                                              \
+        .on = &bd_on_journal, .run.upkeep = function                                               \
     }
+static const struct bd_step collect_steps[] = {STEP(collect), {0}};
+static const struct bd_step snapshot_steps[] = {
+    STEP(save_snapshot), STEP(compact), STEP(collect), {0}};
+
+static void begin(struct bd_upkeep *upkeep)
+{
+    bd_steps_begin(&upkeep->steps, upkeep->scene ? snapshot_steps : collect_steps);
 }
 
 static void drop_first(struct bd_commits *commits)
@@ -52,34 +73,29 @@ static void drop_first(struct bd_commits *commits)
     free(first);
 }
 
-// With the one under way those that wait for it, if the daemon ends.
-static void finish(struct bd_commits *commits)
+// A scene that was removed meanwhile has no history to look after; what the daemon's end stops is
+// done by the next one.
+static bool is_worth_a_word(const struct bd_fault *fault)
 {
+    const bool is_removed = fault->err == BD_ERR_NOT_FOUND && strcmp(fault->field, "scene") == 0;
+    return fault->err && fault->err != BD_ERR_CANCELLED && !is_removed;
+}
+
+static void end(struct bd_steps *steps)
+{
+    struct bd_commits *commits = steps->commits;
+    if (is_worth_a_word(&steps->fault))
+        bd_log(BD_LOG_WARN, "net", "upkeep of the journal put off: %s", steps->fault.message);
     drop_first(commits);
-    while (commits->upkeep && commits->loop->draining) drop_first(commits);
-    if (commits->upkeep) bd_journal_turn_take(commits, &commits->upkeep->turn);
+    if (commits->upkeep) begin(commits->upkeep);
 }
 
-// A scene that was removed meanwhile has no history to look after.
-static bool is_removed(const struct bd_upkeep *upkeep)
+static enum bd_err run_step(struct bd_steps *steps)
 {
-    return upkeep->err == BD_ERR_NOT_FOUND && strcmp(upkeep->fault.field, "scene") == 0;
+    return steps->step->run.upkeep((struct bd_upkeep *)steps);
 }
 
-// One step after the other, each a turn of its own.
-static void back(struct bd_journal_turn *turn)
-{
-    struct bd_upkeep *upkeep = (struct bd_upkeep *)turn;
-    if (upkeep->err && !is_removed(upkeep))
-        bd_log(BD_LOG_WARN, "net", "upkeep of the journal put off: %s", upkeep->fault.message);
-    bool is_over = upkeep->is_done && upkeep->phase == PHASE_COLLECT;
-    if (upkeep->err || is_over || turn->commits->loop->draining) {
-        finish(turn->commits);
-        return;
-    }
-    if (upkeep->is_done) upkeep->phase++;
-    bd_journal_turn_take(turn->commits, turn);
-}
+static const struct bd_steps_kind kind = {.run = run_step, .end = end, .stops_with_daemon = true};
 
 static bool is_due(const struct bd_batch *batch)
 {
@@ -87,13 +103,11 @@ static bool is_due(const struct bd_batch *batch)
            (batch->after && batch->revision % BD_STORE_SNAPSHOT_EDITS == 0);
 }
 
-static struct bd_upkeep *create(const struct bd_batch *batch)
+static struct bd_upkeep *create(struct bd_commits *commits, const struct bd_batch *batch)
 {
     struct bd_upkeep *upkeep = calloc(1, sizeof *upkeep);
     BD_ASSERT(upkeep);
-    upkeep->turn.on_pool = on_pool;
-    upkeep->turn.back = back;
-    upkeep->phase = batch->after ? PHASE_SNAPSHOT : PHASE_COLLECT;
+    upkeep->steps = (struct bd_steps){.kind = &kind, .loop = commits->loop, .commits = commits};
     upkeep->revision = batch->revision;
     memcpy(upkeep->scene_id, batch->scene_id, sizeof upkeep->scene_id);
     if (batch->after) upkeep->scene = bd_scene_retain(batch->after);
@@ -118,11 +132,11 @@ void bd_upkeep_after(struct bd_commits *commits, const struct bd_batch *batch)
 {
     if (!is_due(batch) || commits->loop->draining) return;
     if (!commits->upkeep) {
-        commits->upkeep = create(batch);
-        bd_journal_turn_take(commits, &commits->upkeep->turn);
+        commits->upkeep = create(commits, batch);
+        begin(commits->upkeep);
     } else if (!has_waiting(commits, batch)) {
         struct bd_upkeep *last = commits->upkeep;
         while (last->next) last = last->next;
-        last->next = create(batch);
+        last->next = create(commits, batch);
     }
 }

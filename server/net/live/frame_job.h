@@ -1,12 +1,13 @@
-// The way of a frame's job back from the render thread to the loop.
+// Frames as steps: the way of a job from the loop to the render thread and back.
 //
-// A bd_job_request's `user` is a bd_frame_job and its `done` bd_frame_job_done; `ended` then runs on
-// the loop. Commands and views have one each.
+// A step on bd_on_render submits a job: steps.job, whose `done` is bd_frame_job_done and whose
+// `user` the steps. The step is over with the frame, and fails as it did.
 
 #ifndef BD_NET_LIVE_FRAME_JOB_H
 #define BD_NET_LIVE_FRAME_JOB_H
 
 #include "net/loop/client.h"
+#include "net/loop/steps.h"
 #include "sched/sched.h"
 
 struct bd_live;
@@ -18,12 +19,7 @@ enum {
     BD_PRIORITY_VIEW = 20,    // a view shows what is no longer so
 };
 
-struct bd_frame_job {
-    struct bd_live *live;
-    void *user;
-    void (*ended)(struct bd_frame_job *job); // on the loop
-    struct bd_frame_job *next;               // live->ended
-};
+extern const struct bd_step_executor bd_on_render;
 
 // On the render thread: only enqueues.
 void bd_frame_job_done(void *user, struct bd_job *job);

@@ -34,23 +34,23 @@ void bd_live_finish(struct bd_live *live)
 
 void bd_frame_job_done(void *user, struct bd_job *job)
 {
-    struct bd_frame_job *frame_job = user;
-    struct bd_live *live = frame_job->live;
+    struct bd_steps *steps = user;
+    struct bd_live *live = steps->live;
     (void)job;
     uv_mutex_lock(&live->ended_lock);
-    frame_job->next = live->ended;
-    live->ended = frame_job;
+    steps->next = live->ended;
+    live->ended = steps;
     // Under the lock: once it is open, the loop may take the job, end with it, and close.
     uv_async_send(&live->frames_ended);
     uv_mutex_unlock(&live->ended_lock);
 }
 
 // Newest first, as pushed: the loop wants them in the order in which they ended.
-static struct bd_frame_job *reverse(struct bd_frame_job *list)
+static struct bd_steps *reverse(struct bd_steps *list)
 {
-    struct bd_frame_job *reversed = NULL;
+    struct bd_steps *reversed = NULL;
     while (list) {
-        struct bd_frame_job *next = list->next;
+        struct bd_steps *next = list->next;
         list->next = reversed;
         reversed = list;
         list = next;
@@ -58,15 +58,37 @@ static struct bd_frame_job *reverse(struct bd_frame_job *list)
     return reversed;
 }
 
+static void come_back(struct bd_steps *steps)
+{
+    const struct bd_job_result *result = bd_job_result(steps->job);
+    steps->fault = result->fault;
+    bd_steps_record(steps, result->err);
+    bd_steps_back(steps);
+}
+
 void bd_frame_jobs_collect(struct bd_live *live)
 {
     uv_mutex_lock(&live->ended_lock);
-    struct bd_frame_job *ended = reverse(live->ended);
+    struct bd_steps *ended = reverse(live->ended);
     live->ended = NULL;
     uv_mutex_unlock(&live->ended_lock);
     while (ended) {
-        struct bd_frame_job *job = ended;
-        ended = job->next;
-        job->ended(job);
+        struct bd_steps *steps = ended;
+        ended = steps->next;
+        come_back(steps);
     }
 }
+
+static bool submit(struct bd_steps *steps)
+{
+    bd_steps_run(steps);
+    return steps->fault.err != BD_ERR_OK;
+}
+
+static bool cancel(struct bd_steps *steps)
+{
+    bd_job_cancel(steps->job);
+    return false;
+}
+
+const struct bd_step_executor bd_on_render = {.begin = submit, .stop = cancel};

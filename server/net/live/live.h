@@ -8,7 +8,7 @@
 #include "net/loop/loop.h"
 
 struct bd_delta;
-struct bd_frame_job;
+struct bd_steps;
 struct bd_view;
 struct bd_watch;
 
@@ -20,7 +20,7 @@ struct bd_live {
     struct bd_watch *watches; // newest first
     uv_async_t frames_ended;
     uv_mutex_t ended_lock;
-    struct bd_frame_job *ended; // under the lock: frames that the render thread is done with
+    struct bd_steps *ended; // under the lock: whose frames the render thread is done with
 };
 
 void bd_live_begin(struct bd_live *live, struct bd_loop *loop);

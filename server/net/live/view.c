@@ -19,6 +19,7 @@
 #define FPS_MAX       1000.0
 
 struct bd_view {
+    struct bd_steps steps; // first: of the frame under way
     struct bd_live *live;
     struct bd_client *client;
     const struct bd_view_events *events;
@@ -36,15 +37,10 @@ struct bd_view {
     struct bd_view_cost cost;
 
     // The frame under way.
-    struct bd_job *job;
-    struct bd_frame_job frame_job;
     struct bd_frame_options running;
     uint64_t running_ns, running_sequence, revision, transient;
-    uv_work_t work;
-    struct bd_encoded encoded;
+    struct bd_encoded encoded; // written on the pool, read on the loop
     double encode_ms;
-    enum bd_err err; // written on the pool, read on the loop
-    struct bd_fault fault;
 };
 
 static void step(struct bd_view *view);
@@ -70,8 +66,10 @@ void bd_view_close(struct bd_view **address)
     if (!view) return;
     view->is_closed = true;
     view->client->views--;
-    if (view->job) bd_job_cancel(view->job);
-    if (!view->state.is_running) free_view(view);
+    if (view->state.is_running)
+        bd_steps_cancel(&view->steps);
+    else
+        free_view(view);
 }
 
 // The opener closes it, now or later.
@@ -79,7 +77,7 @@ static void end(struct bd_view *view, const struct bd_fault *fault)
 {
     view->state.wanted = view->state.shown;
     view->state.is_final = true;
-    if (view->job) bd_job_cancel(view->job);
+    if (view->steps.job) bd_job_cancel(view->steps.job);
     view->events->end(view->user, fault);
 }
 
@@ -87,7 +85,7 @@ static void end(struct bd_view *view, const struct bd_fault *fault)
 
 static void release_frame(struct bd_view *view)
 {
-    bd_job_release(&view->job);
+    bd_job_release(&view->steps.job);
     bd_bytes_finish(&view->encoded.bytes);
     view->state.is_running = view->state.is_stopping = view->state.has_rendered = false;
 }
@@ -140,10 +138,10 @@ static void judge(struct bd_view *view, const struct bd_report *report, struct b
     say_why(why, next_ms, most_s, out->why_final, sizeof out->why_final);
 }
 
-static void send_frame(struct bd_view *view)
+static enum bd_err send_frame(struct bd_view *view)
 {
     struct bd_view_state *state = &view->state;
-    const struct bd_report *report = &bd_job_result(view->job)->report;
+    const struct bd_report *report = &bd_job_result(view->steps.job)->report;
     uint64_t now_ns = bd_clock_ns();
     uint64_t took_ns = now_ns - state->begun_ns;
     struct bd_view_frame frame = {.number = ++view->number,
@@ -172,6 +170,7 @@ static void send_frame(struct bd_view *view)
     bd_counts_frame(&view->live->loop->counts, report);
     view->events->frame(view->user, &frame);
     bd_bytes_finish(&frame.bytes);
+    return BD_ERR_OK;
 }
 
 // What it could not do. True: the view goes on.
@@ -196,10 +195,63 @@ static bool survive(struct bd_view *view, const struct bd_fault *fault)
     return ++view->deadlines < DEADLINES_MAX;
 }
 
-static void frame_failed(struct bd_view *view, const struct bd_fault *fault)
+// --- a frame's way ----------------------------------------------------------------------------
+
+static enum bd_err submit(struct bd_view *view)
 {
-    struct bd_fault why = *fault; // the job's own goes with it
-    bool goes_on = view->is_closed || survive(view, &why);
+    const struct bd_serving *serving = view->live->loop->serving;
+    const struct bd_store_entry *entry;
+    struct bd_fault *fault = &view->steps.fault;
+    enum bd_err err = bd_store_get(serving->store, view->scene_id, &entry, fault);
+    if (err) return err;
+    struct bd_job_request request = {.scene = entry->scene,
+                                     .frame = view->running.frame,
+                                     .priority = view->state.running_step > 0 ? BD_PRIORITY_REFINE
+                                                                              : BD_PRIORITY_VIEW,
+                                     .turn = bd_client_turn(view->client),
+                                     .done = bd_frame_job_done,
+                                     .user = &view->steps};
+    view->revision = entry->revision;
+    view->transient = entry->transient;
+    return bd_sched_submit(serving->sched, &request, &view->steps.job, fault);
+}
+
+static enum bd_err note_rendered(struct bd_view *view)
+{
+    view->state.has_rendered = true;
+    return BD_ERR_OK;
+}
+
+static enum bd_err encode(struct bd_view *view)
+{
+    const struct bd_frame_encode frame = {.options = &view->running,
+                                          .result = bd_job_result(view->steps.job),
+                                          .revision = view->revision,
+                                          .bytes_max =
+                                              view->live->loop->serving->limits.reply_bytes};
+    return bd_frame_encode(&frame, &view->encoded, &view->encode_ms, &view->steps.fault);
+}
+
+#define STEP(where, function)                                                                      \
+    {                                                                                              \
+        .on = &bd_on_##where, .run.view = function                                                 \
+    }
+static const struct bd_step frame_steps[] = {STEP(render, submit),
+                                             STEP(loop, note_rendered),
+                                             STEP(pool, encode),
+                                             STEP(loop, send_frame),
+                                             {0}};
+
+static enum bd_err run_step(struct bd_steps *steps)
+{
+    return steps->step->run.view((struct bd_view *)steps);
+}
+
+static void frame_over(struct bd_steps *steps)
+{
+    struct bd_view *view = (struct bd_view *)steps;
+    struct bd_fault why = steps->fault;
+    const bool goes_on = !why.err || view->is_closed || survive(view, &why);
     release_frame(view);
     if (view->is_closed)
         free_view(view);
@@ -209,72 +261,13 @@ static void frame_failed(struct bd_view *view, const struct bd_fault *fault)
         end(view, &why);
 }
 
-static void encode_back(uv_work_t *work, int status)
-{
-    struct bd_view *view = work->data;
-    BD_ASSERT_CMP(status, ==, 0);
-    if (view->err || view->is_closed) {
-        frame_failed(view, &view->fault);
-        return;
-    }
-    send_frame(view);
-    release_frame(view);
-    if (view->is_closed)
-        free_view(view);
-    else
-        step(view);
-}
-
-static void encode_on_pool(uv_work_t *work)
-{
-    struct bd_view *view = work->data;
-    const struct bd_frame_encode frame = {.options = &view->running,
-                                          .result = bd_job_result(view->job),
-                                          .revision = view->revision,
-                                          .bytes_max =
-                                              view->live->loop->serving->limits.reply_bytes};
-    view->err = bd_frame_encode(&frame, &view->encoded, &view->encode_ms, &view->fault);
-}
-
-static void job_ended(struct bd_frame_job *frame_job)
-{
-    struct bd_view *view = frame_job->user;
-    const struct bd_job_result *result = bd_job_result(view->job);
-    if (result->err || view->is_closed) {
-        struct bd_fault fault = result->fault;
-        fault.err = result->err;
-        frame_failed(view, &fault);
-        return;
-    }
-    view->state.has_rendered = true;
-    view->work.data = view;
-    int queued = uv_queue_work(&view->live->loop->uv, &view->work, encode_on_pool, encode_back);
-    BD_ASSERT_CMP(queued, ==, 0);
-}
+static const struct bd_steps_kind frame_kind = {.run = run_step, .end = frame_over};
 
 // --- a frame begins -------------------------------------------------------------------------
-
-static enum bd_err submit(struct bd_view *view, const struct bd_store_entry *entry,
-                          struct bd_fault *fault)
-{
-    struct bd_job_request request = {.scene = entry->scene,
-                                     .frame = view->running.frame,
-                                     .priority = view->state.running_step > 0 ? BD_PRIORITY_REFINE
-                                                                              : BD_PRIORITY_VIEW,
-                                     .turn = bd_client_turn(view->client),
-                                     .done = bd_frame_job_done,
-                                     .user = &view->frame_job};
-    view->frame_job = (struct bd_frame_job){view->live, view, job_ended, NULL};
-    view->revision = entry->revision;
-    view->transient = entry->transient;
-    return bd_sched_submit(view->live->loop->serving->sched, &request, &view->job, fault);
-}
 
 static void begin(struct bd_view *view, uint32_t step_index)
 {
     struct bd_view_state *state = &view->state;
-    const struct bd_store_entry *entry;
-    struct bd_fault fault;
     state->is_running = true;
     state->running = state->wanted;
     state->running_step = step_index;
@@ -285,16 +278,14 @@ static void begin(struct bd_view *view, uint32_t step_index)
                      &view->running.frame);
     view->running_ns = view->wanted_ns;
     view->running_sequence = view->sequence;
-    enum bd_err err =
-        bd_store_get(view->live->loop->serving->store, view->scene_id, &entry, &fault);
-    if (!err) err = submit(view, entry, &fault);
-    if (err) frame_failed(view, &fault);
+    view->steps.fault.err = BD_ERR_OK;
+    bd_steps_begin(&view->steps, frame_steps);
 }
 
 static void stop(struct bd_view *view)
 {
     view->state.is_stopping = true;
-    bd_job_cancel(view->job);
+    bd_job_cancel(view->steps.job);
 }
 
 // --- time -----------------------------------------------------------------------------------
@@ -490,7 +481,8 @@ enum bd_err bd_view_open(const struct bd_view_start *start, struct bd_view **out
     if (err) return err;
     struct bd_view *view = calloc(1, sizeof *view);
     BD_ASSERT(view);
-    *view = (struct bd_view){.live = live,
+    *view = (struct bd_view){.steps = {.kind = &frame_kind, .loop = live->loop, .live = live},
+                             .live = live,
                              .client = start->client,
                              .events = start->events,
                              .user = start->user,
