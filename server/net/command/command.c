@@ -19,6 +19,7 @@
 #include "net/wire/device_list.h"
 #include "net/wire/option_list.h"
 #include "net/wire/technique_list.h"
+#include "protocol/field_text.h"
 
 static void leave_list(struct bd_command *command)
 {
@@ -236,6 +237,16 @@ const ProtobufCMessageDescriptor *bd_command_message(const struct bd_command_row
         &bounced__envelope__descriptor, (unsigned)row->body);
     BD_ASSERT(field);
     return field->descriptor;
+}
+
+// All members of the oneof are messages and lie in one place.
+const char *bd_command_text(const struct bd_command *command, const char *field)
+{
+    const ProtobufCMessage *message = &command->envelope->error->base;
+    const ProtobufCFieldDescriptor *found =
+        protobuf_c_message_descriptor_get_field_by_name(message->descriptor, field);
+    if (!found || found->type != PROTOBUF_C_TYPE_STRING) return NULL;
+    return *(char *const *)bd_field_value(message, found);
 }
 
 // --- all of them ------------------------------------------------------------------------------

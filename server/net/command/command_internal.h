@@ -72,6 +72,9 @@ struct bd_command {
         .on = NULL                                                                                 \
     }
 
+// A text of the request, by its field's name; NULL: not set, or the message has no such field.
+const char *bd_command_text(const struct bd_command *command, const char *field);
+
 // The steps of each kind of request, by the file that has them.
 extern const struct bd_step bd_steps_scene_list[], bd_steps_scene_get[],
     bd_steps_scene_log[];                                                  // scene_step.c

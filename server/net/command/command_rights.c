@@ -4,22 +4,11 @@
 #include <string.h>
 
 #include "net/wire/edit_decode.h"
-#include "protocol/field_text.h"
-
-// All members of the oneof are messages and lie in one place.
-static const ProtobufCMessage *message_of(const struct bd_command *command)
-{
-    return &command->envelope->error->base;
-}
 
 // NULL: the request names none.
 static const char *scene_of(const struct bd_command *command)
 {
-    if (!command->row->scene) return NULL;
-    const ProtobufCMessage *message = message_of(command);
-    const ProtobufCFieldDescriptor *field =
-        protobuf_c_message_descriptor_get_field_by_name(message->descriptor, command->row->scene);
-    return *(char *const *)bd_field_value(message, field);
+    return command->row->scene ? bd_command_text(command, command->row->scene) : NULL;
 }
 
 // A file of one's own to be rendered is a scene for as long as it is looked at.

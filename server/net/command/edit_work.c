@@ -14,33 +14,6 @@
 
 // --- what every such request has --------------------------------------------------------------
 
-struct request {
-    const char *scene, *client_edit_id, *by;
-};
-
-static struct request request_of(const Bounced__Envelope *envelope)
-{
-    switch (envelope->body_case) {
-    case BOUNCED__ENVELOPE__BODY_EDIT_BATCH:
-        return (struct request){envelope->edit_batch->scene, envelope->edit_batch->client_edit_id,
-                                envelope->edit_batch->by};
-    case BOUNCED__ENVELOPE__BODY_EDIT_UNDO:
-        return (struct request){envelope->edit_undo->scene, envelope->edit_undo->client_edit_id,
-                                envelope->edit_undo->by};
-    case BOUNCED__ENVELOPE__BODY_EDIT_REVERT:
-        return (struct request){envelope->edit_revert->scene, envelope->edit_revert->client_edit_id,
-                                envelope->edit_revert->by};
-    case BOUNCED__ENVELOPE__BODY_EDIT_COMMIT:
-        return (struct request){envelope->edit_commit->scene, envelope->edit_commit->client_edit_id,
-                                envelope->edit_commit->by};
-    case BOUNCED__ENVELOPE__BODY_SCENE_REPLAY:
-        return (struct request){envelope->scene_replay->scene,
-                                envelope->scene_replay->client_edit_id, NULL};
-    default:
-        return (struct request){envelope->revision_name->scene, NULL, NULL};
-    }
-}
-
 static enum bd_err take_text(const char *field, const char *from, char *to, size_t size,
                              struct bd_fault *fault)
 {
@@ -71,41 +44,46 @@ static enum bd_err check_batch(struct bd_edit_work *work, const Bounced__EditBat
         return bd_fault_set(fault, BD_ERR_LIMIT, "ops",
                             "a batch has at most %" PRIu32 " operations",
                             bd_edit_default_limits.ops);
-    return check_message(batch->message, fault);
+    return BD_ERR_OK;
 }
 
-static enum bd_err find_author(struct bd_edit_work *work, const struct request *request,
-                               struct bd_fault *fault)
+// What is played from a journal was somebody's before; all else is whoever's asks, or of whom that
+// one says that it is by.
+static enum bd_err find_author(struct bd_edit_work *work, struct bd_fault *fault)
 {
     const struct bd_command *command = work->command;
+    const char *author = bd_command_text(command, "author"), *by = bd_command_text(command, "by");
     if (command->envelope->body_case == BOUNCED__ENVELOPE__BODY_SCENE_REPLAY)
-        return bd_author_take(command->envelope->scene_replay->author, work->author, fault);
-    return bd_author_make(command->grant, command->client, request->by, work->author, fault);
+        return bd_author_take(author, work->author, fault);
+    return bd_author_make(command->grant, command->client, by, work->author, fault);
+}
+
+static enum bd_err take_scene(struct bd_edit_work *work, const char *scene, struct bd_fault *fault)
+{
+    struct bd_edit_place *place = &work->command->place;
+    if (!scene) return bd_fault_set(fault, BD_ERR_USAGE, "scene", "an edit names its scene");
+    if (strlen(scene) >= sizeof place->scene_id)
+        return bd_fault_set(fault, BD_ERR_NOT_FOUND, "scene", "there is no scene \"%.32s\"", scene);
+    snprintf(place->scene_id, sizeof place->scene_id, "%s", scene);
+    return BD_ERR_OK;
 }
 
 enum bd_err bd_edit_work_create(struct bd_command *command, struct bd_edit_work **out)
 {
     const Bounced__Envelope *envelope = command->envelope;
-    const struct request request = request_of(envelope);
     struct bd_fault *fault = &command->steps.fault;
     struct bd_edit_work *work = calloc(1, sizeof *work);
     BD_ASSERT(work);
     work->command = command;
     *out = work;
-    if (!request.scene)
-        return bd_fault_set(fault, BD_ERR_USAGE, "scene", "an edit names its scene");
-    if (strlen(request.scene) >= sizeof work->command->place.scene_id)
-        return bd_fault_set(fault, BD_ERR_NOT_FOUND, "scene", "there is no scene \"%.32s\"",
-                            request.scene);
-    snprintf(work->command->place.scene_id, sizeof work->command->place.scene_id, "%s",
-             request.scene);
-    enum bd_err err = take_text("client_edit_id", request.client_edit_id, work->client_edit_id,
-                                sizeof work->client_edit_id, fault);
-    if (!err) err = find_author(work, &request, fault);
+    enum bd_err err = take_scene(work, bd_command_text(command, "scene"), fault);
+    if (!err)
+        err = take_text("client_edit_id", bd_command_text(command, "client_edit_id"),
+                        work->client_edit_id, sizeof work->client_edit_id, fault);
+    if (!err) err = find_author(work, fault);
     if (!err && envelope->body_case == BOUNCED__ENVELOPE__BODY_EDIT_BATCH)
         err = check_batch(work, envelope->edit_batch, fault);
-    if (!err && envelope->body_case == BOUNCED__ENVELOPE__BODY_SCENE_REPLAY)
-        err = check_message(envelope->scene_replay->message, fault);
+    if (!err) err = check_message(bd_command_text(command, "message"), fault);
     return err;
 }
 
