@@ -102,11 +102,11 @@ static enum bd_err composite(struct bd_frame *frame, bool first, bool only,
     const struct bd_composite_inputs inputs = {
         .scene = frame->scene,
         .viewpoint = &frame->subject.viewpoint,
-        .gbuffer = frame->gbuffer,
-        .direct = frame->direct,
-        .area_light = frame->area_light,
-        .indirect = frame->indirect,
-        .doubted = frame->plan->shared ? frame->first.indirect : frame->indirect,
+        .gbuffer = frame->made.gbuffer,
+        .direct = frame->made.direct,
+        .area_light = frame->made.area_light,
+        .indirect = frame->made.indirect,
+        .doubted = frame->plan->shared ? frame->first.indirect : frame->made.indirect,
         .doubted_blocks = frame->plan->shared ? frame->first.blocks
                                               : bd_pixel_blocks_of(&frame->subject.viewpoint, 1),
         .filtered = frame->plan->filtered,
@@ -161,25 +161,28 @@ static enum bd_err light_blocks(struct bd_frame *frame)
     frame->subject.viewpoint = bd_viewpoint_of_blocks(&whole, &blocks);
     enum bd_err err = bd_stage_run(frame, BD_STAGE_GBUFFER, NULL);
     if (!err) err = bd_stage_run(frame, BD_STAGE_INDIRECT, NULL);
-    frame->first =
-        (struct bd_sub_frame){frame->subject.viewpoint, blocks, frame->gbuffer, frame->indirect};
+    frame->first = (struct bd_sub_frame){frame->subject.viewpoint, blocks, frame->made.gbuffer,
+                                         frame->made.indirect};
     frame->subject.viewpoint = whole;
     bd_stage_leave_camera_side(frame);
     return err;
+}
+
+// Its light is its own, or the first one's.
+static bool is_of_sub_frame(enum bd_stage stage, bool is_shared)
+{
+    const enum bd_stage_of of = bd_stage_rows[stage].of;
+    return bd_stage_rows[stage].run &&
+           (of == BD_STAGE_OF_EACH || of == (is_shared ? BD_STAGE_OF_SHARER : BD_STAGE_OF_WHOLE));
 }
 
 static enum bd_err see_sub_frame(struct bd_frame *frame, uint32_t index)
 {
     const bool is_shared = frame->plan->shared && (index > 0 || frame->plan->block_px > 1);
     bd_sub_frame_place(&frame->subject.viewpoint, index);
-    enum bd_err err = bd_stage_run(frame, BD_STAGE_GBUFFER, NULL);
-    if (!err) err = bd_stage_run(frame, BD_STAGE_DIRECT, NULL);
-    if (!err) err = bd_stage_run(frame, BD_STAGE_AREA_LIGHT, NULL);
-    if (!err && is_shared) return bd_stage_run(frame, BD_STAGE_SHARE, NULL);
-    if (!err) err = bd_stage_run(frame, BD_STAGE_DISCONTINUITY, NULL);
-    if (!err) err = bd_stage_run(frame, BD_STAGE_FRAGMENTS, NULL);
-    if (!err) err = bd_stage_run(frame, BD_STAGE_SURFACES, NULL);
-    if (!err) err = bd_stage_run(frame, BD_STAGE_INDIRECT, NULL);
+    enum bd_err err = BD_ERR_OK;
+    for (enum bd_stage stage = 0; !err && stage < BD_STAGE_COUNT; stage++)
+        if (is_of_sub_frame(stage, is_shared)) err = bd_stage_run(frame, stage, NULL);
     return err;
 }
 
@@ -189,7 +192,7 @@ static enum bd_err add_sub_frame(struct bd_frame *frame, struct bd_frame_sums *s
     if (err) return err;
     if (sums->count == 0 && frame->plan->block_px > 1)
         count_indirect(frame->first.indirect, &sums->counts);
-    count_indirect(frame->indirect, &sums->counts);
+    count_indirect(frame->made.indirect, &sums->counts);
     sums->count++;
     return BD_ERR_OK;
 }
@@ -200,7 +203,7 @@ static enum bd_err add_sub_frames(struct bd_frame *frame, struct bd_frame_sums *
     if (frame->plan->block_px == 1)
         frame->first = (struct bd_sub_frame){frame->subject.viewpoint,
                                              bd_pixel_blocks_of(&frame->subject.viewpoint, 1),
-                                             frame->gbuffer, frame->indirect};
+                                             frame->made.gbuffer, frame->made.indirect};
     enum bd_err err = sums->count == 0 ? add_sub_frame(frame, sums) : BD_ERR_OK;
     for (uint32_t s = sums->count; !err && s < frame->request->aa; s++) {
         bd_stage_leave_camera_side(frame);
@@ -238,7 +241,7 @@ static enum bd_err run_sub_frames(struct bd_frame *frame, struct bd_tex *layers[
         struct bd_indirect_counts counts = {0};
         if (frame->plan->block_px > 1) count_indirect(frame->first.indirect, &counts);
         err = composite(frame, true, true, layers);
-        count_indirect(frame->indirect, &counts);
+        count_indirect(frame->made.indirect, &counts);
         report_counts(frame->report, &counts);
         return err;
     }

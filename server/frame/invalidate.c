@@ -14,7 +14,8 @@ struct side {
 static bool has_key(const struct bd_subject *subject, enum bd_stage stage, uint64_t key)
 {
     if (!bd_plan_has(subject->plan, stage)) return false;
-    if (!bd_stage_rows[stage].is_of_light) return bd_stage_key(subject, stage, NULL) == key;
+    if (bd_stage_rows[stage].of != BD_STAGE_OF_LIGHT)
+        return bd_stage_key(subject, stage, NULL) == key;
     for (uint32_t i = 0; i < subject->light_count; i++)
         if (bd_stage_key(subject, stage, &subject->lights[i]) == key) return true;
     return false;
@@ -25,7 +26,7 @@ static bool runs(const struct bd_subject *before, const struct bd_subject *after
                  enum bd_stage stage)
 {
     if (!before || bd_stage_rows[stage].is_keyless) return true;
-    if (!bd_stage_rows[stage].is_of_light)
+    if (bd_stage_rows[stage].of != BD_STAGE_OF_LIGHT)
         return !has_key(before, stage, bd_stage_key(after, stage, NULL));
     for (uint32_t i = 0; i < after->light_count; i++)
         if (!has_key(before, stage, bd_stage_key(after, stage, &after->lights[i]))) return true;

@@ -7,7 +7,6 @@
 
 #include "base/hash.h"
 #include "frame/stage_rows.h"
-#include "pass/discontinuity.h"
 #include "pass/gather_chosen.h"
 #include "pass/gather_tree.h"
 #include "pass/light_paths.h"
@@ -175,7 +174,7 @@ static void add_pass(struct bd_report *report, enum bd_stage stage, const char *
     const uint32_t at = report->pass_count++;
     snprintf(report->passes[at].name, sizeof report->passes[0].name, "%s", name);
     report->passes[at].state = BD_PASS_PLANNED;
-    report->passes[at].of_each_sub_frame = bd_stage_rows[stage].is_of_each;
+    report->passes[at].of_each_sub_frame = bd_stage_rows[stage].of >= BD_STAGE_OF_EACH;
 }
 
 static void omit(struct bd_report *report, bool omitted, const char *pass, const char *reason)
@@ -211,27 +210,20 @@ static void list_omitted_passes(const struct bd_plan *plan, struct bd_report *re
     }
 }
 
-static void list_omitted_of_surfaces(const struct bd_plan *plan, const struct bd_features *f,
-                                     struct bd_report *report)
+static void list_omitted_parts(const struct bd_plan *plan, const struct bd_features *features,
+                               struct bd_report *report)
 {
-    bool maps = f->has_base_color_map || f->has_metallic_roughness_map || f->has_normal_map ||
-                f->has_emissive_map;
-    omit(report, !maps, "gbuffer", "texture code: no material has a map");
-    omit(report, !f->has_mask && !f->has_blend, "gbuffer", "alpha code: every material is opaque");
-    omit(report, !plan->emission, "gbuffer", "emission: no surface emits");
+    for (enum bd_stage stage = 0; stage < BD_STAGE_COUNT; stage++) {
+        const struct bd_stage_row *row = &bd_stage_rows[stage];
+        const struct bd_stage_part *part = bd_plan_has(plan, stage) ? row->parts : NULL;
+        for (; part && part->why_not; part++)
+            omit(report, part->is_left_out(plan, features), row->pass, part->why_not);
+    }
 }
 
-static void list_omitted_of_fragments(const struct bd_plan *plan, struct bd_report *report)
+static void list_omitted_of_blocks(const struct bd_plan *plan, struct bd_report *report)
 {
     const struct bd_params *p = &plan->params;
-    omit(report, p->depth_test == BD_DEPTH_TEST_OFF, "discontinuity",
-         "depth pyramid: depth_test=off");
-    omit(report, p->depth_test != BD_DEPTH_TEST_OFF && isinf(p->depth_threshold), "discontinuity",
-         "depth pyramid: depth_threshold=inf");
-    omit(report, p->normal_test == BD_NORMAL_TEST_OFF, "discontinuity",
-         "normal pyramid: normal_test=off");
-    omit(report, p->normal_test != BD_NORMAL_TEST_OFF && isinf(p->normal_threshold),
-         "discontinuity", "normal pyramid: normal_threshold=inf");
     if (!(plan->technique->params_read & BD_READS(BD_PARAM_LIGHT_THRESHOLD))) return;
     omit(report, isinf(p->light_threshold), "gather", "blocks split by light: light_threshold=inf");
     omit(report, p->surface_detail != BD_SURFACE_DETAIL_DIRECTION, "gather",
@@ -273,8 +265,8 @@ static void list_omitted(const struct bd_plan *plan, const struct bd_scene *scen
 {
     list_omitted_passes(plan, report);
     if (plan->technique->is_reference) return;
-    list_omitted_of_surfaces(plan, &scene->features, report);
-    if (bd_plan_has(plan, BD_STAGE_FRAGMENTS)) list_omitted_of_fragments(plan, report);
+    list_omitted_parts(plan, &scene->features, report);
+    if (bd_plan_has(plan, BD_STAGE_FRAGMENTS)) list_omitted_of_blocks(plan, report);
     if (plan->indirect && !plan->glossy)
         omit(report, true, glossy_pass(plan->technique), no_glossy_lobe(plan));
     if (plan->final_gather && !plan->rough)

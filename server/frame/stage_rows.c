@@ -1,5 +1,6 @@
 #include "frame/stage_rows.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -174,6 +175,64 @@ static const char *no_fragments(const struct bd_plan *plan)
     return takes(plan, BD_INPUT_FRAGMENTS) ? no_indirect(plan) : NULL;
 }
 
+// --- parts that are left out ------------------------------------------------------------------
+
+static bool has_no_map(const struct bd_plan *plan, const struct bd_features *f)
+{
+    (void)plan;
+    return !f->has_base_color_map && !f->has_metallic_roughness_map && !f->has_normal_map &&
+           !f->has_emissive_map;
+}
+
+static bool is_opaque(const struct bd_plan *plan, const struct bd_features *f)
+{
+    (void)plan;
+    return !f->has_mask && !f->has_blend;
+}
+
+static bool emits_nothing(const struct bd_plan *plan, const struct bd_features *f)
+{
+    (void)f;
+    return !plan->emission;
+}
+
+static const struct bd_stage_part parts_of_surfaces[] = {
+    {has_no_map, "texture code: no material has a map"},
+    {is_opaque, "alpha code: every material is opaque"},
+    {emits_nothing, "emission: no surface emits"},
+    {NULL, NULL},
+};
+
+static bool tests_no_depth(const struct bd_plan *plan, const struct bd_features *f)
+{
+    (void)f;
+    return plan->params.depth_test == BD_DEPTH_TEST_OFF;
+}
+
+static bool takes_any_depth(const struct bd_plan *plan, const struct bd_features *f)
+{
+    return !tests_no_depth(plan, f) && isinf(plan->params.depth_threshold);
+}
+
+static bool tests_no_normal(const struct bd_plan *plan, const struct bd_features *f)
+{
+    (void)f;
+    return plan->params.normal_test == BD_NORMAL_TEST_OFF;
+}
+
+static bool takes_any_normal(const struct bd_plan *plan, const struct bd_features *f)
+{
+    return !tests_no_normal(plan, f) && isinf(plan->params.normal_threshold);
+}
+
+static const struct bd_stage_part parts_of_tests[] = {
+    {tests_no_depth, "depth pyramid: depth_test=off"},
+    {takes_any_depth, "depth pyramid: depth_threshold=inf"},
+    {tests_no_normal, "normal pyramid: normal_test=off"},
+    {takes_any_normal, "normal pyramid: normal_threshold=inf"},
+    {NULL, NULL},
+};
+
 // --- what becomes of outputs ------------------------------------------------------------------
 
 #define OUTPUT(what, type)                                                                         \
@@ -226,9 +285,9 @@ static void destroy_lamps(void *renderer, void *output)
     bd_lamp_tree_destroy(&own);
 }
 
-#define KEEPS(what, in, run_it)                                                                    \
+#define KEEPS(what, in, place, run_it)                                                             \
     .run = run_it, .bytes = what##_bytes, .destroy = destroy_##what,                               \
-    .output = offsetof(struct bd_##in, what)
+    .output = offsetof(struct bd_##in, place)
 
 // --- the rows ---------------------------------------------------------------------------------
 
@@ -264,33 +323,34 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
     [BD_STAGE_GBUFFER] =
         {
             .pass = "gbuffer",
-            .is_of_each = true,
+            .of = BD_STAGE_OF_EACH,
             .is_needed = is_rendered,
+            .parts = parts_of_surfaces,
             .from = STAGE(SEEN),
             .reads = READS_BRDF | ASPECT(EMISSION) | BD_READ_EMISSION_UNIT,
             .params = PARAM(BRDF),
-            KEEPS(gbuffer, frame, bd_run_gbuffer),
+            KEEPS(gbuffer, frame, made.gbuffer, bd_run_gbuffer),
         },
     [BD_STAGE_SHADOW_MAP] =
         {
             .pass = "shadow_map",
-            .is_of_light = true,
+            .of = BD_STAGE_OF_LIGHT,
             .is_needed = is_lit,
             .why_not = no_light,
             .reads = READS_PLACES | BD_READ_LIGHT_SHAPE | BD_READ_SHADOW_TRACING,
             .params = PARAM(SHADOW_SIZE),
-            KEEPS(shadow_map, frame_light, bd_run_shadow_map),
+            KEEPS(shadow_map, frame_light, shadow_map, bd_run_shadow_map),
         },
     [BD_STAGE_DIRECT] =
         {
             .pass = "direct",
-            .is_of_each = true,
+            .of = BD_STAGE_OF_EACH,
             .is_needed = is_lit,
             .why_not = no_light,
             .from = STAGE(SEEN) | STAGE(SHADOW_MAP),
             .reads = READS_BRDF | BD_READ_LIGHT_POWER,
             .params = PARAM(BRDF) | PARAM(EXECUTOR),
-            KEEPS(direct, frame, bd_run_direct),
+            KEEPS(direct, frame, made.direct, bd_run_direct),
         },
     [BD_STAGE_RAYS] =
         {
@@ -299,7 +359,7 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
             .why_not = no_rays,
             .reads = READS_PLACES,
             .tracing = ASPECT(SIDES),
-            KEEPS(occluders, frame, bd_run_rays),
+            KEEPS(occluders, frame, occluders, bd_run_rays),
         },
     [BD_STAGE_EMITTERS] =
         {
@@ -307,69 +367,69 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
             .is_needed = has_area_lights,
             .why_not = no_area_light,
             .reads = READS_PLACES | ASPECT(SIDES) | ASPECT(EMISSION) | ASPECT(ENVIRONMENT),
-            KEEPS(emitters, frame, bd_run_emitters),
+            KEEPS(emitters, frame, emitters, bd_run_emitters),
         },
     [BD_STAGE_LAMPS] =
         {
             .pass = "lamps",
             .is_needed = has_lamps,
             .reads = READS_PLACES | BD_READ_LIGHT_SHAPE | BD_READ_LIGHT_POWER,
-            KEEPS(lamps, frame, bd_run_lamps),
+            KEEPS(lamps, frame, lamps, bd_run_lamps),
         },
     [BD_STAGE_AREA_LIGHT] =
         {
             .pass = "area_light",
-            .is_of_each = true,
+            .of = BD_STAGE_OF_EACH,
             .is_needed = is_lit_by_rays,
             .why_not = no_area_light,
             .from = STAGE(SEEN) | STAGE(RAYS) | STAGE(EMITTERS) | STAGE(LAMPS),
             .reads = READS_BRDF | BD_READ_LIGHT_SEED | BD_READ_UNIT,
             .params = PARAM(BRDF) | PARAM(LIGHT_RAYS) | PARAM(NOISE_FILTER) | PARAM(ALPHA),
-            KEEPS(area_light, frame, bd_run_area_light),
+            KEEPS(area_light, frame, made.area_light, bd_run_area_light),
         },
     [BD_STAGE_RSM] =
         {
             .pass = "rsm",
-            .is_of_light = true,
+            .of = BD_STAGE_OF_LIGHT,
             .is_needed = has_map,
             .why_not = no_map,
             .reads = READS_PLACES | READS_FACING | ASPECT(COLOUR) | ASPECT(METALNESS) |
                      BD_READ_LIGHT_SHAPE | BD_READ_LIGHT_SIDES | BD_READ_RSM_TRACING,
             .params = PARAM(BRDF) | PARAM(PAPER_MODE),
-            KEEPS(rsm, frame_light, bd_run_rsm),
+            KEEPS(rsm, frame_light, rsm, bd_run_rsm),
         },
     [BD_STAGE_VPL_GRID] =
         {
             .pass = "vpl_grid",
-            .is_of_light = true,
+            .of = BD_STAGE_OF_LIGHT,
             .is_needed = has_grid,
             .why_not = no_grid,
             .from = STAGE(RSM),
             .reads = BD_READ_LIGHT_POWER | BD_READ_LIGHT_SIDES,
             .params = PARAMS_OF_VPL,
-            KEEPS(vpls, frame_light, bd_run_vpl_grid),
+            KEEPS(vpls, frame_light, vpls, bd_run_vpl_grid),
         },
     [BD_STAGE_VPL_CLUSTERS] =
         {
             .pass = "vpl_clusters",
-            .is_of_light = true,
+            .of = BD_STAGE_OF_LIGHT,
             .is_needed = has_clusters,
             .why_not = no_clusters,
             .from = STAGE(RSM),
             .reads = BD_READ_LIGHT_POWER | BD_READ_LIGHT_SIDES | BD_READ_CLUSTERS_MOST,
             .params = PARAMS_OF_VPL | PARAMS_OF_TESTS | PARAM(CLUSTER_LEVELS) |
                       PARAM(CLUSTER_DEPTH_THRESHOLD) | PARAM(CLUSTER_NORMAL_THRESHOLD),
-            KEEPS(vpls, frame_light, bd_run_vpl_clusters),
+            KEEPS(vpls, frame_light, vpls, bd_run_vpl_clusters),
         },
     [BD_STAGE_VPL_TREE] =
         {
             .pass = "vpl_tree",
-            .is_of_light = true,
+            .of = BD_STAGE_OF_LIGHT,
             .is_needed = has_tree,
             .why_not = no_tree,
             .from = STAGE(VPL_GRID),
             .params = PARAM(TREE_ROOTS) | PARAM(EXECUTOR),
-            KEEPS(tree, frame_light, bd_run_vpl_tree),
+            KEEPS(tree, frame_light, tree, bd_run_vpl_tree),
         },
     [BD_STAGE_LIGHT_PATHS] =
         {
@@ -383,7 +443,7 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
             .gathering = ASPECT(ROUGHNESS),
             .params = PARAMS_OF_VPL | PARAM(BRDF) | PARAM(ALPHA) | PARAM(EXECUTOR) |
                       PARAM(INDIRECT_BOUNCES) | PARAM(WALK_VPLS),
-            KEEPS(light_paths, frame, bd_run_light_paths),
+            KEEPS(light_paths, frame, light_paths, bd_run_light_paths),
         },
     [BD_STAGE_VPL_ORDER] =
         {
@@ -391,36 +451,41 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
             .is_needed = has_order,
             .why_not = no_order,
             .from = STAGE(VPL_GRID) | STAGE(VPL_CLUSTERS) | STAGE(LIGHT_PATHS),
-            KEEPS(order, frame, bd_run_vpl_order),
+            KEEPS(order, frame, order, bd_run_vpl_order),
         },
     [BD_STAGE_DISCONTINUITY] =
         {
             .pass = "discontinuity",
+            .of = BD_STAGE_OF_WHOLE,
             .is_needed = has_fragments,
             .why_not = no_fragments,
+            .parts = parts_of_tests,
             .from = STAGE(SEEN),
             .params = PARAMS_OF_TESTS | PARAM(DEPTH_THRESHOLD) | PARAM(NORMAL_THRESHOLD) |
                       PARAM(SURFACE_DETAIL) | PARAM(COARSEST) | PARAM(FINEST),
-            KEEPS(discontinuity, frame, bd_run_discontinuity),
+            KEEPS(discontinuity, frame, made.discontinuity, bd_run_discontinuity),
         },
     [BD_STAGE_FRAGMENTS] =
         {
             .pass = "fragments",
+            .of = BD_STAGE_OF_WHOLE,
             .is_needed = has_fragments,
             .why_not = no_fragments,
             .from = STAGE(DISCONTINUITY),
-            KEEPS(fragments, frame, bd_run_fragments),
+            KEEPS(fragments, frame, made.fragments, bd_run_fragments),
         },
     [BD_STAGE_SURFACES] =
         {
             .pass = "surfaces",
+            .of = BD_STAGE_OF_WHOLE,
             .is_needed = has_fragments,
             .why_not = no_fragments,
             .from = STAGE(DISCONTINUITY),
-            KEEPS(surfaces, frame, bd_run_surfaces),
+            KEEPS(surfaces, frame, made.surfaces, bd_run_surfaces),
         },
     [BD_STAGE_INDIRECT] =
         {
+            .of = BD_STAGE_OF_WHOLE,
             .is_needed = is_indirect,
             .why_not = no_indirect,
             .from = STAGE(SEEN) | STAGES_OF_VPLS | STAGE(FRAGMENTS) | STAGE(SURFACES) | STAGE(RAYS),
@@ -428,20 +493,20 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
             .glossy = READS_BRDF,
             .reads_all_params = true,
             .brackets_itself = true,
-            KEEPS(indirect, frame, bd_run_indirect),
+            KEEPS(indirect, frame, made.indirect, bd_run_indirect),
         },
     [BD_STAGE_SHARE] =
         {
             .pass = "share",
-            .is_of_each = true,
+            .of = BD_STAGE_OF_SHARER,
             .is_needed = is_shared,
             .from = STAGE(GBUFFER) | STAGE(DIRECT) | STAGE(INDIRECT),
             .reads = BD_READ_ALONE,
             .brackets_itself = true,
-            KEEPS(indirect, frame, bd_run_share),
+            KEEPS(indirect, frame, made.indirect, bd_run_share),
         },
     [BD_STAGE_COMPOSITE] = {.pass = "composite",
-                            .is_of_each = true,
+                            .of = BD_STAGE_OF_EACH,
                             .is_needed = is_rendered,
                             .is_keyless = true},
     [BD_STAGE_READBACK] = {.pass = "readback", .is_needed = is_rendered, .is_keyless = true},
@@ -605,7 +670,7 @@ static uint64_t key_reads(uint64_t key, const struct bd_subject *subject, uint32
 static uint64_t key_from(uint64_t key, const struct bd_subject *subject, enum bd_stage from,
                          const struct bd_frame_light *light)
 {
-    if (light || !bd_stage_rows[from].is_of_light)
+    if (light || bd_stage_rows[from].of != BD_STAGE_OF_LIGHT)
         return bd_key_number(key, bd_stage_key(subject, from, light));
     for (uint32_t i = 0; i < subject->light_count; i++)
         key = bd_key_number(key, bd_stage_key(subject, from, &subject->lights[i]));

@@ -15,33 +15,39 @@
 
 #include "frame/plan.h"
 
-// In the order of the report.
+// X(NAME, name): all of them, in the order of the report, which is also that in which those of a
+// sub-frame run.
+#define BD_STAGES(X)                                                                               \
+    X(BVH, bvh) /* of the reference, with the next two: sched/ runs them */                        \
+    X(TRACE, trace)                                                                                \
+    X(FILTER, filter)                                                                              \
+    X(SEEN, seen)                                                                                  \
+    X(GBUFFER, gbuffer)                                                                            \
+    X(SHADOW_MAP, shadow_map)                                                                      \
+    X(DIRECT, direct)                                                                              \
+    X(RAYS, rays)                                                                                  \
+    X(EMITTERS, emitters) /* and the sky */                                                        \
+    X(LAMPS, lamps)       /* that are too many for maps */                                         \
+    X(AREA_LIGHT, area_light)                                                                      \
+    X(RSM, rsm)                                                                                    \
+    X(VPL_GRID, vpl_grid)                                                                          \
+    X(VPL_CLUSTERS, vpl_clusters)                                                                  \
+    X(VPL_TREE, vpl_tree)                                                                          \
+    X(LIGHT_PATHS, light_paths) /* from emitters and the sky */                                    \
+    X(VPL_ORDER, vpl_order)     /* of all lights */                                                \
+    X(DISCONTINUITY, discontinuity)                                                                \
+    X(FRAGMENTS, fragments)                                                                        \
+    X(SURFACES, surfaces)                                                                          \
+    X(INDIRECT, indirect) /* the technique's own passes */                                         \
+    X(SHARE, share)       /* the same for later sub-frames, from the first one's */                \
+    X(COMPOSITE, composite)                                                                        \
+    X(READBACK, readback)
+
 enum bd_stage {
-    BD_STAGE_BVH, // of the reference, with the next two: sched/ runs them
-    BD_STAGE_TRACE,
-    BD_STAGE_FILTER,
-    BD_STAGE_SEEN,
-    BD_STAGE_GBUFFER,
-    BD_STAGE_SHADOW_MAP,
-    BD_STAGE_DIRECT,
-    BD_STAGE_RAYS,
-    BD_STAGE_EMITTERS, // and the sky
-    BD_STAGE_LAMPS,    // that are too many for maps
-    BD_STAGE_AREA_LIGHT,
-    BD_STAGE_RSM,
-    BD_STAGE_VPL_GRID,
-    BD_STAGE_VPL_CLUSTERS,
-    BD_STAGE_VPL_TREE,
-    BD_STAGE_LIGHT_PATHS, // from emitters and the sky
-    BD_STAGE_VPL_ORDER,   // of all lights
-    BD_STAGE_DISCONTINUITY,
-    BD_STAGE_FRAGMENTS,
-    BD_STAGE_SURFACES,
-    BD_STAGE_INDIRECT, // the technique's own passes
-    BD_STAGE_SHARE,    // the same for later sub-frames, from the first one's
-    BD_STAGE_COMPOSITE,
-    BD_STAGE_READBACK,
-    BD_STAGE_COUNT,
+#define X(NAME, name) BD_STAGE_##NAME,
+    BD_STAGES(X)
+#undef X
+        BD_STAGE_COUNT
 };
 
 #define BD_STAGE_BIT(name) (1u << BD_STAGE_##name)
@@ -92,13 +98,28 @@ struct bd_subject {
     struct bd_viewpoint viewpoint;
 };
 
+// What of its output there is one for.
+enum bd_stage_of {
+    BD_STAGE_OF_FRAME,  // one, whoever looks; or none that is kept
+    BD_STAGE_OF_LIGHT,  // one a light
+    BD_STAGE_OF_WHOLE,  // one a sub-frame that has light of its own
+    BD_STAGE_OF_EACH,   // one a sub-frame
+    BD_STAGE_OF_SHARER, // one a sub-frame that takes its light from the first one's
+};
+
+// A part of a pass that a frame may do without, in plain words.
+struct bd_stage_part {
+    bool (*is_left_out)(const struct bd_plan *plan, const struct bd_features *features);
+    const char *why_not; // NULL: the list's end
+};
+
 struct bd_stage_row {
     const char *pass; // in the report; NULL: none, or the technique's own
-    bool is_of_light; // of each light; otherwise of a sub-frame
-    bool is_of_each;  // of each of the sub-frames that share their light, too
+    enum bd_stage_of of;
     bool (*is_needed)(const struct bd_plan *plan);
     // In plain words, where it is not; NULL: not worth a word.
     const char *(*why_not)(const struct bd_plan *plan);
+    const struct bd_stage_part *parts;
     uint32_t from;         // stages whose output is read; those of lights of its light, or of all
     uint32_t reads;        // bits of aspects and enum bd_stage_read
     uint32_t glossy;       // the same, where receivers are glossy

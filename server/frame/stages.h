@@ -69,13 +69,7 @@ struct bd_frame {
 
     // Of the current sub-frame: the keys of its stages that ran, and their outputs.
     uint64_t keys[BD_STAGE_COUNT];
-    struct bd_gbuffer *gbuffer;
-    struct bd_tex *direct;
-    struct bd_area_direct *area_light;
-    struct bd_discontinuity *discontinuity;
-    struct bd_fragments *fragments;
-    struct bd_surfaces *surfaces;
-    struct bd_indirect *indirect;
+    struct bd_made made;
 
     struct bd_sub_frame first; // of several, or of blocks: whose light the others share
     uint64_t sums_key;
@@ -90,25 +84,11 @@ enum bd_err bd_stage_upload(struct bd_frame *frame);
 // but for stages of lights. Stages that it is made from come first.
 enum bd_err bd_stage_run(struct bd_frame *frame, enum bd_stage stage, struct bd_frame_light *light);
 
-// How each is run: the rows' column.
-enum bd_err bd_run_gbuffer(struct bd_frame *frame, struct bd_frame_light *light);
-enum bd_err bd_run_shadow_map(struct bd_frame *frame, struct bd_frame_light *light);
-enum bd_err bd_run_direct(struct bd_frame *frame, struct bd_frame_light *light);
-enum bd_err bd_run_rays(struct bd_frame *frame, struct bd_frame_light *light);
-enum bd_err bd_run_emitters(struct bd_frame *frame, struct bd_frame_light *light);
-enum bd_err bd_run_lamps(struct bd_frame *frame, struct bd_frame_light *light);
-enum bd_err bd_run_area_light(struct bd_frame *frame, struct bd_frame_light *light);
-enum bd_err bd_run_rsm(struct bd_frame *frame, struct bd_frame_light *light);
-enum bd_err bd_run_vpl_grid(struct bd_frame *frame, struct bd_frame_light *light);
-enum bd_err bd_run_vpl_clusters(struct bd_frame *frame, struct bd_frame_light *light);
-enum bd_err bd_run_vpl_tree(struct bd_frame *frame, struct bd_frame_light *light);
-enum bd_err bd_run_light_paths(struct bd_frame *frame, struct bd_frame_light *light);
-enum bd_err bd_run_vpl_order(struct bd_frame *frame, struct bd_frame_light *light);
-enum bd_err bd_run_discontinuity(struct bd_frame *frame, struct bd_frame_light *light);
-enum bd_err bd_run_fragments(struct bd_frame *frame, struct bd_frame_light *light);
-enum bd_err bd_run_surfaces(struct bd_frame *frame, struct bd_frame_light *light);
-enum bd_err bd_run_indirect(struct bd_frame *frame, struct bd_frame_light *light);
-enum bd_err bd_run_share(struct bd_frame *frame, struct bd_frame_light *light);
+// How each is run: the rows' column. Those that sched/ runs have none.
+#define X(NAME, name)                                                                              \
+    enum bd_err bd_run_##name(struct bd_frame *frame, struct bd_frame_light *light);
+BD_STAGES(X)
+#undef X
 
 // The sums of as many sub-frames as earlier frames of the same view, layers and parameters added
 // up, but no more than this one asks for; or of none. The first sub-frame's stages were run. They

@@ -21,7 +21,7 @@ enum bd_err bd_run_gbuffer(struct bd_frame *frame, struct bd_frame_light *light)
         .emission = frame->plan->emission,
         .tracer = bd_stage_tracer(frame, (uint64_t)viewpoint->width_px * viewpoint->height_px),
     };
-    return bd_gbuffer_render(&frame->context, &inputs, &frame->gbuffer, frame->fault);
+    return bd_gbuffer_render(&frame->context, &inputs, &frame->made.gbuffer, frame->fault);
 }
 
 enum bd_err bd_run_direct(struct bd_frame *frame, struct bd_frame_light *light)
@@ -36,12 +36,12 @@ enum bd_err bd_run_direct(struct bd_frame *frame, struct bd_frame_light *light)
     const struct bd_direct_inputs inputs = {
         .scene = frame->scene,
         .viewpoint = &subject->viewpoint,
-        .gbuffer = frame->gbuffer,
+        .gbuffer = frame->made.gbuffer,
         .lights = lights,
         .light_count = subject->light_count,
         .lambert = frame->plan->params.lambert,
     };
-    enum bd_err err = bd_direct_run(&frame->context, &inputs, &frame->direct, frame->fault);
+    enum bd_err err = bd_direct_run(&frame->context, &inputs, &frame->made.direct, frame->fault);
     free(lights);
     return err;
 }
@@ -81,7 +81,7 @@ enum bd_err bd_run_area_light(struct bd_frame *frame, struct bd_frame_light *lig
     const struct bd_area_direct_inputs inputs = {
         .scene = frame->scene,
         .viewpoint = &frame->subject.viewpoint,
-        .gbuffer = frame->gbuffer,
+        .gbuffer = frame->made.gbuffer,
         .lights = frame->emitters,
         .lamps = frame->lamps,
         .visibility = bd_stage_light_visibility(frame),
@@ -90,14 +90,14 @@ enum bd_err bd_run_area_light(struct bd_frame *frame, struct bd_frame_light *lig
         .lambert = plan->params.lambert,
         .filtered = plan->params.noise_filter,
     };
-    return bd_area_direct_run(&frame->context, &inputs, &frame->area_light, frame->fault);
+    return bd_area_direct_run(&frame->context, &inputs, &frame->made.area_light, frame->fault);
 }
 
 static struct bd_discontinuity_inputs discontinuity_inputs(const struct bd_frame *frame)
 {
     const struct bd_params *params = &frame->plan->params;
     return (struct bd_discontinuity_inputs){
-        .gbuffer = frame->gbuffer,
+        .gbuffer = frame->made.gbuffer,
         .viewpoint = &frame->subject.viewpoint,
         .space = &frame->scene->space,
         .settings =
@@ -120,23 +120,23 @@ enum bd_err bd_run_discontinuity(struct bd_frame *frame, struct bd_frame_light *
 {
     (void)light;
     const struct bd_discontinuity_inputs inputs = discontinuity_inputs(frame);
-    return bd_discontinuity_run(&frame->context, &inputs, &frame->discontinuity, frame->fault);
+    return bd_discontinuity_run(&frame->context, &inputs, &frame->made.discontinuity, frame->fault);
 }
 
 enum bd_err bd_run_fragments(struct bd_frame *frame, struct bd_frame_light *light)
 {
     (void)light;
     const struct bd_discontinuity_inputs inputs = discontinuity_inputs(frame);
-    return bd_fragments_run(&frame->context, &inputs, frame->discontinuity, BD_REFINEMENT_ONE_PASS,
-                            &frame->fragments, frame->fault);
+    return bd_fragments_run(&frame->context, &inputs, frame->made.discontinuity,
+                            BD_REFINEMENT_ONE_PASS, &frame->made.fragments, frame->fault);
 }
 
 enum bd_err bd_run_surfaces(struct bd_frame *frame, struct bd_frame_light *light)
 {
     (void)light;
     const struct bd_discontinuity_inputs inputs = discontinuity_inputs(frame);
-    return bd_surfaces_run(&frame->context, &inputs, frame->discontinuity, &frame->surfaces,
-                           frame->fault);
+    return bd_surfaces_run(&frame->context, &inputs, frame->made.discontinuity,
+                           &frame->made.surfaces, frame->fault);
 }
 
 // Calls `run` with what a technique is given of the frame.
@@ -160,15 +160,12 @@ static enum bd_err with_inputs(struct bd_frame *frame,
     const struct bd_technique_inputs inputs = {
         .scene = frame->scene,
         .viewpoint = &frame->subject.viewpoint,
-        .gbuffer = frame->gbuffer,
+        .made = frame->made,
         .params = &frame->plan->params,
         .vpl_lists = lists,
         .vpl_trees = trees,
         .vpls_in_order = frame->order,
         .list_count = count,
-        .discontinuity = frame->discontinuity,
-        .fragments = frame->fragments,
-        .surfaces = frame->surfaces,
         .light_paths = frame->light_paths,
         .first_light = &first_light,
         .snapshot = frame->snapshot,
@@ -193,7 +190,7 @@ static enum bd_err with_inputs(struct bd_frame *frame,
 static enum bd_err light_indirectly(struct bd_frame *frame,
                                     const struct bd_technique_inputs *inputs)
 {
-    return frame->plan->technique->indirect(&frame->context, inputs, &frame->indirect,
+    return frame->plan->technique->indirect(&frame->context, inputs, &frame->made.indirect,
                                             frame->fault);
 }
 
@@ -202,7 +199,7 @@ static enum bd_err share_light(struct bd_frame *frame, const struct bd_technique
     const struct bd_first_sub_frame first = {&frame->first.viewpoint, frame->first.blocks,
                                              frame->first.gbuffer, frame->first.indirect};
     return bd_sub_frame_light(&frame->context, frame->plan->technique, inputs, &first,
-                              &frame->indirect, frame->fault);
+                              &frame->made.indirect, frame->fault);
 }
 
 enum bd_err bd_run_indirect(struct bd_frame *frame, struct bd_frame_light *light)
@@ -215,7 +212,7 @@ enum bd_err bd_run_indirect(struct bd_frame *frame, struct bd_frame_light *light
 // Both may choose and ask, lobes not where rays of theirs bring all; neither upsamples.
 static bool has_lit_by(const struct bd_frame *frame, const struct bd_technique_pass *pass)
 {
-    const bool lights = frame->indirect->fragment_count > 0, lobes = frame->plan->glossy;
+    const bool lights = frame->made.indirect->fragment_count > 0, lobes = frame->plan->glossy;
     if (pass->when & BD_WHEN_FIRST) return false;
     if (pass->when & (BD_WHEN_GLOSSY | BD_WHEN_FILTERED)) return lobes;
     if (pass->when) return lights || (lobes && !frame->plan->final_gather);
@@ -243,11 +240,5 @@ void bd_stage_forget_camera_side(struct bd_frame *frame)
 void bd_stage_leave_camera_side(struct bd_frame *frame)
 {
     memset(frame->keys, 0, sizeof frame->keys);
-    frame->gbuffer = NULL;
-    frame->direct = NULL;
-    frame->area_light = NULL;
-    frame->discontinuity = NULL;
-    frame->fragments = NULL;
-    frame->surfaces = NULL;
-    frame->indirect = NULL;
+    frame->made = (struct bd_made){0};
 }

@@ -28,8 +28,8 @@ struct bd_gather_fragments_inputs bd_fragment_inputs(const struct bd_technique_i
     return (struct bd_gather_fragments_inputs){
         .scene = inputs->scene,
         .viewpoint = inputs->viewpoint,
-        .gbuffer = inputs->gbuffer,
-        .discontinuity = inputs->discontinuity,
+        .gbuffer = inputs->made.gbuffer,
+        .discontinuity = inputs->made.discontinuity,
         .fragments = unlit->fragments,
         .lists = inputs->vpl_lists,
         .list_count = inputs->list_count,
@@ -79,15 +79,15 @@ static enum bd_err split(const struct bd_pass_context *context,
                          struct bd_fragments **out, struct bd_fault *fault)
 {
     const struct bd_discontinuity_inputs seen = {
-        .gbuffer = inputs->gbuffer,
+        .gbuffer = inputs->made.gbuffer,
         .viewpoint = inputs->viewpoint,
         .space = &inputs->scene->space,
     };
     const struct bd_light_of_blocks blocks = {light->coarse, light->coarse_vector};
     bd_gpu_pass_begin(context->gpu, pass);
     enum bd_err err =
-        bd_fragments_refine(context, &seen, inputs->discontinuity, inputs->fragments, parents,
-                            &blocks, inputs->params->light_threshold, out, fault);
+        bd_fragments_refine(context, &seen, inputs->made.discontinuity, inputs->made.fragments,
+                            parents, &blocks, inputs->params->light_threshold, out, fault);
     bd_gpu_pass_end(context->gpu);
     return err;
 }
@@ -99,7 +99,7 @@ static enum bd_err refine(const struct bd_pass_context *context,
                           bd_light_fragments_fn *light_fragments, struct lit *lit,
                           struct bd_fault *fault)
 {
-    const struct bd_fragments *last = inputs->fragments;
+    const struct bd_fragments *last = inputs->made.fragments;
     enum bd_err err = BD_ERR_OK;
     while (!err && last->count > last->level_count[0]) {
         BD_ASSERT(lit->part_count < BD_MULTIRES_LEVEL_MAX);
@@ -119,9 +119,9 @@ static enum bd_err filter(const struct bd_pass_context *context,
                           const struct bd_technique_inputs *inputs, struct lit *lit,
                           struct bd_fault *fault)
 {
-    const struct bd_unlit unlit = {.fragments = inputs->fragments};
+    const struct bd_unlit unlit = {.fragments = inputs->made.fragments};
     const struct bd_gather_fragments_inputs gather = bd_fragment_inputs(inputs, &unlit);
-    const struct bd_fragments *lists[BD_MULTIRES_LEVEL_MAX + 1] = {inputs->fragments};
+    const struct bd_fragments *lists[BD_MULTIRES_LEVEL_MAX + 1] = {inputs->made.fragments};
     for (uint32_t i = 0; i < lit->part_count; i++) lists[i + 1] = lit->parts[i];
     return bd_filter_fragments_run(context, &gather, lists, lit->part_count + 1, &lit->light,
                                    fault);
@@ -129,7 +129,7 @@ static enum bd_err filter(const struct bd_pass_context *context,
 
 static uint64_t fragment_count(const struct bd_technique_inputs *inputs, const struct lit *lit)
 {
-    uint64_t count = inputs->fragments->count;
+    uint64_t count = inputs->made.fragments->count;
     for (uint32_t i = 0; i < lit->part_count; i++) count += lit->parts[i]->count;
     return count;
 }
@@ -151,7 +151,7 @@ static enum bd_err light(const struct bd_pass_context *context,
                          bd_light_fragments_fn *light_fragments, struct lit *lit,
                          struct bd_fault *fault)
 {
-    const struct bd_unlit unlit = {.fragments = inputs->fragments,
+    const struct bd_unlit unlit = {.fragments = inputs->made.fragments,
                                    .spread = is_refined(inputs->params)};
     enum bd_err err = light_fragments(context, inputs, &unlit, &lit->light, fault);
     if (!err && unlit.spread) err = refine(context, inputs, pass, light_fragments, lit, fault);
@@ -165,11 +165,11 @@ static enum bd_err upsample(const struct bd_pass_context *context,
     const struct bd_upsample_inputs upsample = {
         .scene = inputs->scene,
         .viewpoint = inputs->viewpoint,
-        .gbuffer = inputs->gbuffer,
-        .fragments = inputs->fragments,
+        .gbuffer = inputs->made.gbuffer,
+        .fragments = inputs->made.fragments,
         .parts = lit->parts,
         .part_count = lit->part_count,
-        .surfaces = inputs->surfaces,
+        .surfaces = inputs->made.surfaces,
         .light = lit->light,
         .detail = (enum bd_surface_detail)inputs->params->surface_detail,
         .keep_vector =

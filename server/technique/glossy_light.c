@@ -9,10 +9,10 @@ static enum bd_err find_blocks(const struct bd_pass_context *context,
                                struct bd_discontinuity **out, struct bd_fault *fault)
 {
     const struct bd_glossy_blocks_inputs blocks = {
-        .gbuffer = inputs->gbuffer,
+        .gbuffer = inputs->made.gbuffer,
         .viewpoint = inputs->viewpoint,
         .space = &inputs->scene->space,
-        .discontinuity = inputs->discontinuity,
+        .discontinuity = inputs->made.discontinuity,
         .normal_threshold = inputs->params->normal_threshold,
         .material_threshold = inputs->params->material_threshold,
     };
@@ -26,7 +26,7 @@ static enum bd_err find_start(const struct bd_pass_context *context,
                               struct bd_fragments **out, struct bd_fault *fault)
 {
     const struct bd_discontinuity_inputs seen = {
-        .gbuffer = inputs->gbuffer,
+        .gbuffer = inputs->made.gbuffer,
         .viewpoint = inputs->viewpoint,
         .space = &inputs->scene->space,
     };
@@ -49,7 +49,7 @@ static enum bd_err add(const struct bd_pass_context *context,
     const struct bd_subsplats_inputs subsplats = {
         .scene = inputs->scene,
         .viewpoint = inputs->viewpoint,
-        .gbuffer = inputs->gbuffer,
+        .gbuffer = inputs->made.gbuffer,
         .start = start,
         .irradiance = indirect->irradiance,
         .lists = inputs->vpl_lists,

@@ -20,8 +20,8 @@ static enum bd_err light_missing(const struct bd_pass_context *context,
                                  const struct bd_shared_light *shared, struct bd_fault *fault)
 {
     struct bd_technique_inputs own = *inputs;
-    own.discontinuity = shared->pixels;
-    own.fragments = shared->missing;
+    own.made.discontinuity = shared->pixels;
+    own.made.fragments = shared->missing;
     struct bd_multires_light into = {.layout = shared->pixels->layout,
                                      .fine = shared->indirect->irradiance};
     const struct bd_unlit unlit = {.fragments = shared->missing, .into = &into};
@@ -41,7 +41,7 @@ enum bd_err bd_sub_frame_light(const struct bd_pass_context *context,
     const struct bd_share_inputs share = {
         .scene = inputs->scene,
         .viewpoint = inputs->viewpoint,
-        .gbuffer = inputs->gbuffer,
+        .gbuffer = inputs->made.gbuffer,
         .first_viewpoint = first->viewpoint,
         .blocks = first->blocks,
         .first_gbuffer = first->gbuffer,

@@ -87,6 +87,7 @@ struct bd_tolerance {
     const char *settings;
 };
 
+struct bd_area_direct;
 struct bd_discontinuity;
 struct bd_first_light;
 struct bd_irradiance_cells;
@@ -96,19 +97,28 @@ struct bd_scene;
 struct bd_surfaces;
 struct bd_vpl_tree;
 
+// What stages of a frame made of what the camera sees (frame/stage_rows.h), each by its stage's
+// name. The frame's memo owns it. A technique has no `direct`, `area_light` and `indirect`.
+struct bd_made {
+    struct bd_gbuffer *gbuffer;
+    struct bd_tex *direct;
+    struct bd_area_direct *area_light;
+    struct bd_discontinuity *discontinuity; // with the next two: BD_INPUT_FRAGMENTS
+    struct bd_fragments *fragments;
+    struct bd_surfaces *surfaces;
+    struct bd_indirect *indirect;
+};
+
 struct bd_technique_inputs {
     const struct bd_gpu_scene *scene;
     const struct bd_viewpoint *viewpoint;
-    const struct bd_gbuffer *gbuffer;
+    struct bd_made made;
     const struct bd_params *params;
     const struct bd_vpl_list *const *vpl_lists; // BD_INPUT_VPL_GRID or _CLUSTERS: one a light,
                                                 // and light paths' (pass/light_paths.h)
     const struct bd_vpl_tree *const *vpl_trees; // BD_INPUT_VPL_TREE; one a list
     uint32_t list_count;
     const struct bd_vpl_list *vpls_in_order;      // of all lists, where some are chosen; else NULL
-    const struct bd_discontinuity *discontinuity; // BD_INPUT_FRAGMENTS
-    const struct bd_fragments *fragments;         // BD_INPUT_FRAGMENTS
-    const struct bd_surfaces *surfaces;           // BD_INPUT_FRAGMENTS
     const struct bd_light_paths *light_paths;     // BD_INPUT_FINAL_GATHER
     const struct bd_first_light *first_light;     // likewise
     const struct bd_irradiance_cells *cells;      // of sub-frames that share: the first one's
@@ -219,7 +229,7 @@ bd_technique_gather_inputs(const struct bd_technique_inputs *inputs)
     return (struct bd_gather_inputs){
         .scene = inputs->scene,
         .viewpoint = inputs->viewpoint,
-        .gbuffer = inputs->gbuffer,
+        .gbuffer = inputs->made.gbuffer,
         .lists = inputs->vpl_lists,
         .list_count = inputs->list_count,
         .near_patches = inputs->params->vpl_kernel == BD_KERNEL_PATCH,
