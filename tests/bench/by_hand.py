@@ -59,15 +59,20 @@ def add_names(made, standard):
                       type=lambda text: tuple(text.split(",")), default=standard)
 
 
+def name_programs(build, refuse):
+    """Of a build, to the harness."""
+    for variable, place in PROGRAMS.items():
+        os.environ.setdefault(variable, str(build.resolve() / place))
+        if not pathlib.Path(os.environ[variable]).is_file():
+            refuse(f"BUILD_DIR: there is no {os.environ[variable]}")
+
+
 def parse(made, words, names=()):
     """Checks what would else be found out after hours: that every scene is there, of `--scenes` or
     of `names`, and a folder for the result. Names the build's programs to the harness."""
     options = made.parse_args(words)
     options.build = options.build.resolve()
-    for variable, place in PROGRAMS.items():
-        os.environ.setdefault(variable, str(options.build / place))
-        if not pathlib.Path(os.environ[variable]).is_file():
-            made.error(f"BUILD_DIR: there is no {os.environ[variable]}")
+    name_programs(options.build, made.error)
     for name in getattr(options, "names", names):
         if not (options.scenes / f"{name}.glb").is_file():
             made.error(f"SCENES_DIR: there is no {options.scenes / name}.glb")

@@ -6,10 +6,10 @@ import json
 import numpy
 import pytest
 
-from harness.bench import papers
-from harness.bench.papers import errors, explain, measured, options, page, panels, scenes, store
-from harness.bench.papers.figure import Figure, Group, Line, Panel, Run, Target
+import papers
 from harness.glb import Glb
+from papers import errors, explain, measured, options, page, panels, scenes, store
+from papers.figure import Figure, Group, Line, Panel, Run, Target
 from test_page import Checker
 
 pytest.importorskip("matplotlib")
@@ -327,18 +327,18 @@ def test_the_explanations_that_are_kept_belong_to_something():
 # --- the command line -----------------------------------------------------------------------
 
 @pytest.mark.parametrize("words", [["--figures", "tree,nothing"], ["--figures", ""], ["--figures", "tree", "--runs", "0"],
-                                   ["--figures", "tree", "--shrink", "x"], ["--figures", "tree", "box.glb"]])
+                                   ["--figures", "tree", "--shrink", "x"], ["--figures", "tree", "box.glb"], ["--figure", "tree"]])
 def test_mistakes_are_refused(words, tmp_path, capsys):
     with pytest.raises(SystemExit) as fault:
-        options.parse([*words, "--scenes", str(tmp_path)])
+        options.parse(["build", *words, "--scenes", str(tmp_path)])
     assert fault.value.code == 2 and "usage" in capsys.readouterr().err
 
 
 def test_options_arrive(tmp_path, capsys):
-    asked = options.parse(["--figures", "all", "--scenes", str(tmp_path), "--shrink", "4"])
+    asked = options.parse(["build", "--figures", "all", "--scenes", str(tmp_path), "--shrink", "4"])
     assert asked.figures == papers.FIGURES and asked.shrink == 4 and asked.runs == options.ROUNDS
-    assert options.parse(["--figures=cost,tree", "--scenes", str(tmp_path)]).figures == ("cost", "tree")
-    assert options.wanted(["--figures=cost"]) and not options.wanted(["box.glb", "--runs", "3"])
+    assert options.parse(["build", "--figures=cost,tree", "--scenes", str(tmp_path)]).figures == ("cost", "tree")
+    assert options.parse(["build", "--scenes", str(tmp_path)]).figures == papers.FIGURES
     with pytest.raises(SystemExit):
-        options.parse(["--figures", "tree", "--scenes", str(tmp_path / "no")])
+        options.parse(["build", "--figures", "tree", "--scenes", str(tmp_path / "no")])
     assert "no such folder" in capsys.readouterr().err

@@ -9,15 +9,16 @@ from pathlib import Path
 import pytest
 
 from harness.bench import compare
-from harness.bench.papers import errors
 from harness.daemon import Daemon, NoDevice
+from papers import errors
 
+REDRAW = Path(__file__).with_name("redraw.py")
 SCENE = Path(__file__).resolve().parents[1] / "scenes" / "cornell.glb"
 EXIT_FAILED, EXIT_DEVICE = 5, 6
 
 
 def bench(folder, scenes, *more):
-    words = [sys.executable, "-m", "harness", "bench", "--figures", "gather_or_splat", "--scenes",
+    words = [sys.executable, str(REDRAW), os.environ["BD_BUILD_DIR"], "--figures", "gather_or_splat", "--scenes",
              str(scenes), "--shrink", "64", "--runs", "2", "-o", str(folder / "out"), *more]
     return subprocess.run(words, capture_output=True, text=True, timeout=240, check=False,
                           env={**os.environ, "MPLCONFIGDIR": str(folder)})

@@ -28,8 +28,8 @@ FACTS = {
     # The command line's exit code says that the target was missed.
     "frame option (target_error)": (r"target[_-]error", ("server/frame", "server/sched", "server/technique", "clients/cli/cmd_render.c")),
     "command (scene_log)": (r"scene_?log(_reply)?", ()),
-    # Techniques light the blocks that it makes, and the papers' figures measure it.
-    "pass (discontinuity)": (r"discontinuity", ("server/pass", "server/technique", "shaders", "clients/harness/bench/papers")),
+    # Techniques light the blocks that it makes.
+    "pass (discontinuity)": (r"discontinuity", ("server/pass", "server/technique", "shaders")),
 }
 
 

@@ -15,9 +15,7 @@ them "auto" with several budgets, "reference+filter", and, where Blender is inst
 Each point is rendered again and again, each time taking nothing over from earlier frames, and timed;
 its picture is compared with two references: the whole rendering equation ("full"), and the technique's
 own model of it ("model"). DIR gets bench.html, bench.svg, bench.csv and bench.json. Points that
-bench.json has are not run again; Ctrl-C keeps what there is.
-
-bounce bench --figures all --help: the source papers' figures redrawn, instead."""
+bench.json has are not run again; Ctrl-C keeps what there is."""
 
 
 def _size(text):

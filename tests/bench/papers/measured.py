@@ -1,7 +1,7 @@
 """Frames of a group, in turns: times from reports as bench takes them, errors of their pictures."""
 import shlex
 
-from .. import measure
+from harness.bench import measure
 from . import errors
 
 SEED = 1

@@ -1,21 +1,21 @@
-"""bench --figures from end to end: figures to groups, groups to papers.json and a page."""
+"""redraw.py from end to end: figures to groups, groups to papers.json and a page."""
 import datetime
 import shlex
 import sys
 import time
 
-from ... import techniques
-from ...daemon import Daemon, RenderError
-from .. import measure
-from ..store import machine, settings_text
-from . import load_figure, measured, options, page, scenes
+from harness import techniques
+from harness.bench import measure
+from harness.bench.store import machine, settings_text
+from harness.daemon import Daemon, RenderError
+
+from . import load_figure, measured, page, scenes
 from .store import Store
 
 EXIT_INTERRUPTED, EXIT_FAILED = 130, 5
 
 
-def main(words):
-    asked = options.parse(words)
+def main(asked, words):
     with Daemon(device=asked.device, timeout_s=measure.FRAME_SECONDS) as daemon:
         session = Session(daemon, asked, words)
         try:
@@ -28,7 +28,7 @@ def main(words):
 
 
 def say(text):
-    print(f"bench: {text}", file=sys.stderr, flush=True)
+    print(f"redraw: {text}", file=sys.stderr, flush=True)
 
 
 class Session:
@@ -40,7 +40,7 @@ class Session:
         self.techniques = {t.name: t for t in techniques.registered(daemon)}
         self.store = Store(asked.output)
         self.figures = [load_figure(name) for name in asked.figures]
-        self.origin = {"command": shlex.join(["bounce", "bench", *words]), "machine": machine(),
+        self.origin = {"command": shlex.join(["redraw.py", *words]), "machine": machine(),
                        "shrink": asked.shrink}
         self.device = None  # what reports say of it, and of the build; the first scene asks
         self.failed = False

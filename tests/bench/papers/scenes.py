@@ -5,9 +5,9 @@ import math
 
 import numpy
 
-from ... import shapes
-from ...glb import Glb
-from ...gltf import Writer, facing
+from harness import shapes
+from harness.glb import Glb
+from harness.gltf import Writer, facing
 
 
 class Missing(Exception):
