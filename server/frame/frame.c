@@ -57,7 +57,7 @@ static enum bd_err run_light_side(struct bd_frame *frame)
     if (!built) built = bd_stage_run(frame, BD_STAGE_EMITTERS, NULL);
     if (!built) built = bd_stage_run(frame, BD_STAGE_LAMPS, NULL);
     if (built) return built;
-    for (uint32_t i = 0; !frame->plan->lamps_by_rays && i < frame->subject.light_count; i++) {
+    for (uint32_t i = 0; !frame->plan->punctuals_by_rays && i < frame->subject.light_count; i++) {
         struct bd_frame_light *light = &frame->subject.lights[i];
         enum bd_err err = bd_stage_run(frame, BD_STAGE_SHADOW_MAP, light);
         if (!err) err = bd_stage_run(frame, BD_STAGE_RSM, light);

@@ -39,7 +39,7 @@ static uint64_t count_vpls(const struct bd_plan *plan, const struct bd_scene *sc
         return bd_plan_light_path_count(plan) +
                bd_plan_photon_vpl_count(plan) *
                    ((plan->light_count > 0) + (uint32_t)plan->emitters);
-    for (uint32_t i = 0; !plan->lamps_by_rays && i < scene->placed_light_count; i++) {
+    for (uint32_t i = 0; !plan->punctuals_by_rays && i < scene->placed_light_count; i++) {
         if (!bd_plan_light_shines(plan, scene, i)) continue;
         const struct bd_light_setup setup = bd_light_setup_of(scene, i);
         uint64_t side = bd_plan_grid_side(plan, &setup);
@@ -64,7 +64,7 @@ static enum bd_tracing tracing_of(const struct bd_plan *plan)
         return BD_TRACING_NONE;
     if (plan->params.drawing == BD_DRAWING_RAYS) return BD_TRACING_ALL;
     const bool has_rays =
-        plan->rays || plan->area_lights || plan->lamps_by_rays || plan->light_paths;
+        plan->rays || plan->area_lights || plan->punctuals_by_rays || plan->light_paths;
     return has_rays && !plan->params.paper_mode && plan->triangle_count > BD_PLAN_DRAWN_MAX
                ? BD_TRACING_WHERE_MANY
                : BD_TRACING_NONE;
@@ -75,7 +75,7 @@ static uint32_t traced_stages_of(const struct bd_plan *plan, const struct bd_sce
 {
     const uint64_t pixels = (uint64_t)request->width_px * request->height_px;
     uint32_t stages = bd_plan_traces(plan, pixels) ? BD_STAGE_BIT(GBUFFER) : 0;
-    for (uint32_t i = 0; !plan->lamps_by_rays && i < scene->placed_light_count; i++) {
+    for (uint32_t i = 0; !plan->punctuals_by_rays && i < scene->placed_light_count; i++) {
         if (!bd_plan_light_shines(plan, scene, i)) continue;
         const struct bd_light_setup setup = bd_light_setup_of(scene, i);
         const uint32_t side = bd_plan_rsm_size(plan, &setup, bd_plan_grid_side(plan, &setup));
@@ -105,10 +105,10 @@ static double total_flux_lm(const struct bd_plan *plan, const struct bd_scene *s
     return flux_lm;
 }
 
-// --- lamps by maps or by rays ---------------------------------------------------------------
+// --- punctual lights by maps or by rays ----------------------------------------------------------
 
 // So few are always by maps, which last while cameras move.
-#define LAMPS_FEW 8u
+#define PUNCTUALS_FEW 8u
 // What a ray of a pixel takes, chosen and traced, in texels of a shadow map, drawn and looked up:
 // 100 by 10 ns in a hall of boxes, 200 by 20 in Sponza.
 #define TEXELS_PER_RAY 10.0
@@ -141,7 +141,7 @@ static bool are_by_rays(const struct bd_plan *plan, const struct bd_scene *scene
         !has_place || params->lamps == BD_LAMPS_MAPS)
         return false;
     if (params->lamps == BD_LAMPS_RAYS) return true;
-    return !params->paper_mode && plan->light_count > LAMPS_FEW &&
+    return !params->paper_mode && plan->light_count > PUNCTUALS_FEW &&
            map_texels(plan, scene) > TEXELS_PER_RAY * ray_count(plan, request);
 }
 
@@ -445,7 +445,7 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
     out->sky = renders && f->has_environment && lights & BD_LIGHTS_ENVIRONMENT;
     out->area_lights = out->emitters || out->sky;
     out->light_count = count_lights(out, scene);
-    out->lamps_by_rays = are_by_rays(out, scene, request);
+    out->punctuals_by_rays = are_by_rays(out, scene, request);
     const bool reflects = out->technique->indirect != NULL;
     const bool reflects_areas = reflects && out->area_lights &&
                                 model_of(out).indirect_lights & ~(uint32_t)BD_LIGHTS_PUNCTUAL;
@@ -453,7 +453,7 @@ enum bd_err bd_plan_make(const struct bd_scene *scene, const struct bd_frame_req
     out->bounces = model_of(out).indirect_bounces;
     out->final_gather = out->indirect && out->technique->inputs & BD_INPUT_FINAL_GATHER;
     out->light_paths = reflects_areas || out->final_gather ||
-                       (out->indirect && (out->bounces > 1 || out->lamps_by_rays));
+                       (out->indirect && (out->bounces > 1 || out->punctuals_by_rays));
     out->glossy = out->indirect && out->technique->model.glossy_receivers && !out->params.lambert &&
                   f->has_glossy;
     out->rough = out->final_gather && !out->params.lambert && f->has_rough &&
@@ -515,10 +515,10 @@ uint32_t bd_plan_light_path_count(const struct bd_plan *plan)
 {
     if (!plan->light_paths) return 0;
     if (plan->final_gather && !plan->sky) return 0;
-    const bool has_maps = plan->light_count > 0 && !plan->lamps_by_rays;
+    const bool has_maps = plan->light_count > 0 && !plan->punctuals_by_rays;
     const double share = vpl_budget_of(plan) / (has_maps ? 4 : 1);
     const double most =
-        fmin(share, plan->lamps_by_rays ? BD_LIGHT_PATHS_OF_LAMPS_MAX : BD_LIGHT_PATHS_MAX);
+        fmin(share, plan->punctuals_by_rays ? BD_LIGHT_PATHS_OF_PUNCTUALS_MAX : BD_LIGHT_PATHS_MAX);
     const double count = fmax(fmin(plan->params.vpls, most), 1);
     if (!(plan->technique->inputs & BD_INPUT_VPL_TREE)) return (uint32_t)count;
     const uint32_t side = nearest_power_of_two(sqrt(count));

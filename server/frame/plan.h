@@ -29,7 +29,8 @@ struct bd_plan {
     bool rig_yields;      // the default lights do, to what else shines
     bool area_lights;     // some surface emits or some sky shines, and lights
     bool emitters, sky;   // which of them
-    bool light_paths;     // surfaces send that on, lamps' light by rays, or any more than once
+    bool
+        light_paths; // surfaces send that on, punctual lights' light by rays, or any more than once
     bool final_gather;    // the technique has one: there are light paths, in two sets
     uint32_t bounces;     // of indirect light
     bool indirect;        // the technique's indirect light runs
@@ -52,7 +53,7 @@ struct bd_plan {
     bool unoccluded;
     uint32_t layers;      // that are made: the request's, beauty, and what auto exposure reads
     uint32_t light_count; // that are punctual and shine
-    bool lamps_by_rays;   // without maps: area_light has their light, light_paths what is sent on
+    bool punctuals_by_rays; // without maps: area_light has their light, light_paths what is sent on
     double flux_lm;       // of all of them
     // Follows from request and scene, until bd_plan_place. Keys of `seen`, `shadow_map` and `rsm`
     // hold what it comes to, and `bvh` then reads SIDES, since rays pass backs by.
@@ -110,13 +111,13 @@ uint32_t bd_plan_tree_root_side(const struct bd_plan *plan, const struct bd_ligh
 // Rays that look for lights, or for what is seen, ask the processor, whatever the device.
 static inline bool bd_plan_asks_processor(const struct bd_plan *plan)
 {
-    return plan->area_lights || plan->lamps_by_rays || plan->tracing != BD_TRACING_NONE;
+    return plan->area_lights || plan->punctuals_by_rays || plan->tracing != BD_TRACING_NONE;
 }
 
 // VPLs of light paths; 0 where there are none, and for a final gather without a sky. For trees a square of
 // a power of two. And roots along a side of their tree; 0 where the technique has none.
 uint32_t bd_plan_light_path_count(const struct bd_plan *plan);
-// Beside them, for a final gather: photons of all lamps, and of all emitters.
+// Beside them, for a final gather: photons of all punctual lights, and of all emitters.
 uint32_t bd_plan_photon_vpl_count(const struct bd_plan *plan);
 uint32_t bd_plan_light_path_root_side(const struct bd_plan *plan);
 

@@ -28,7 +28,7 @@ static bool is_rendered(const struct bd_plan *plan)
 
 static bool is_lit(const struct bd_plan *plan)
 {
-    return plan->light_count > 0 && is_rendered(plan) && !plan->lamps_by_rays;
+    return plan->light_count > 0 && is_rendered(plan) && !plan->punctuals_by_rays;
 }
 
 static bool is_indirect(const struct bd_plan *plan)
@@ -46,14 +46,14 @@ static bool has_area_lights(const struct bd_plan *plan)
     return plan->area_lights;
 }
 
-static bool has_lamps(const struct bd_plan *plan)
+static bool has_punctuals(const struct bd_plan *plan)
 {
-    return plan->lamps_by_rays;
+    return plan->punctuals_by_rays;
 }
 
 static bool is_lit_by_rays(const struct bd_plan *plan)
 {
-    return plan->area_lights || plan->lamps_by_rays;
+    return plan->area_lights || plan->punctuals_by_rays;
 }
 
 static bool is_shared(const struct bd_plan *plan)
@@ -66,9 +66,9 @@ static bool takes(const struct bd_plan *plan, uint32_t inputs)
     return (plan->technique->inputs & inputs) != 0;
 }
 
-static bool reflects_lamps(const struct bd_plan *plan)
+static bool reflects_punctuals(const struct bd_plan *plan)
 {
-    return plan->indirect && plan->light_count > 0 && !plan->lamps_by_rays;
+    return plan->indirect && plan->light_count > 0 && !plan->punctuals_by_rays;
 }
 
 static bool has_light_paths(const struct bd_plan *plan)
@@ -78,22 +78,22 @@ static bool has_light_paths(const struct bd_plan *plan)
 
 static bool has_map(const struct bd_plan *plan)
 {
-    return reflects_lamps(plan) && takes(plan, BD_INPUT_VPL_GRID | BD_INPUT_VPL_CLUSTERS);
+    return reflects_punctuals(plan) && takes(plan, BD_INPUT_VPL_GRID | BD_INPUT_VPL_CLUSTERS);
 }
 
 static bool has_grid(const struct bd_plan *plan)
 {
-    return reflects_lamps(plan) && takes(plan, BD_INPUT_VPL_GRID);
+    return reflects_punctuals(plan) && takes(plan, BD_INPUT_VPL_GRID);
 }
 
 static bool has_clusters(const struct bd_plan *plan)
 {
-    return reflects_lamps(plan) && takes(plan, BD_INPUT_VPL_CLUSTERS);
+    return reflects_punctuals(plan) && takes(plan, BD_INPUT_VPL_CLUSTERS);
 }
 
 static bool has_tree(const struct bd_plan *plan)
 {
-    return reflects_lamps(plan) && takes(plan, BD_INPUT_VPL_TREE);
+    return reflects_punctuals(plan) && takes(plan, BD_INPUT_VPL_TREE);
 }
 
 // A tree is in order by itself, and so is what a final gather asks.
@@ -109,7 +109,7 @@ static bool has_fragments(const struct bd_plan *plan)
 
 static const char *no_light(const struct bd_plan *plan)
 {
-    if (plan->lamps_by_rays) return "many punctual lights: by rays";
+    if (plan->punctuals_by_rays) return "many punctual lights: by rays";
     return is_rendered(plan) ? "no punctual light shines" : NULL;
 }
 
@@ -275,14 +275,14 @@ static void destroy_emitters(void *renderer, void *output)
 
 static uint64_t lamps_bytes(const void *output)
 {
-    return bd_lamp_tree_bytes(output);
+    return bd_punctual_tree_bytes(output);
 }
 
 static void destroy_lamps(void *renderer, void *output)
 {
     (void)renderer;
-    struct bd_lamp_tree *own = output;
-    bd_lamp_tree_destroy(&own);
+    struct bd_punctual_tree *own = output;
+    bd_punctual_tree_destroy(&own);
 }
 
 #define KEEPS(what, in, place, run_it)                                                             \
@@ -372,7 +372,7 @@ const struct bd_stage_row bd_stage_rows[BD_STAGE_COUNT] = {
     [BD_STAGE_LAMPS] =
         {
             .pass = "lamps",
-            .is_needed = has_lamps,
+            .is_needed = has_punctuals,
             .reads = READS_PLACES | BD_READ_LIGHT_SHAPE | BD_READ_LIGHT_POWER,
             KEEPS(lamps, frame, lamps, bd_run_lamps),
         },

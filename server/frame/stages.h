@@ -9,7 +9,7 @@
 #include "frame/frame.h"
 #include "frame/stage_rows.h"
 #include "lights/area_lights.h"
-#include "lights/lamp_tree.h"
+#include "lights/punctual_tree.h"
 #include "pass/area_direct.h"
 #include "pass/composite.h"
 #include "pass/direct.h"
@@ -61,7 +61,7 @@ struct bd_frame {
     struct bd_occluders *occluders;
     struct bd_tracer tracer;            // of them
     struct bd_area_lights *emitters;    // and the sky
-    struct bd_lamp_tree *lamps;         // that have no maps
+    struct bd_punctual_tree *lamps;     // that have no maps
     struct bd_light_paths *light_paths; // from them
     struct bd_vpl_list *order;          // the VPLs of all lights
     uint64_t rests_on; // the key of what the stage that runs makes its output of; 0: of nothing
@@ -101,8 +101,8 @@ const struct bd_tracer *bd_stage_tracer(struct bd_frame *frame, uint64_t samples
 
 // Rays that look for lights with a size.
 struct bd_visibility_inputs bd_stage_light_visibility(const struct bd_frame *frame);
-// All lamps, in render space and the frame's unit; the caller's.
-struct bd_light_uniform *bd_stage_lamps(const struct bd_frame *frame);
+// All punctual lights, in render space and the frame's unit; the caller's.
+struct bd_light_uniform *bd_stage_punctuals(const struct bd_frame *frame);
 // Lists of VPLs, how many there are and may be: one a light that has maps, and those of the light
 // paths, which come last.
 uint32_t bd_stage_lists(const struct bd_frame *frame, const struct bd_vpl_list **lists);

@@ -83,7 +83,7 @@ enum bd_err bd_run_area_light(struct bd_frame *frame, struct bd_frame_light *lig
         .viewpoint = &frame->subject.viewpoint,
         .gbuffer = frame->made.gbuffer,
         .lights = frame->emitters,
-        .lamps = frame->lamps,
+        .punctuals = frame->lamps,
         .visibility = bd_stage_light_visibility(frame),
         .rays = light_rays_of(frame),
         .seed = seed_of_sub_frame(&frame->subject),
@@ -150,11 +150,12 @@ static enum bd_err with_inputs(struct bd_frame *frame,
     BD_ASSERT(lists && trees);
     const uint32_t count = bd_stage_lists(frame, lists);
     bd_stage_trees(frame, trees);
-    struct bd_light_uniform *lamps = frame->plan->final_gather ? bd_stage_lamps(frame) : NULL;
+    struct bd_light_uniform *punctuals =
+        frame->plan->final_gather ? bd_stage_punctuals(frame) : NULL;
     const struct bd_first_light first_light = {
         frame->emitters,
-        lamps,
-        lamps ? frame->subject.light_count : 0,
+        punctuals,
+        punctuals ? frame->subject.light_count : 0,
         &frame->scene->space,
     };
     const struct bd_technique_inputs inputs = {
@@ -181,7 +182,7 @@ static enum bd_err with_inputs(struct bd_frame *frame,
         .normal_maps = frame->plan->normal_maps,
     };
     enum bd_err err = run(frame, &inputs);
-    free(lamps);
+    free(punctuals);
     free(lists);
     free(trees);
     return err;

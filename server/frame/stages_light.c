@@ -134,22 +134,23 @@ enum bd_err bd_run_vpl_tree(struct bd_frame *frame, struct bd_frame_light *light
     return bd_vpl_tree_run(&frame->context, &inputs, &light->tree, frame->fault);
 }
 
-struct bd_light_uniform *bd_stage_lamps(const struct bd_frame *frame)
+struct bd_light_uniform *bd_stage_punctuals(const struct bd_frame *frame)
 {
     const struct bd_subject *subject = &frame->subject;
-    struct bd_light_uniform *lamps = calloc(subject->light_count + 1, sizeof *lamps);
-    BD_ASSERT(lamps);
+    struct bd_light_uniform *punctuals = calloc(subject->light_count + 1, sizeof *punctuals);
+    BD_ASSERT(punctuals);
     for (uint32_t i = 0; i < subject->light_count; i++)
-        lamps[i] = bd_light_setup_uniform(&subject->lights[i].setup, &frame->scene->space, 0);
-    return lamps;
+        punctuals[i] = bd_light_setup_uniform(&subject->lights[i].setup, &frame->scene->space, 0);
+    return punctuals;
 }
 
 enum bd_err bd_run_lamps(struct bd_frame *frame, struct bd_frame_light *light)
 {
     (void)light;
     bd_slicer_work(frame->context.slicer, "emitters");
-    return bd_lamp_tree_create(bd_stage_lamps(frame), frame->subject.light_count, bd_slicer_pause,
-                               frame->context.slicer, &frame->lamps, frame->fault);
+    return bd_punctual_tree_create(bd_stage_punctuals(frame), frame->subject.light_count,
+                                   bd_slicer_pause, frame->context.slicer, &frame->lamps,
+                                   frame->fault);
 }
 
 // On the way to a place that is seen, or to one that a final gather's rays meet.
@@ -163,19 +164,19 @@ enum bd_err bd_run_light_paths(struct bd_frame *frame, struct bd_frame_light *li
 {
     (void)light;
     const struct bd_plan *plan = frame->plan;
-    struct bd_light_uniform *lamps = bd_stage_lamps(frame);
+    struct bd_light_uniform *punctuals = bd_stage_punctuals(frame);
     const struct bd_light_paths_inputs inputs = {
         .scene = frame->scene,
         .snapshot = frame->snapshot,
         .lights = frame->emitters,
-        .lamps = lamps,
-        .lamp_count = frame->subject.light_count,
-        .lamps_fall = plan->lamps_by_rays && !plan->final_gather,
+        .punctuals = punctuals,
+        .punctual_count = frame->subject.light_count,
+        .punctuals_fall = plan->punctuals_by_rays && !plan->final_gather,
         .reflections = reflections_of(plan),
         .visibility = bd_stage_light_visibility(frame),
         .count = bd_plan_light_path_count(plan),
         .walk_vpls = plan->final_gather ? plan->params.walk_vpls : 0,
-        .lamp_vpls = plan->light_count > 0 ? bd_plan_photon_vpl_count(plan) : 0,
+        .punctual_vpls = plan->light_count > 0 ? bd_plan_photon_vpl_count(plan) : 0,
         .emitter_vpls = plan->emitters ? bd_plan_photon_vpl_count(plan) : 0,
         .seed = frame->subject.seed,
         .kernel = (enum bd_vpl_kernel)plan->params.vpl_kernel,
@@ -187,7 +188,7 @@ enum bd_err bd_run_light_paths(struct bd_frame *frame, struct bd_frame_light *li
     };
     const enum bd_err err =
         bd_light_paths_run(&frame->context, &inputs, &frame->light_paths, frame->fault);
-    free(lamps);
+    free(punctuals);
     return err;
 }
 
@@ -196,7 +197,7 @@ static uint32_t lights_with_lists(const struct bd_frame *frame)
 {
     const uint32_t inputs = frame->plan->technique->inputs;
     const bool has_maps = inputs & (BD_INPUT_VPL_GRID | BD_INPUT_VPL_CLUSTERS);
-    return has_maps && !frame->plan->lamps_by_rays ? frame->subject.light_count : 0;
+    return has_maps && !frame->plan->punctuals_by_rays ? frame->subject.light_count : 0;
 }
 
 uint32_t bd_stage_lists(const struct bd_frame *frame, const struct bd_vpl_list **lists)

@@ -1,7 +1,8 @@
-// A tree over many emitters, triangles or lamps, from which some are drawn about in proportion to
-// what they may send to a receiver. A cut of it is made for the receiver, finer where what is below
-// a node is near; a node of the cut is drawn, and from there a leaf, by the flux of both sides, how
-// far away they are, how high above the receiver's horizon, and how far they turn away from it.
+// A tree over many emitters, triangles or punctual lights, from which some are drawn about in
+// proportion to what they may send to a receiver. A cut of it is made for the receiver, finer where
+// what is below a node is near; a node of the cut is drawn, and from there a leaf, by the flux of
+// both sides, how far away they are, how high above the receiver's horizon, and how far they turn
+// away from it.
 //
 // Balanced, halved along the longest axis, so that a place in the order says the way to a leaf.
 // Estevez and Kulla 2018 (sampling of many lights).

@@ -8,9 +8,9 @@
 #include "image/light_filter.h"
 #include "pass/area_samples.h"
 #include "pass/filter_light.h"
-#include "pass/lamp_light.h"
 #include "pass/lobe.h"
 #include "pass/nearest.h"
+#include "pass/punctual_light.h"
 #include "pass/receivers.h"
 
 #define HALVES 2u
@@ -20,10 +20,10 @@
 #define FEW_RAYS 8u
 // Of the slicer, one for each evaluation of a VPL: what a ray takes to be chosen.
 #define UNITS_PER_RAY 60.0
-// Of a lamp's ray, which is traced too, and a pixel that lamps light.
-#define UNITS_PER_LAMP_RAY 200.0
+// Of a punctual light's ray, which is traced too, and a pixel that punctual lights light.
+#define UNITS_PER_PUNCTUAL_RAY 200.0
 #define UNITS_PER_LIT      500.0
-// Pixels along a side of a block that lamps are found for.
+// Pixels along a side of a block that punctual lights are found for.
 #define BLOCK_SIDE 8u
 
 struct area {
@@ -31,7 +31,7 @@ struct area {
     struct bd_processor processor;
     const struct bd_area_direct_inputs *inputs;
     struct bd_area_sampling sampling;
-    struct bd_lamp_light lamps;
+    struct bd_punctual_light punctuals;
     uint32_t width_px, height_px;
     bd_dvec3 eye; // render space
     // Of the picture.
@@ -266,7 +266,7 @@ static enum bd_err light_by_areas(struct area *a)
     return err;
 }
 
-// --- lamps --------------------------------------------------------------------------------------
+// --- punctual lights -----------------------------------------------------------------------------
 
 static f3 pixel_of(const struct bd_image *image, size_t pixel)
 {
@@ -296,23 +296,23 @@ static void light_block(void *user, uint32_t block)
     const struct bd_tile *tile = &a->part->slice.tile;
     const uint32_t left = block % blocks_across(a) * BLOCK_SIDE;
     const uint32_t top = block / blocks_across(a) * BLOCK_SIDE;
-    struct bd_area_receiver at[BD_LAMP_BLOCK] = {0};
-    struct bd_area_light_found halves[BD_LAMP_BLOCK][HALVES] = {0};
+    struct bd_area_receiver at[BD_PUNCTUAL_BLOCK] = {0};
+    struct bd_area_light_found halves[BD_PUNCTUAL_BLOCK][HALVES] = {0};
     uint32_t count = 0;
     for (uint32_t y = top; y < top + BLOCK_SIDE && y < tile->height; y++)
         for (uint32_t x = left; x < left + BLOCK_SIDE && x < tile->width; x++) {
             const uint32_t index = y * tile->width + x;
             count += bd_lobe_receiver_at(a->part, index / BD_LANES, index % BD_LANES, &at[count]);
         }
-    bd_lamp_light_block(&a->lamps, at, count, halves);
+    bd_punctual_light_block(&a->punctuals, at, count, halves);
     for (uint32_t i = 0; i < count; i++) add_to_pixel(a, &at[i], halves[i]);
 }
 
-static enum bd_err light_by_lamps(struct area *a)
+static enum bd_err light_by_punctuals(struct area *a)
 {
     const uint32_t down = (a->part->slice.tile.height + BLOCK_SIDE - 1) / BLOCK_SIDE;
     const double units =
-        BD_LAMP_BLOCK * (UNITS_PER_LIT + UNITS_PER_LAMP_RAY * (double)a->lamps.rays);
+        BD_PUNCTUAL_BLOCK * (UNITS_PER_LIT + UNITS_PER_PUNCTUAL_RAY * (double)a->punctuals.rays);
     bd_slicer_work(a->context.slicer, "lamps");
     return bd_receivers_each(&a->context, blocks_across(a) * down, units, light_block, a);
 }
@@ -323,7 +323,7 @@ static enum bd_err light_part(void *user, const struct bd_receiver_part *part)
     a->part = part;
     enum bd_err err = bd_receivers_each(&a->context, part->group_count, BD_LANES, see_group, a);
     if (!err && a->inputs->lights) err = light_by_areas(a);
-    if (!err && a->inputs->lamps) err = light_by_lamps(a);
+    if (!err && a->inputs->punctuals) err = light_by_punctuals(a);
     return err;
 }
 
@@ -466,11 +466,11 @@ static struct area area_of(const struct bd_pass_context *context,
         .processor = {inputs->visibility.pool, NULL},
         .inputs = inputs,
         .sampling = bd_area_sampling_of(inputs->lights, inputs->rays, inputs->seed),
-        .lamps = {.lamps = inputs->lamps,
-                  .occluders = inputs->visibility.occluders->rays,
-                  .alpha = inputs->visibility.alpha,
-                  .rays = inputs->rays,
-                  .lambert = inputs->lambert},
+        .punctuals = {.punctuals = inputs->punctuals,
+                      .occluders = inputs->visibility.occluders->rays,
+                      .alpha = inputs->visibility.alpha,
+                      .rays = inputs->rays,
+                      .lambert = inputs->lambert},
         .width_px = viewpoint->width_px,
         .height_px = viewpoint->height_px,
         .eye = bd_render_from_world(space, viewpoint->position_m),
@@ -479,7 +479,7 @@ static struct area area_of(const struct bd_pass_context *context,
     a.sampling.reach = 1.01f * (float)space->radius;
     a.sampling.from_cd_m2 = (float)(1 / space->unit_cd_m2);
     a.sampling.lambert = inputs->lambert;
-    a.lamps.seed = a.sampling.seed;
+    a.punctuals.seed = a.sampling.seed;
     return a;
 }
 
@@ -502,7 +502,8 @@ enum bd_err bd_area_direct_run(const struct bd_pass_context *context,
                                struct bd_area_direct **out, struct bd_fault *fault)
 {
     struct area a = area_of(context, inputs, fault);
-    const bool shines = inputs->lamps || (inputs->lights && bd_area_lights_shine(inputs->lights));
+    const bool shines =
+        inputs->punctuals || (inputs->lights && bd_area_lights_shine(inputs->lights));
     struct bd_area_direct *light = *out = calloc(1, sizeof *light);
     BD_ASSERT(light);
     a.context.processor = &a.processor;

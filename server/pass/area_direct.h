@@ -1,6 +1,6 @@
 // Direct light of lights that have a size, emissive surfaces and the sky (lights/area_lights.h),
-// and of lamps that are too many for maps (pass/lamp_light.h), under the glTF BRDF: by rays from
-// every pixel, on the processor, whatever the device.
+// and of punctual lights that are too many for maps (pass/punctual_light.h), under the glTF BRDF:
+// by rays from every pixel, on the processor, whatever the device.
 //
 // Of each pixel half of the rays make one picture and half another, which share no random number;
 // their difference is the noise, and the filter smooths irradiance, and what lobes reflect beyond
@@ -11,7 +11,7 @@
 // All ways to find a direction share by the balance heuristic (Veach 1995), so mirrors show lamps,
 // and rough floors near them do not glitter.
 //
-// Lamps have as many rays of their own.
+// Punctual lights have as many rays of their own.
 //
 // Unbiased before the filter. Cost: some 6 us a pixel and core at 16 rays; 232 bytes a pixel of the
 // picture and 16 MiB while it runs.
@@ -22,7 +22,7 @@
 #define BD_PASS_AREA_DIRECT_H
 
 #include "lights/area_lights.h"
-#include "lights/lamp_tree.h"
+#include "lights/punctual_tree.h"
 #include "pass/gbuffer.h"
 #include "pass/visibility.h"
 
@@ -33,7 +33,7 @@ struct bd_area_direct_inputs {
     const struct bd_viewpoint *viewpoint;
     const struct bd_gbuffer *gbuffer;
     const struct bd_area_lights *lights;    // NULL: none
-    const struct bd_lamp_tree *lamps;       // NULL: none, or others have their light
+    const struct bd_punctual_tree *punctuals; // NULL: none, or others have their light
     struct bd_visibility_inputs visibility; // of the processor
     uint32_t rays;                          // of a pixel: even, 2 to BD_LIGHT_RAYS_MAX
     uint64_t seed;

@@ -7,7 +7,7 @@
 #include "kernel/all_channels.h"
 #include "lights/sequence.h"
 #include "pass/area_samples.h"
-#include "pass/lamp_photons.h"
+#include "pass/punctual_photons.h"
 #include "pass/receivers.h"
 
 // To emitters and the sky.
@@ -16,9 +16,9 @@
 #define AT_ONCE 16384u
 // Of the slicer, one for each evaluation of a VPL.
 #define UNITS_PER_PLACE 300.0
-#define UNITS_PER_LAMP  4.0
+#define UNITS_PER_PUNCTUAL 4.0
 // Numbers that nobody else of a frame draws by its seed.
-#define OF_LAMPS 0x6c616d70u
+#define OF_PUNCTUALS 0x6c616d70u
 
 struct lighting {
     const struct bd_pass_context *context;
@@ -34,26 +34,27 @@ struct lighting {
     uint32_t *occluded;
 };
 
-static uint32_t lamps_asked(const struct bd_first_light *light)
+static uint32_t punctuals_asked(const struct bd_first_light *light)
 {
-    return light->lamp_count < BD_FIRST_LAMPS ? light->lamp_count : BD_FIRST_LAMPS;
+    return light->punctual_count < BD_FIRST_PUNCTUALS ? light->punctual_count : BD_FIRST_PUNCTUALS;
 }
 
-// --- lamps --------------------------------------------------------------------------------------
+// --- punctual lights -----------------------------------------------------------------------------
 
-static f3 light_of_lamp(const struct bd_light_uniform *lamp, const struct bd_surface_point *place)
+static f3 light_of_punctual(const struct bd_light_uniform *punctual,
+                            const struct bd_surface_point *place)
 {
-    return bd_lamp_irradiance(lamp, place->position, place->normal);
+    return bd_punctual_irradiance(punctual, place->position, place->normal);
 }
 
-static void ask_lamp(const struct lighting *l, const struct bd_surface_point *place,
-                     const struct bd_light_uniform *lamp, f3 brings, uint32_t ray)
+static void ask_punctual(const struct lighting *l, const struct bd_surface_point *place,
+                         const struct bd_light_uniform *punctual, f3 brings, uint32_t ray)
 {
-    const f3 direction = f3_of(lamp->direction.x, lamp->direction.y, lamp->direction.z);
+    const f3 direction = f3_of(punctual->direction.x, punctual->direction.y, punctual->direction.z);
     const f3 from = place->position;
-    const f3 to = lamp->kind.x == BD_LIGHT_KIND_DIRECTIONAL
-                      ? f3_sub(from, f3_scale(direction, lamp->direction.w))
-                      : f3_of(lamp->position.x, lamp->position.y, lamp->position.z);
+    const f3 to = punctual->kind.x == BD_LIGHT_KIND_DIRECTIONAL
+                      ? f3_sub(from, f3_scale(direction, punctual->direction.w))
+                      : f3_of(punctual->position.x, punctual->position.y, punctual->position.z);
     l->brought[ray] = brings;
     if (!(brings.x > 0 || brings.y > 0 || brings.z > 0)) return;
     l->segments[ray] = (struct bd_segment){.from = {from.x, from.y, from.z},
@@ -63,34 +64,37 @@ static void ask_lamp(const struct lighting *l, const struct bd_surface_point *pl
 }
 
 // In even steps through what all would give.
-static void draw_lamps(const struct lighting *l, const struct bd_surface_point *place, uint32_t ray)
+static void draw_punctuals(const struct lighting *l, const struct bd_surface_point *place,
+                           uint32_t ray)
 {
     const struct bd_first_light *light = l->light;
     float sum = 0, passed = 0, start[2];
-    for (uint32_t i = 0; i < light->lamp_count; i++)
-        sum += strongest_channel(light_of_lamp(&light->lamps[i], place));
+    for (uint32_t i = 0; i < light->punctual_count; i++)
+        sum += strongest_channel(light_of_punctual(&light->punctuals[i], place));
     if (!(sum > 0)) return;
     bd_sequence_pair(&l->sequence, place->number, start);
-    const float step = sum / BD_FIRST_LAMPS;
+    const float step = sum / BD_FIRST_PUNCTUALS;
     uint32_t next = 0;
-    for (uint32_t i = 0; i < light->lamp_count && next < BD_FIRST_LAMPS; i++) {
-        const f3 brings = light_of_lamp(&light->lamps[i], place);
+    for (uint32_t i = 0; i < light->punctual_count && next < BD_FIRST_PUNCTUALS; i++) {
+        const f3 brings = light_of_punctual(&light->punctuals[i], place);
         passed += strongest_channel(brings);
-        for (; next < BD_FIRST_LAMPS && ((float)next + start[0]) * step < passed; next++)
-            ask_lamp(l, place, &light->lamps[i], f3_scale(brings, step / strongest_channel(brings)),
-                     ray + next);
+        for (; next < BD_FIRST_PUNCTUALS && ((float)next + start[0]) * step < passed; next++)
+            ask_punctual(l, place, &light->punctuals[i],
+                         f3_scale(brings, step / strongest_channel(brings)), ray + next);
     }
 }
 
-static void ask_lamps(const struct lighting *l, const struct bd_surface_point *place, uint32_t ray)
+static void ask_punctuals(const struct lighting *l, const struct bd_surface_point *place,
+                          uint32_t ray)
 {
     const struct bd_first_light *light = l->light;
-    if (light->lamp_count > BD_FIRST_LAMPS) {
-        draw_lamps(l, place, ray);
+    if (light->punctual_count > BD_FIRST_PUNCTUALS) {
+        draw_punctuals(l, place, ray);
         return;
     }
-    for (uint32_t i = 0; i < light->lamp_count; i++)
-        ask_lamp(l, place, &light->lamps[i], light_of_lamp(&light->lamps[i], place), ray + i);
+    for (uint32_t i = 0; i < light->punctual_count; i++)
+        ask_punctual(l, place, &light->punctuals[i], light_of_punctual(&light->punctuals[i], place),
+                     ray + i);
 }
 
 // --- emitters and the sky -----------------------------------------------------------------------
@@ -116,14 +120,14 @@ static void ask_areas(const struct lighting *l, const struct bd_surface_point *p
 static void ask_group(void *user, uint32_t group)
 {
     const struct lighting *l = user;
-    const uint32_t lamps = lamps_asked(l->light);
+    const uint32_t punctuals = punctuals_asked(l->light);
     for (uint32_t i = group * BD_LANES; i < (group + 1) * BD_LANES; i++) {
         const size_t first = (size_t)i * l->ray_count;
         memset(l->segments + first, 0, l->ray_count * sizeof *l->segments);
         memset(l->brought + first, 0, l->ray_count * sizeof *l->brought);
         if (i >= l->count) continue;
-        ask_lamps(l, &l->places[i], (uint32_t)first);
-        if (l->light->lights) ask_areas(l, &l->places[i], (uint32_t)first + lamps);
+        ask_punctuals(l, &l->places[i], (uint32_t)first);
+        if (l->light->lights) ask_areas(l, &l->places[i], (uint32_t)first + punctuals);
     }
 }
 
@@ -157,7 +161,7 @@ static enum bd_err light_some(struct lighting *l, const struct bd_visibility_inp
                               struct bd_fault *fault)
 {
     const uint32_t groups = (l->count + BD_LANES - 1) / BD_LANES;
-    const double units = UNITS_PER_PLACE + UNITS_PER_LAMP * l->light->lamp_count;
+    const double units = UNITS_PER_PLACE + UNITS_PER_PUNCTUAL * l->light->punctual_count;
     bd_slicer_work(l->context->slicer, "first light");
     enum bd_err err = bd_receivers_each(l->context, groups, units * BD_LANES, ask_group, l);
     if (!err)
@@ -172,10 +176,10 @@ static struct lighting lighting_of(const struct bd_pass_context *context,
                                    const struct bd_first_light *light, uint64_t seed)
 {
     struct lighting l = {.context = context, .light = light};
-    l.sequence = bd_sequence_of((uint32_t)(seed ^ seed >> 32), OF_LAMPS);
-    l.ray_count = lamps_asked(light) + (light->lights ? AREA_RAYS : 0);
+    l.sequence = bd_sequence_of((uint32_t)(seed ^ seed >> 32), OF_PUNCTUALS);
+    l.ray_count = punctuals_asked(light) + (light->lights ? AREA_RAYS : 0);
     if (!light->lights) return l;
-    l.sampling = bd_area_sampling_of(light->lights, 2 * AREA_RAYS, seed ^ OF_LAMPS);
+    l.sampling = bd_area_sampling_of(light->lights, 2 * AREA_RAYS, seed ^ OF_PUNCTUALS);
     l.sampling.reach = 1.01f * (float)light->space->radius;
     l.sampling.from_cd_m2 = (float)(1 / light->space->unit_cd_m2);
     l.sampling.lambert = true;

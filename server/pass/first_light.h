@@ -1,8 +1,10 @@
 // Light that comes straight from lights of all kinds to places on surfaces, wherever they are: what
-// rays that met something ask about it. Of at most BD_FIRST_LAMPS lamps each is asked, of more as
-// many, drawn by what they would give; emitters and the sky get two rays (pass/area_samples.h).
+// rays that met something ask about it. Of at most BD_FIRST_PUNCTUALS punctual lights each is
+// asked, of more as many, drawn by what they would give; emitters and the sky get two rays
+// (pass/area_samples.h).
 //
-// Unbiased. Private to pass/. Cost: six rays a place at most, and every lamp is weighed there.
+// Unbiased. Private to pass/. Cost: six rays a place at most, and every punctual light is weighed
+// there.
 //
 // Thread: render thread, and the pool's.
 
@@ -14,14 +16,14 @@
 #include "pass/visibility.h"
 #include "shared/light.h"
 
-#define BD_FIRST_LAMPS 4u
+#define BD_FIRST_PUNCTUALS 4u
 
 struct bd_render_space;
 
 struct bd_first_light {
     const struct bd_area_lights *lights; // NULL: none
-    const struct bd_light_uniform *lamps;
-    uint32_t lamp_count;
+    const struct bd_light_uniform *punctuals;
+    uint32_t punctual_count;
     const struct bd_render_space *space;
 };
 

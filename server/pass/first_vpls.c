@@ -8,8 +8,8 @@
 #include "lights/sequence.h"
 #include "lights/surface_hits.h"
 #include "pass/emitter_photons.h"
-#include "pass/lamp_photons.h"
 #include "pass/nearest.h"
+#include "pass/punctual_photons.h"
 #include "pass/receivers.h"
 
 // Of the slicer, one for each evaluation of a VPL.
@@ -17,7 +17,7 @@
 // So many set out in about a millisecond.
 #define PHOTONS_TO_PAUSE 8192u
 // Numbers that nobody else of a frame draws by its seed.
-#define OF_LAMPS    0x766c616du
+#define OF_PUNCTUALS 0x766c616du
 #define OF_EMITTERS 0x76656d69u
 
 struct photons {
@@ -28,7 +28,7 @@ struct photons {
     struct bd_ray *rays;
     struct bd_ray_hit *met;
     f3 *flux;             // of each
-    float *inverse_range; // of its lamp
+    float *inverse_range; // of its punctual light
     struct bd_vec4 (*lights)[BD_VPL_VEC4S];
 };
 
@@ -41,38 +41,40 @@ static enum bd_err set_out(struct photons *p, struct bd_ray ray, f3 flux, float 
     return p->count % PHOTONS_TO_PAUSE == 0 ? bd_slicer_pause(p->context->slicer) : BD_ERR_OK;
 }
 
-// What a lamp has of the photons, for each unit of it: half by its flux, half as all lamps. Which
-// of them light what is seen nobody knows here, and a weak one may be the only one.
-static double weight_of(const struct bd_light_uniform *lamp, double all, uint32_t shining)
+// What a punctual light has of the photons, for each unit of it: half by its flux, half as all
+// punctual lights. Which of them light what is seen nobody knows here, and a weak one may be the
+// only one.
+static double weight_of(const struct bd_light_uniform *punctual, double all, uint32_t shining)
 {
-    const double flux = strongest_channel(bd_lamp_flux(lamp));
+    const double flux = strongest_channel(bd_punctual_flux(punctual));
     return flux > 0 ? 0.5 * flux / all + 0.5 / shining : 0;
 }
 
 // In even steps through the weights of all.
-static enum bd_err set_out_from_lamps(struct photons *p)
+static enum bd_err set_out_from_punctuals(struct photons *p)
 {
     const struct bd_first_vpls_inputs *in = p->inputs;
-    const struct bd_sequence sequence = bd_sequence_of(bd_askers_seed(in->seed), OF_LAMPS);
+    const struct bd_sequence sequence = bd_sequence_of(bd_askers_seed(in->seed), OF_PUNCTUALS);
     double all = 0, passed = 0;
     uint32_t shining = 0, next = 0;
-    for (uint32_t i = 0; i < in->lamp_count; i++) {
-        const double flux = strongest_channel(bd_lamp_flux(&in->lamps[i]));
+    for (uint32_t i = 0; i < in->punctual_count; i++) {
+        const double flux = strongest_channel(bd_punctual_flux(&in->punctuals[i]));
         all += flux;
         shining += flux > 0;
     }
-    const double step = 1.0 / in->of_lamps;
+    const double step = 1.0 / in->of_punctuals;
     enum bd_err err = BD_ERR_OK;
-    for (uint32_t i = 0; !err && all > 0 && i < in->lamp_count; i++) {
-        const double weight = weight_of(&in->lamps[i], all, shining);
+    for (uint32_t i = 0; !err && all > 0 && i < in->punctual_count; i++) {
+        const double weight = weight_of(&in->punctuals[i], all, shining);
         const f3 carried =
-            f3_scale(bd_lamp_flux(&in->lamps[i]), weight > 0 ? (float)(step / weight) : 0);
-        const bool last = i + 1 == in->lamp_count;
+            f3_scale(bd_punctual_flux(&in->punctuals[i]), weight > 0 ? (float)(step / weight) : 0);
+        const bool last = i + 1 == in->punctual_count;
         passed += weight;
-        for (; !err && next < in->of_lamps && (last || (next + 0.5) * step < passed); next++) {
+        for (; !err && next < in->of_punctuals && (last || (next + 0.5) * step < passed); next++) {
             float number[2];
             bd_sequence_pair(&sequence, next, number);
-            err = set_out(p, bd_lamp_ray(&in->lamps[i], number), carried, in->lamps[i].position.w);
+            err = set_out(p, bd_punctual_ray(&in->punctuals[i], number), carried,
+                          in->punctuals[i].position.w);
         }
     }
     return err;
@@ -125,7 +127,7 @@ static enum bd_err fly(struct photons *p, struct bd_fault *fault)
 {
     struct bd_ray_counts traced = {0};
     bd_slicer_work(p->context->slicer, "first photons");
-    enum bd_err err = set_out_from_lamps(p);
+    enum bd_err err = set_out_from_punctuals(p);
     if (!err) err = set_out_from_emitters(p);
     if (!err)
         err = bd_nearest_ask(p->context, p->inputs->visibility, p->rays, p->count, p->met, &traced,
@@ -142,7 +144,7 @@ enum bd_err bd_first_vpls_run(const struct bd_pass_context *context,
                               struct bd_vec4 (*lights)[BD_VPL_VEC4S],
                               struct bd_vec4 (*quads)[BD_VPL_QUAD_VEC4S], struct bd_fault *fault)
 {
-    const size_t room = (size_t)inputs->of_lamps + inputs->of_emitters;
+    const size_t room = (size_t)inputs->of_punctuals + inputs->of_emitters;
     struct photons p = {.context = context,
                         .inputs = inputs,
                         .rays = malloc((room + 1) * sizeof *p.rays),

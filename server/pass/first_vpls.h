@@ -2,9 +2,10 @@
 // of each as its part of all their flux, of emissive surfaces likewise. All of the light lands
 // somewhere, on however small a surface. Private to pass/.
 //
-// Against a grid over a lamp's map: no block of it straddles an edge, whatever the lamp sees from
-// the side; and lamps may be many. What is off is where photons fall, which goes faster than by
-// chance as they become many (Sobol 1967). For soft lists (pass/vpl_order.h): they have no areas.
+// Against a grid over a punctual light's map: no block of it straddles an edge, whatever the
+// punctual light sees from the side; and punctual lights may be many. What is off is where photons
+// fall, which goes faster than by chance as they become many (Sobol 1967). For soft lists
+// (pass/vpl_order.h): they have no areas.
 //
 // A function of the snapshot, these numbers and the seed. Cost: some 2 us of one core each.
 //
@@ -23,7 +24,7 @@
 #include "shared/types.h"
 #include "shared/vpl.h"
 
-// Of lamps, and of emitters: some 100 bytes each while they fly.
+// Of punctual lights, and of emitters: some 100 bytes each while they fly.
 #define BD_FIRST_VPLS_MAX (UINT32_C(1) << 20)
 
 struct bd_scene;
@@ -31,11 +32,11 @@ struct bd_scene;
 struct bd_first_vpls_inputs {
     const struct bd_scene *snapshot;
     const struct bd_visibility_inputs *visibility;
-    const struct bd_light_uniform *lamps; // render space, frame's unit
-    uint32_t lamp_count;
+    const struct bd_light_uniform *punctuals; // render space, frame's unit
+    uint32_t punctual_count;
     const struct bd_area_lights *emitters; // NULL: none
     float from_cd_m2;                      // to the frame's unit
-    uint32_t of_lamps, of_emitters;        // photons, at most BD_FIRST_VPLS_MAX of either
+    uint32_t of_punctuals, of_emitters;    // photons, at most BD_FIRST_VPLS_MAX of either
     uint64_t seed;
     enum bd_sends sends; // what surfaces do
 };

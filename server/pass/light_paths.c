@@ -16,9 +16,9 @@
 #define POINTS_PER_VPL 16u
 #define POINTS_LEAST   16384u
 #define POINTS_MOST    131072u
-// Photons of lamps are as many as points, and more of them tell little: 8,192 VPLs of 256 spots in
-// Sponza, 12.9 and 12.0 % of the indirect light, 285 and 150 ms.
-#define POINTS_MOST_OF_LAMPS 65536u
+// Photons of punctual lights are as many as points, and more of them tell little: 8,192 VPLs of 256
+// spots in Sponza, 12.9 and 12.0 % of the indirect light, 285 and 150 ms.
+#define POINTS_MOST_OF_PUNCTUALS 65536u
 #define RAYS_PER_POINT       4u
 // Of those that a final gather asks for.
 #define POINTS_PER_WALK_VPL 4u
@@ -112,7 +112,7 @@ static uint32_t points_of(const struct bd_light_paths_inputs *in)
     uint32_t count = POINTS_PER_VPL * in->count;
     if (in->walk_vpls > 0) count = POINTS_PER_WALK_VPL * in->walk_vpls;
     const uint32_t least = in->walk_vpls > 0 ? 1 : POINTS_LEAST;
-    const uint32_t most = in->lamps_fall ? POINTS_MOST_OF_LAMPS : POINTS_MOST;
+    const uint32_t most = in->punctuals_fall ? POINTS_MOST_OF_PUNCTUALS : POINTS_MOST;
     return count < least ? least : count > most ? most : count;
 }
 
@@ -151,8 +151,8 @@ static enum bd_err make_tree(const struct bd_pass_context *context,
     return bd_vpl_tree_run(context, &tree, &paths->tree, fault);
 }
 
-// What VPLs send on is of all that they have room for: maps hold where lamps' light first falls, a
-// final gather has lists of its own for what comes further.
+// What VPLs send on is of all that they have room for: maps hold where punctual lights' light first
+// falls, a final gather has lists of its own for what comes further.
 static f3 *irradiance_of_vpls(struct paths *p)
 {
     f3 *sum = malloc((p->points.count + 1) * sizeof *sum);
@@ -160,7 +160,7 @@ static f3 *irradiance_of_vpls(struct paths *p)
     for (uint32_t i = 0; i < p->points.count; i++) {
         sum[i] = p->lit.others[i];
         if (p->inputs->walk_vpls > 0) continue;
-        if (p->lit.first && p->inputs->lamps_fall) sum[i] = f3_add(sum[i], p->lit.first[i]);
+        if (p->lit.first && p->inputs->punctuals_fall) sum[i] = f3_add(sum[i], p->lit.first[i]);
         if (p->lit.further) sum[i] = f3_add(sum[i], p->lit.further[i]);
     }
     return sum;
@@ -223,18 +223,18 @@ static enum bd_err write_first(struct paths *p, struct bd_vpl_list **list)
     const struct bd_first_vpls_inputs how = {
         .snapshot = in->snapshot,
         .visibility = &in->visibility,
-        .lamps = in->lamps,
-        .lamp_count = in->lamp_count,
+        .punctuals = in->punctuals,
+        .punctual_count = in->punctual_count,
         .emitters = in->lights,
         .from_cd_m2 = p->sampling.from_cd_m2,
-        .of_lamps = in->lamp_vpls,
+        .of_punctuals = in->punctual_vpls,
         .of_emitters = in->emitter_vpls,
         .seed = in->seed,
         .sends = in->sends,
     };
-    if (in->lamp_vpls > BD_FIRST_VPLS_MAX) return too_many(p, in->lamp_vpls);
+    if (in->punctual_vpls > BD_FIRST_VPLS_MAX) return too_many(p, in->punctual_vpls);
     if (in->emitter_vpls > BD_FIRST_VPLS_MAX) return too_many(p, in->emitter_vpls);
-    const uint32_t count = in->lamp_vpls + in->emitter_vpls;
+    const uint32_t count = in->punctual_vpls + in->emitter_vpls;
     struct bd_vec4(*lights)[BD_VPL_VEC4S] = malloc((count + 1) * sizeof *lights);
     struct bd_vec4(*quads)[BD_VPL_QUAD_VEC4S] = malloc((count + 1) * sizeof *quads);
     enum bd_err err = BD_ERR_OK;
@@ -299,8 +299,8 @@ static enum bd_err walk(struct paths *p)
         .snapshot = p->inputs->snapshot,
         .points = &p->points,
         .visibility = p->inputs->visibility,
-        .lamps = p->inputs->lamps,
-        .lamp_count = p->inputs->lamp_count,
+        .punctuals = p->inputs->punctuals,
+        .punctual_count = p->inputs->punctual_count,
         .reflections = p->inputs->reflections,
         .sends = p->inputs->sends,
         .emitters = p->inputs->walk_vpls > 0 ? p->inputs->lights : NULL,
@@ -317,7 +317,7 @@ static enum bd_err find_points(struct paths *p)
     if (!err) err = make_room(p);
     if (!err && p->sampling.lights && bd_area_lights_shine(p->sampling.lights))
         err = light_points(p);
-    if (!err && (in->reflections > 0 || in->lamps_fall || in->walk_vpls > 0)) err = walk(p);
+    if (!err && (in->reflections > 0 || in->punctuals_fall || in->walk_vpls > 0)) err = walk(p);
     return err ? err : bd_slicer_pause(p->context.slicer);
 }
 

@@ -1,15 +1,16 @@
-// Light that surfaces send on and no lamp's map holds, as VPLs: where that of emissive surfaces,
-// the sky and lamps without maps first falls (the *first* set of light paths), and where any light
-// falls after further reflections (the *walk* set, pass/light_walk.h). One description for all
-// techniques, beside the maps of punctual lights. For a final gather (pass/far.h) the two sets
-// stand apart, and first light of lamps and emitters comes as photons (pass/first_vpls.h).
+// Light that surfaces send on and no punctual light's map holds, as VPLs: where that of emissive
+// surfaces, the sky and punctual lights without maps first falls (the *first* set of light paths),
+// and where any light falls after further reflections (the *walk* set, pass/light_walk.h). One
+// description for all techniques, beside the maps of punctual lights. For a final gather
+// (pass/far.h) the two sets stand apart, and first light of punctual lights and emitters comes as
+// photons (pass/first_vpls.h).
 //
 // Points are spread over all surfaces by area (lights/surface_points.h), each is lit by a few rays
 // as pixels are (pass/area_samples.h) and by what walks, and those that are lit are divided into
 // patches (pass/light_patches.h).
 //
-// Lamps' light comes as photons: a spot may light less than what lies between two points, and all
-// of it falls somewhere.
+// Punctual lights' light comes as photons: a spot may light less than what lies between two points,
+// and all of it falls somewhere.
 //
 // Why from the surfaces and not from the lights: a sky's light that comes in by a window is found
 // by every point that the window sees, and of paths from the sky few would come in; and the area
@@ -38,23 +39,23 @@
 #include "upload/gpu_scene.h"
 
 #define BD_LIGHT_PATHS_MAX 65536u
-// Of lamps without maps: four points for each, of which there are 65,536 at most. More are no
-// nearer.
-#define BD_LIGHT_PATHS_OF_LAMPS_MAX 16384u
+// Of punctual lights without maps: four points for each, of which there are 65,536 at most. More
+// are no nearer.
+#define BD_LIGHT_PATHS_OF_PUNCTUALS_MAX 16384u
 
 struct bd_light_paths_inputs {
     const struct bd_gpu_scene *scene;
     const struct bd_scene *snapshot;
     const struct bd_area_lights *lights;  // NULL: none
-    const struct bd_light_uniform *lamps; // punctual, for `reflections` and `lamps_fall`
-    uint32_t lamp_count;
-    bool lamps_fall;      // no maps hold where their light first falls
+    const struct bd_light_uniform *punctuals; // for `reflections` and `punctuals_fall`
+    uint32_t punctual_count;
+    bool punctuals_fall;  // no maps hold where their light first falls
     uint32_t reflections; // of the walk, as in pass/light_walk.h; 0: none
     struct bd_visibility_inputs visibility;
     uint32_t count; // of VPLs, at most BD_LIGHT_PATHS_MAX; 0: none
     // For a final gather: VPLs of what walks, at least 1. Then `count` are of where the sky's light
     // first falls, and others are photons. 0: none is made.
-    uint32_t walk_vpls, lamp_vpls, emitter_vpls;
+    uint32_t walk_vpls, punctual_vpls, emitter_vpls;
     uint64_t seed; // of a final gather
     enum bd_vpl_kernel kernel;
     double near_field;   // as in pass/vpl_grid.h

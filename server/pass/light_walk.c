@@ -11,8 +11,8 @@
 #include "lights/sequence.h"
 #include "lights/surface_hits.h"
 #include "pass/emitter_photons.h"
-#include "pass/lamp_photons.h"
 #include "pass/nearest.h"
+#include "pass/punctual_photons.h"
 #include "pass/receivers.h"
 
 // Photons that are on their way at once.
@@ -38,7 +38,7 @@
 
 struct photon {
     f3 flux;
-    f3 normal; // of the surface it left; 0 of a lamp
+    f3 normal; // of the surface it left; 0 of a punctual light
     float inverse_range;
     bool is_parallel; // to all others of its light
     bool lands;       // on a surface that sends light on
@@ -50,7 +50,7 @@ struct walk {
     struct bd_surface_hits hits;
     struct bd_point_tree tree;
     uint32_t at_first, in_tree, points_max;
-    uint32_t round; // 0: from the lamps
+    uint32_t round; // 0: from the punctual lights
     // Of those on their way.
     uint32_t at_once;
     struct bd_ray *rays;
@@ -223,30 +223,30 @@ static enum bd_err set_out(struct walk *w, struct bd_ray ray, struct photon phot
     return ++w->at_once == AT_ONCE ? let_fly(w) : BD_ERR_OK;
 }
 
-// --- from the lamps -----------------------------------------------------------------------------
+// --- from the punctual lights --------------------------------------------------------------------
 
-static double flux_of_lamps(const struct bd_light_walk_inputs *inputs)
+static double flux_of_punctuals(const struct bd_light_walk_inputs *inputs)
 {
     double sum = 0;
-    for (uint32_t i = 0; i < inputs->lamp_count; i++)
-        sum += strongest_channel(bd_lamp_flux(&inputs->lamps[i]));
+    for (uint32_t i = 0; i < inputs->punctual_count; i++)
+        sum += strongest_channel(bd_punctual_flux(&inputs->punctuals[i]));
     return sum;
 }
 
-static enum bd_err shine(struct walk *w, const struct bd_light_uniform *lamp, double of_all)
+static enum bd_err shine(struct walk *w, const struct bd_light_uniform *punctual, double of_all)
 {
     const struct bd_sequence sequence = bd_sequence_of(w->inputs->seed, w->round);
-    const f3 flux = bd_lamp_flux(lamp);
+    const f3 flux = bd_punctual_flux(punctual);
     const double share = of_all > 0 ? strongest_channel(flux) / of_all : 0;
     const uint32_t count = (uint32_t)fmax(round(share * w->at_first), 1);
     enum bd_err err = BD_ERR_OK;
     for (uint32_t i = 0; !err && share > 0 && i < count; i++) {
         float number[2];
         bd_sequence_pair(&sequence, i, number);
-        err = set_out(w, bd_lamp_ray(lamp, number),
+        err = set_out(w, bd_punctual_ray(punctual, number),
                       (struct photon){f3_scale(flux, 1 / (float)count), f3_of(0, 0, 0),
-                                      lamp->position.w, lamp->kind.x == BD_LIGHT_KIND_DIRECTIONAL,
-                                      false});
+                                      punctual->position.w,
+                                      punctual->kind.x == BD_LIGHT_KIND_DIRECTIONAL, false});
     }
     return err;
 }
@@ -265,10 +265,10 @@ static enum bd_err shine_of_emitters(struct walk *w)
 
 static enum bd_err shine_all(struct walk *w)
 {
-    const double of_all = flux_of_lamps(w->inputs);
+    const double of_all = flux_of_punctuals(w->inputs);
     enum bd_err err = BD_ERR_OK;
-    for (uint32_t i = 0; !err && i < w->inputs->lamp_count; i++)
-        err = shine(w, &w->inputs->lamps[i], of_all);
+    for (uint32_t i = 0; !err && i < w->inputs->punctual_count; i++)
+        err = shine(w, &w->inputs->punctuals[i], of_all);
     if (!err) err = shine_of_emitters(w);
     return err || w->at_once == 0 ? err : let_fly(w);
 }
@@ -359,7 +359,7 @@ static void reflect(struct walk *w, f3 *told)
     }
 }
 
-// Of the lamps' light, and of what others bring.
+// Of the punctual lights' light, and of what others bring.
 static void reflect_first(struct walk *w, struct bd_lit_points *lit)
 {
     const struct bd_surface_points *points = w->inputs->points;

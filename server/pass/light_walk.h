@@ -6,7 +6,7 @@
 // (lights/point_tree.h) and send their part of that on in the next round: in each round as many as
 // the flux that is left. A point sends as many as it expects, the part of one by its own lot
 // (Russian roulette), in its own directions, so that it sends alike whatever happens elsewhere.
-// Lamps' own light is brought to the points in the same way.
+// Punctual lights' own light is brought to the points in the same way.
 //
 // Where none of those sees where it came from, the surface is so small that no point stands for it:
 // the place itself becomes a point. Flux is conserved to rounding but for what leaves the scene and
@@ -14,8 +14,8 @@
 //
 // A function of the snapshot and these numbers, and not of a camera.
 //
-// Cost: as many photons as points for the lamps, and for the first round: about 1 us each of one
-// core.
+// Cost: as many photons as points for the punctual lights, and for the first round: about 1 us each
+// of one core.
 //
 // Arvo and Kirk 1990 (particle tracing, roulette); Jensen 1996 (nearest neighbours).
 //
@@ -34,9 +34,9 @@ struct bd_light_walk_inputs {
     const struct bd_scene *snapshot;
     struct bd_surface_points *points; // up to twice as many afterwards
     struct bd_visibility_inputs visibility;
-    const struct bd_light_uniform *lamps; // render space, frame's unit
-    uint32_t lamp_count;
-    const struct bd_area_lights *emitters; // whose light comes as lamps' does; NULL: none
+    const struct bd_light_uniform *punctuals; // render space, frame's unit
+    uint32_t punctual_count;
+    const struct bd_area_lights *emitters; // whose light comes as punctual lights' does; NULL: none
     float from_cd_m2;                      // to the frame's unit
     uint32_t reflections; // that light takes at most on its way to a point; 0 to 63
     enum bd_sends sends;  // as in lights/surface_points.h

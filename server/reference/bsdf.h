@@ -12,8 +12,8 @@
 // - what a solid transmits follows Snell and the exact Fresnel terms, base colour at each passage.
 //
 // Values are for radiance: what passes into a solid grows by its index squared and shrinks again as
-// it leaves. Only a camera or a lamp inside of a solid sees the difference (a furnace of 1 shows
-// 2.25 in glass).
+// it leaves. Only a camera or a punctual light inside of a solid sees the difference (a furnace of
+// 1 shows 2.25 in glass).
 //
 // Directions are unit, in world space, and point away from the surface: `wo` to the eye, `wi` to
 // where the light comes from. Any thread; no state.

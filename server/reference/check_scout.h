@@ -1,7 +1,7 @@
 // A first look for a spot check: one sample of each half all over the picture, before pixels are
-// chosen. What the frame itself does not hint at (a lamp that it leaves out, light from behind the
-// camera, a pole thinner than a pixel) is seen here, roughly; the samples take no part in the
-// estimate. Private to reference/.
+// chosen. What the frame itself does not hint at (a punctual light that it leaves out, light from
+// behind the camera, a pole thinner than a pixel) is seen here, roughly; the samples take no part
+// in the estimate. Private to reference/.
 
 #ifndef BD_REFERENCE_CHECK_SCOUT_H
 #define BD_REFERENCE_CHECK_SCOUT_H

@@ -344,12 +344,13 @@ static bool is_within_reach(const float v[3])
            fabsf(v[2]) <= EMBREE_REACH;
 }
 
-// The gate: no ray goes to Embree but through here. Cameras, lamps and their distances may be as
-// large beside the scene as two numbers of a file allow, and what is computed of them may be no
-// number at all. Imports and edits bound what cameras and lights are made of, but journals of
-// earlier versions hold larger numbers, and quotients of two allowed ones are as large (a lamp 1e15
-// m away beside a scene of 1e-6 m). Each comparison is false for NaN. What begins at infinity is no
-// fault: it is empty. Triangles with such vertices are left out by Embree's builder itself.
+// The gate: no ray goes to Embree but through here. Cameras, punctual lights and their distances
+// may be as large beside the scene as two numbers of a file allow, and what is computed of them may
+// be no number at all. Imports and edits bound what cameras and lights are made of, but journals of
+// earlier versions hold larger numbers, and quotients of two allowed ones are as large (a punctual
+// light 1e15 m away beside a scene of 1e-6 m). Each comparison is false for NaN. What begins at
+// infinity is no fault: it is empty. Triangles with such vertices are left out by Embree's builder
+// itself.
 static bool admit(const struct bd_ray *ray)
 {
     ray_count++;

@@ -27,8 +27,8 @@
 // Rounding of coordinates, as a share of distances about 1.
 #define ROUNDING 0x1p-20
 
-// Without the library's calls, as in vec3f.h. Double: lamps may be as far away as two numbers of a
-// file allow.
+// Without the library's calls, as in vec3f.h. Double: punctual lights may be as far away as two
+// numbers of a file allow.
 static inline double least_of(double a, double b)
 {
     return a < b ? a : b;
@@ -452,7 +452,7 @@ static void list(struct building *b, uint32_t count, bd_tree_light_at at, const 
     b->tree->count = kept;
 }
 
-static bool allocate(struct building *b, uint32_t count, bool is_lamps)
+static bool allocate(struct building *b, uint32_t count, bool is_punctuals)
 {
     struct bd_light_tree *tree = b->tree;
     b->lights = malloc(count * sizeof *b->lights);
@@ -460,12 +460,12 @@ static bool allocate(struct building *b, uint32_t count, bool is_lamps)
     b->order = malloc(count * sizeof *b->order);
     tree->nodes = malloc(2 * (size_t)count * sizeof *tree->nodes);
     tree->ways = calloc(count, sizeof *tree->ways);
-    if (is_lamps) tree->reach = malloc(2 * (size_t)count * sizeof *tree->reach);
+    if (is_punctuals) tree->reach = malloc(2 * (size_t)count * sizeof *tree->reach);
     return b->lights && b->numbers && b->order && tree->nodes && tree->ways &&
-           (!is_lamps || tree->reach);
+           (!is_punctuals || tree->reach);
 }
 
-enum bd_err bd_light_tree_init(struct bd_light_tree *tree, uint32_t count, bool is_lamps,
+enum bd_err bd_light_tree_init(struct bd_light_tree *tree, uint32_t count, bool is_punctuals,
                                bd_tree_light_at at, const void *user, struct bd_fault *fault)
 {
     *tree = (struct bd_light_tree){0};
@@ -473,7 +473,7 @@ enum bd_err bd_light_tree_init(struct bd_light_tree *tree, uint32_t count, bool 
     BD_ASSERT_CMP(count, <=, 1u << 30);
     struct building b = {.tree = tree};
     enum bd_err err = BD_ERR_OK;
-    if (!allocate(&b, count, is_lamps))
+    if (!allocate(&b, count, is_punctuals))
         err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "reference",
                            "no memory for a tree of %u lights", count);
     if (!err) list(&b, count, at, user);

@@ -9,15 +9,17 @@
 // receiver.
 //
 // - Only what can give nothing for sure has probability 0: boxes that lie behind the receiver or
-//   that face away with all they hold, by more than their coordinates' rounding; lamps that are out
-//   of range or cone. Everything else has at least BD_LIGHT_SHARE_MIN of its parent's, so that a
-//   strong light behind a wall takes little from weak ones before it. Of lamps a billion times
-//   weaker than a hidden one 32,768 samples still leave 30 %; by power alone none would be found.
+//   that face away with all they hold, by more than their coordinates' rounding; punctual lights
+//   that are out of range or cone. Everything else has at least BD_LIGHT_SHARE_MIN of its parent's,
+//   so that a strong light behind a wall takes little from weak ones before it. Of punctual lights
+//   a billion times weaker than a hidden one 32,768 samples still leave 30 %; by power alone none
+//   would be found.
 // - What it cannot know: a double-sided lamp that is closed (a sphere) hides half of its triangles
 //   from every point. Model it single-sided.
 // - The probabilities of all lights at a point add up to 1.
 // - Without a receiver the choice is in proportion to power.
-// - Memory: 96 bytes a light in nodes, 8 in its way from the root; lamps 16 more. Time to build:
+// - Memory: 96 bytes a light in nodes, 8 in its way from the root; punctual lights 16 more. Time to
+// build:
 //   n log n, on one thread, the same tree each time.
 //
 // Private to reference/. Built on one thread, then read by all.
@@ -42,7 +44,7 @@ struct bd_light_node {
     uint32_t next;    // the first of two children, which are neighbours; of a leaf, its light
 };
 
-// Of a node of lamps: they shine within this of where they face, and so far.
+// Of a node of punctual lights: they shine within this of where they face, and so far.
 struct bd_light_reach {
     float cosine, range;
 };
@@ -51,7 +53,8 @@ struct bd_light_tree {
     uint32_t count; // lights; the root is node 0
     uint32_t node_count;
     struct bd_light_node *nodes;
-    struct bd_light_reach *reach; // of nodes of lamps; NULL: surfaces, which shine by the cosine
+    struct bd_light_reach
+        *reach;     // of nodes of punctual lights; NULL: surfaces, which shine by the cosine
     uint64_t *ways; // of each light: bit k is the child taken at depth k; unset if it has no power
 };
 
@@ -67,9 +70,9 @@ struct bd_tree_light {
 // The light of that number, for building.
 typedef struct bd_tree_light (*bd_tree_light_at)(const void *user, uint32_t index);
 
-// At most 2^30 lights. `is_lamps`: they have reaches, and do not shine by the cosine.
+// At most 2^30 lights. `is_punctuals`: they have reaches, and do not shine by the cosine.
 BD_MUST_CHECK
-enum bd_err bd_light_tree_init(struct bd_light_tree *tree, uint32_t count, bool is_lamps,
+enum bd_err bd_light_tree_init(struct bd_light_tree *tree, uint32_t count, bool is_punctuals,
                                bd_tree_light_at at, const void *user, struct bd_fault *fault);
 void bd_light_tree_finish(struct bd_light_tree *tree);
 uint64_t bd_light_tree_bytes(const struct bd_light_tree *tree, uint32_t light_count);

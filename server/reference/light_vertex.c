@@ -1,12 +1,12 @@
-// Eye paths joined with a point that a lamp shines on. Where a small spot is what lights a room,
-// scattered rays find it rarely and shadow rays from everywhere else find the lamp never; a ray
-// from the lamp finds it always.
+// Eye paths joined with a point that a punctual light shines on. Where a small spot is what lights
+// a room, scattered rays find it rarely and shadow rays from everywhere else find the punctual
+// light never; a ray from the punctual light finds it always.
 //
-// A path that ends lamp - y - x is found in two ways: scattering at x meets y, where the lamp is
-// sought (next_event.c); or a lamp's ray meets y, which x seeks. Both have a pdf per area at y,
-// and share by the balance heuristic (Veach 1997), which holds the sum of both densities against
-// the 1/r^2 of the junction: near corners it does not blow up. One light vertex serves all vertices
-// of its path.
+// A path that ends punctual light - y - x is found in two ways: scattering at x meets y, where the
+// punctual light is sought (next_event.c); or a punctual light's ray meets y, which x seeks. Both
+// have a pdf per area at y, and share by the balance heuristic (Veach 1997), which holds the sum of
+// both densities against the 1/r^2 of the junction: near corners it does not blow up. One light
+// vertex serves all vertices of its path.
 
 #include <math.h>
 #include <stddef.h>
@@ -19,25 +19,26 @@ bool bd_path_has_light_vertices(const struct bd_path *path, uint32_t events)
     const struct bd_integrand *integrand = path->integrand;
     return integrand->light_vertices &&
            integrand->lights & integrand->indirect_lights & BD_REFERENCE_PUNCTUAL &&
-           path->reference->lamps.count > 0 && events >= 2 && events - 1 <= integrand->bounces_max;
+           path->reference->punctuals.count > 0 && events >= 2 &&
+           events - 1 <= integrand->bounces_max;
 }
 
 static void trace(struct bd_path *path, struct bd_light_vertex *v)
 {
-    const struct bd_lamps *lamps = &path->reference->lamps;
+    const struct bd_punctuals *punctuals = &path->reference->punctuals;
     float u[2], choice[2] = {0, 0};
     bd_sampler_pair(&path->sampler, BD_PAIR_LIGHT_RAY, u);
-    if (lamps->count > 1) bd_sampler_pair(&path->sampler, BD_PAIR_LIGHT_CHOICE, choice);
+    if (punctuals->count > 1) bd_sampler_pair(&path->sampler, BD_PAIR_LIGHT_CHOICE, choice);
     struct bd_ray ray = {
         .far = INFINITY,
         .alpha = path->integrand->alpha,
         .coverage_seed = bd_path_ray_seed(path),
     };
     v->traced = true;
-    const struct bd_lamp *lamp =
-        bd_lamps_sample_ray(lamps, choice[0], u, ray.origin, ray.direction);
+    const struct bd_punctual *punctual =
+        bd_punctuals_sample_ray(punctuals, choice[0], u, ray.origin, ray.direction);
     if (!bd_path_intersect(path, &ray, &v->at)) return;
-    if (!bd_lamp_illuminates(lamps, lamp, v->at.position, &v->light)) return;
+    if (!bd_punctual_illuminates(punctuals, punctual, v->at.position, &v->light)) return;
     v->pdf = v->light.pdf * fabsf(bd_vec3f_dot(v->at.hit.normal_geometric, v->light.direction));
     v->found = v->pdf > 0;
 }

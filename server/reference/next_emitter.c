@@ -143,7 +143,7 @@ void bd_path_add_emitters(struct bd_path *path, const struct bd_vertex *vertex)
     uint32_t bits[2];
     float point[2];
     struct aim aim;
-    bd_sampler_pair_bits(&path->sampler, bd_path_pair(path, BD_PAIR_LAMP_AND_EMITTER), bits);
+    bd_sampler_pair_bits(&path->sampler, bd_path_pair(path, BD_PAIR_PUNCTUAL_AND_EMITTER), bits);
     bd_sampler_pair(&path->sampler, bd_path_pair(path, BD_PAIR_EMITTER_POINT), point);
     uint32_t count = count_of(path);
     if (!choose(path, vertex, count, bd_path_fine(path, bits[1]), point, &aim)) return;

@@ -1,4 +1,4 @@
-// Light sought from a vertex: lamps, the sky. Emissive triangles: next_emitter.c.
+// Light sought from a vertex: punctual lights, the sky. Emissive triangles: next_emitter.c.
 
 #include <math.h>
 #include <stddef.h>
@@ -6,13 +6,13 @@
 #include "reference/path.h"
 #include "reference/vec3f.h"
 
-// So many lamps are weighed against each other at a vertex, exactly if there are no more.
-#define LAMPS_WEIGHED 16
+// So many punctual lights are weighed against each other at a vertex, exactly if there are no more.
+#define PUNCTUALS_WEIGHED 16
 // Else so many are drawn of those that have a place, where the eye looks and where light only comes
 // by; and so many of those infinitely far away.
-#define LAMPS_SEEN    8
-#define LAMPS_PASSING 4
-#define LAMPS_AFAR    4
+#define PUNCTUALS_SEEN    8
+#define PUNCTUALS_PASSING 4
+#define PUNCTUALS_AFAR    4
 // So often each that gives anything is as likely as the others.
 #define EVEN_SHARE 0.0625f
 
@@ -21,22 +21,23 @@ static bool is_lit_by(const struct bd_path *path, enum bd_reference_lights kind)
     return bd_path_lights(path, path->events + 1) & (uint32_t)kind;
 }
 
-// --- lamps --------------------------------------------------------------------------------------
+// --- punctual lights -----------------------------------------------------------------------------
 
 struct candidate {
-    const struct bd_lamp *lamp;
+    const struct bd_punctual *punctual;
     struct bd_illumination light;
     float value[3]; // scattered towards the eye; not set while has_value is false
     bool has_value;
 };
 
-// False if the lamp gives nothing here, whatever is in the way.
+// False if the punctual light gives nothing here, whatever is in the way.
 static bool aim(const struct bd_path *path, const struct bd_vertex *vertex,
-                const struct bd_lamp *lamp, struct candidate *out)
+                const struct bd_punctual *punctual, struct candidate *out)
 {
-    out->lamp = lamp;
+    out->punctual = punctual;
     out->has_value = false;
-    return bd_lamp_illuminates(&path->reference->lamps, lamp, vertex->position, &out->light) &&
+    return bd_punctual_illuminates(&path->reference->punctuals, punctual, vertex->position,
+                                   &out->light) &&
            bd_bsdf_is_reached(&vertex->bsdf.surface, out->light.direction);
 }
 
@@ -70,11 +71,11 @@ static void offer(struct draw *draw, const struct candidate *candidate, float we
     }
 }
 
-static void weigh(struct bd_path *path, const struct bd_vertex *vertex, const struct bd_lamp *lamp,
-                  float probability, struct draw *draw)
+static void weigh(struct bd_path *path, const struct bd_vertex *vertex,
+                  const struct bd_punctual *punctual, float probability, struct draw *draw)
 {
     struct candidate candidate;
-    if (!aim(path, vertex, lamp, &candidate)) return;
+    if (!aim(path, vertex, punctual, &candidate)) return;
     evaluate(vertex, &candidate);
     bd_vec3f_scale(candidate.value, candidate.value, 1 / probability);
     float weight = bd_vec3f_luminance(candidate.value);
@@ -84,58 +85,59 @@ static void weigh(struct bd_path *path, const struct bd_vertex *vertex, const st
 static void weigh_all(struct bd_path *path, const struct bd_vertex *vertex, uint32_t first,
                       struct draw *draw)
 {
-    const struct bd_lamps *lamps = &path->reference->lamps;
-    for (uint32_t i = first; i < lamps->count; i++) weigh(path, vertex, &lamps->lamps[i], 1, draw);
+    const struct bd_punctuals *punctuals = &path->reference->punctuals;
+    for (uint32_t i = first; i < punctuals->count; i++)
+        weigh(path, vertex, &punctuals->punctuals[i], 1, draw);
 }
 
 static void weigh_by_flux(struct bd_path *path, const struct bd_vertex *vertex, struct draw *draw)
 {
-    const struct bd_lamps *lamps = &path->reference->lamps;
-    for (uint32_t i = 0; i < LAMPS_WEIGHED; i++) {
+    const struct bd_punctuals *punctuals = &path->reference->punctuals;
+    for (uint32_t i = 0; i < PUNCTUALS_WEIGHED; i++) {
         uint32_t hash = bd_sampler_hash(&path->sampler, path->ray_index++);
-        const struct bd_lamp *lamp =
-            bd_lamps_choose(lamps, ((float)i + (float)(hash >> 8) * 0x1p-24f) / LAMPS_WEIGHED);
-        weigh(path, vertex, lamp, LAMPS_WEIGHED * lamp->probability, draw);
+        const struct bd_punctual *punctual = bd_punctuals_choose(
+            punctuals, ((float)i + (float)(hash >> 8) * 0x1p-24f) / PUNCTUALS_WEIGHED);
+        weigh(path, vertex, punctual, PUNCTUALS_WEIGHED * punctual->probability, draw);
     }
 }
 
-// Lamps at a place by the tree; directional ones have a share of their own, in which each is as
-// likely as the others, if they are many.
+// Punctual lights at a place by the tree; directional ones have a share of their own, in which each
+// is as likely as the others, if they are many.
 static void weigh_by_place(struct bd_path *path, const struct bd_vertex *vertex, struct draw *draw)
 {
-    const struct bd_lamps *lamps = &path->reference->lamps;
+    const struct bd_punctuals *punctuals = &path->reference->punctuals;
     const struct bd_receiver receiver = bd_path_receiver(vertex);
-    const uint32_t far_count = lamps->count - lamps->near_count;
+    const uint32_t far_count = punctuals->count - punctuals->near_count;
     uint32_t bits = bd_sampler_hash(&path->sampler, path->ray_index++);
     double u = bd_path_fine(path, bits);
-    const uint32_t count = path->events == 0 ? LAMPS_SEEN : LAMPS_PASSING;
-    struct bd_light_draw draws[LAMPS_SEEN];
+    const uint32_t count = path->events == 0 ? PUNCTUALS_SEEN : PUNCTUALS_PASSING;
+    struct bd_light_draw draws[PUNCTUALS_SEEN];
     for (uint32_t i = 0; i < count; i++) draws[i].u = (i + u) / count;
-    if (lamps->near_count > 0) bd_light_tree_choose(&lamps->tree, &receiver, count, draws);
-    for (uint32_t i = 0; i < count && lamps->near_count > 0; i++)
-        weigh(path, vertex, &lamps->lamps[draws[i].light], (float)count * draws[i].probability,
-              draw);
-    if (far_count <= LAMPS_AFAR) {
-        weigh_all(path, vertex, lamps->near_count, draw);
+    if (punctuals->near_count > 0) bd_light_tree_choose(&punctuals->tree, &receiver, count, draws);
+    for (uint32_t i = 0; i < count && punctuals->near_count > 0; i++)
+        weigh(path, vertex, &punctuals->punctuals[draws[i].light],
+              (float)count * draws[i].probability, draw);
+    if (far_count <= PUNCTUALS_AFAR) {
+        weigh_all(path, vertex, punctuals->near_count, draw);
         return;
     }
-    for (uint32_t i = 0; i < LAMPS_AFAR; i++) {
-        uint32_t at = (uint32_t)((i + u) / LAMPS_AFAR * far_count);
-        weigh(path, vertex, &lamps->lamps[lamps->near_count + at],
-              (float)LAMPS_AFAR / (float)far_count, draw);
+    for (uint32_t i = 0; i < PUNCTUALS_AFAR; i++) {
+        uint32_t at = (uint32_t)((i + u) / PUNCTUALS_AFAR * far_count);
+        weigh(path, vertex, &punctuals->punctuals[punctuals->near_count + at],
+              (float)PUNCTUALS_AFAR / (float)far_count, draw);
     }
 }
 
-// One lamp in proportion to what it gives here, were nothing in the way, of all or of so many
-// drawn before (Talbot 2005, resampled importance sampling); now and then any of them with equal
-// chances, since the strongest may shine on the other side of a wall. `value` is then what the
-// chosen one stands for.
-static bool weigh_lamps(struct bd_path *path, const struct bd_vertex *vertex, float u,
-                        struct candidate *chosen)
+// One punctual light in proportion to what it gives here, were nothing in the way, of all or of so
+// many drawn before (Talbot 2005, resampled importance sampling); now and then any of them with
+// equal chances, since the strongest may shine on the other side of a wall. `value` is then what
+// the chosen one stands for.
+static bool weigh_punctuals(struct bd_path *path, const struct bd_vertex *vertex, float u,
+                            struct candidate *chosen)
 {
     bool is_even = bd_path_decide(&u, EVEN_SHARE);
     struct draw draw = {.u_taken = u, .u_even = u};
-    if (path->reference->lamps.count <= LAMPS_WEIGHED)
+    if (path->reference->punctuals.count <= PUNCTUALS_WEIGHED)
         weigh_all(path, vertex, 0, &draw);
     else if (path->integrand->lights_by_flux)
         weigh_by_flux(path, vertex, &draw);
@@ -149,23 +151,23 @@ static bool weigh_lamps(struct bd_path *path, const struct bd_vertex *vertex, fl
     return true;
 }
 
-// A single lamp needs no weighing: its value can wait until it is known to be in sight.
-static bool choose_lamp(struct bd_path *path, const struct bd_vertex *vertex,
-                        struct candidate *chosen)
+// A single punctual light needs no weighing: its value can wait until it is known to be in sight.
+static bool choose_punctual(struct bd_path *path, const struct bd_vertex *vertex,
+                            struct candidate *chosen)
 {
-    const struct bd_lamps *lamps = &path->reference->lamps;
-    if (lamps->count == 1) return aim(path, vertex, lamps->lamps, chosen);
+    const struct bd_punctuals *punctuals = &path->reference->punctuals;
+    if (punctuals->count == 1) return aim(path, vertex, punctuals->punctuals, chosen);
     float u[2];
-    bd_sampler_pair(&path->sampler, bd_path_pair(path, BD_PAIR_LAMP_AND_EMITTER), u);
-    return weigh_lamps(path, vertex, u[0], chosen);
+    bd_sampler_pair(&path->sampler, bd_path_pair(path, BD_PAIR_PUNCTUAL_AND_EMITTER), u);
+    return weigh_punctuals(path, vertex, u[0], chosen);
 }
 
-static bool reaches_lamp(struct bd_path *path, const struct bd_vertex *vertex,
-                         const struct candidate *chosen)
+static bool reaches_punctual(struct bd_path *path, const struct bd_vertex *vertex,
+                             const struct candidate *chosen)
 {
     const struct bd_reference *reference = path->reference;
-    if (chosen->lamp->kind != BD_LIGHT_DIRECTIONAL) {
-        bd_dvec3 at = chosen->lamp->position;
+    if (chosen->punctual->kind != BD_LIGHT_DIRECTIONAL) {
+        bd_dvec3 at = chosen->punctual->position;
         const float target[3] = {(float)at.x, (float)at.y, (float)at.z};
         return bd_path_sees(path, vertex, target);
     }
@@ -184,12 +186,12 @@ static float found_weight(const struct bd_path *path, const struct bd_vertex *ve
     return found_pdf / (found_pdf + light->pdf * cosine);
 }
 
-void bd_path_add_lamps(struct bd_path *path, const struct bd_vertex *vertex, float found_pdf)
+void bd_path_add_punctuals(struct bd_path *path, const struct bd_vertex *vertex, float found_pdf)
 {
-    if (!is_lit_by(path, BD_REFERENCE_PUNCTUAL) || path->reference->lamps.count == 0) return;
+    if (!is_lit_by(path, BD_REFERENCE_PUNCTUAL) || path->reference->punctuals.count == 0) return;
     if (bd_bsdf_is_delta(&vertex->bsdf.surface)) return;
     struct candidate chosen;
-    if (!choose_lamp(path, vertex, &chosen) || !reaches_lamp(path, vertex, &chosen)) return;
+    if (!choose_punctual(path, vertex, &chosen) || !reaches_punctual(path, vertex, &chosen)) return;
     if (!chosen.has_value) evaluate(vertex, &chosen);
     float weight = found_weight(path, vertex, &chosen.light, found_pdf);
     bd_vec3f_scale(chosen.value, chosen.value, weight);

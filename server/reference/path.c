@@ -223,7 +223,7 @@ static void arrive(struct bd_path *path, const struct step *step, const struct b
 
 static void add_lights(struct bd_path *path, const struct bd_vertex *vertex, float found)
 {
-    bd_path_add_lamps(path, vertex, found);
+    bd_path_add_punctuals(path, vertex, found);
     bd_path_add_areas(path, vertex);
 }
 

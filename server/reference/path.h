@@ -12,7 +12,7 @@
 #include "reference/bsdf.h"
 #include "reference/emitters.h"
 #include "reference/geometry.h"
-#include "reference/lamps.h"
+#include "reference/punctual.h"
 #include "reference/reference.h"
 #include "reference/sampler.h"
 #include "reference/sky.h"
@@ -27,7 +27,7 @@ struct bd_reference {
     struct bd_scene *scene;
     double unit_cd_m2; // a power of two: luminances are traced in multiples of it
     struct bd_geometry geometry;
-    struct bd_lamps lamps;
+    struct bd_punctuals punctuals;
     struct bd_emitters emitters;
     struct bd_sky sky;
     struct bd_medium *media;
@@ -42,10 +42,10 @@ struct bd_vertex {
     const struct bd_medium *behind; // what fills the solid that it bounds; NULL: nothing
 };
 
-// A light vertex: where a ray from a lamp met the scene.
+// A light vertex: where a ray from a punctual light met the scene.
 struct bd_light_vertex {
     bool traced, found;
-    const struct bd_lamp *lamp;
+    const struct bd_punctual *punctual;
     struct bd_intersection at;
     struct bd_illumination light;
     float pdf; // of being found, per area
@@ -86,7 +86,7 @@ void bd_path_from_vertex(struct bd_path *path, const struct bd_vertex *vertex);
 enum bd_path_pair {
     BD_PAIR_DIRECTION,
     BD_PAIR_LOBE_AND_SURVIVAL,
-    BD_PAIR_LAMP_AND_EMITTER,
+    BD_PAIR_PUNCTUAL_AND_EMITTER,
     BD_PAIR_EMITTER_POINT,
     BD_PAIR_SKY,
     BD_PAIR_COUNT,
@@ -189,9 +189,9 @@ static inline double bd_path_fine(struct bd_path *path, uint32_t bits)
     return (bits + low * 0x1p-20) * 0x1p-32;
 }
 
-// Light of lamps, scattered here (next_event.c). `sender_pdf`: pdf per area with which the
-// path found this vertex by scattering, 0 if only so could it be found.
-void bd_path_add_lamps(struct bd_path *path, const struct bd_vertex *vertex, float found_pdf);
+// Light of punctual lights, scattered here (next_event.c). `sender_pdf`: pdf per area with which
+// the path found this vertex by scattering, 0 if only so could it be found.
+void bd_path_add_punctuals(struct bd_path *path, const struct bd_vertex *vertex, float found_pdf);
 // Light of emissive triangles and the sky, scattered here.
 void bd_path_add_areas(struct bd_path *path, const struct bd_vertex *vertex);
 // Of emissive triangles, of which there must be some (next_emitter.c).
@@ -202,7 +202,7 @@ float bd_path_emitter_weight(const struct bd_path *path, const struct bd_vertex 
                              const struct bd_intersection *at, const float direction[3]);
 float bd_path_sky_weight(const struct bd_path *path, const float direction[3]);
 
-// Light that went lamp -> light vertex -> here (light_vertex.c).
+// Light that went punctual light -> light vertex -> here (light_vertex.c).
 void bd_path_add_light_vertex(struct bd_path *path, const struct bd_vertex *vertex);
 // Whether light vertices are used for paths that are scattered `events` times.
 bool bd_path_has_light_vertices(const struct bd_path *path, uint32_t events);

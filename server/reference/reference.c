@@ -31,7 +31,7 @@ static double strongest_channel(const float color[3])
 static double unit_of(const struct bd_geometry *geometry)
 {
     const struct bd_scene *scene = geometry->scene;
-    double strongest = bd_lamps_strongest(geometry);
+    double strongest = bd_punctuals_strongest(geometry);
     for (uint32_t i = 0; i < scene->material_count; i++)
         strongest = fmax(strongest, strongest_channel(scene->materials[i].emissive));
     strongest = fmax(strongest, strongest_channel(scene->environment.radiance));
@@ -70,7 +70,7 @@ static enum bd_err init_light(struct bd_reference *r, struct bd_fault *fault)
 {
     r->unit_cd_m2 = unit_of(&r->geometry);
     enum bd_err err = set_media(r, fault);
-    if (!err) err = bd_lamps_init(&r->lamps, &r->geometry, r->unit_cd_m2, fault);
+    if (!err) err = bd_punctuals_init(&r->punctuals, &r->geometry, r->unit_cd_m2, fault);
     if (!err) err = bd_emitters_init(&r->emitters, &r->geometry, fault);
     if (!err) err = bd_sky_init(&r->sky, &r->scene->environment, fault);
     return err;
@@ -119,7 +119,7 @@ void bd_reference_destroy(struct bd_reference **reference)
     if (!r) return;
     bd_sky_finish(&r->sky);
     bd_emitters_finish(&r->emitters);
-    bd_lamps_finish(&r->lamps);
+    bd_punctuals_finish(&r->punctuals);
     bd_geometry_finish(&r->geometry);
     free(r->media);
     bd_scene_release(&r->scene);
@@ -134,7 +134,8 @@ struct bd_reference_memory bd_reference_memory(const struct bd_reference *refere
     uint64_t sky_texels = map ? (uint64_t)map->width_px * map->height_px : 0;
     return (struct bd_reference_memory){
         .own_bytes = sizeof *reference + bd_geometry_own_bytes(&reference->geometry) +
-                     bd_lamps_bytes(&reference->lamps) + bd_emitters_bytes(&reference->emitters) +
+                     bd_punctuals_bytes(&reference->punctuals) +
+                     bd_emitters_bytes(&reference->emitters) +
                      sky_texels * sizeof *reference->sky.columns,
         .shape_bytes = bd_shape_memory_bytes(reference->geometry.shape),
         .shape = reference->geometry.shape,

@@ -67,9 +67,9 @@ struct bd_integrand {
     bool light_vertices;  // joins eye paths with points that punctual lights shine on, by multiple
                          // importance sampling: the same mean, less noise where a small spot lights
                          // a room. Off is a second estimator, to test the first
-    bool lights_by_flux; // emissive triangles, and lamps where there are many, are drawn by what
-                         // they emit, not by what they can give where light is sought: the same
-                         // mean. A second estimator, to test the first
+    bool lights_by_flux; // emissive triangles, and punctual lights where there are many, are drawn
+                         // by what they emit, not by what they can give where light is sought: the
+                         // same mean. A second estimator, to test the first
 };
 
 // The whole rendering equation at pixel centres.

@@ -14,7 +14,7 @@ static bd_dvec3 widened(const float p[3])
 // and wall is before the wall, and rays from there meet it: more than 32 bits can tell apart, and
 // in corners of 60 degrees and more enough for what rays start off a fat triangle. In sharper
 // corners one path in a million still gets out; 2^-19 would hold for 45 degrees, and loses .4 % of
-// the light of a lamp at the hub of a fan.
+// the light of a punctual light at the hub of a fan.
 #define OFF_EDGE 0x1p-20
 
 // Of the barycentric that is 1 in the corner opposite to an edge.

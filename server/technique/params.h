@@ -35,7 +35,7 @@ enum bd_err bd_param_list_add(struct bd_param_list *list, const char *key_equals
 enum bd_param {
     BD_PARAM_BRDF,
     BD_PARAM_SHADOW_SIZE,
-    BD_PARAM_VPLS,       // of a lamp's map k^2, or 6 k^2 over six faces
+    BD_PARAM_VPLS,       // of a punctual light's map k^2, or 6 k^2 over six faces
     BD_PARAM_VPL_BUDGET, // not counting what clusters are split into
     BD_PARAM_RSM_SIZE,
     BD_PARAM_VPL_KERNEL, // pass/vpl_grid.h
@@ -75,7 +75,7 @@ enum bd_param {
     BD_PARAM_BOUNCES,             // or inf
     BD_PARAM_INDIRECT_VISIBILITY, // of the reference, whose paths are rays, none leaves it out.
                                   // `off` and `on` say the same
-    BD_PARAM_RAYS, // or as many as there are
+    BD_PARAM_RAYS,                // or as many as there are
     BD_PARAM_LIGHTS,
     BD_PARAM_FILTER,
     BD_PARAM_ALPHA,

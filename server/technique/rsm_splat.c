@@ -6,7 +6,7 @@
 // Exact when: as `rsm`, and splat_share = 1
 // Known:  what lies beyond the bounds is lost: at the share that a multiresolution picture needs,
 //         most of the light. The bound depends on all lights together: below splat_share = 1 light
-//         of two lamps is not the sum of that of each. What `rsm` ignores is ignored here
+//         of two punctual lights is not the sum of that of each. What `rsm` ignores is ignored here
 
 #include "pass/splat_vpls.h"
 #include "technique/technique.h"

@@ -34,7 +34,8 @@ enum bd_frame_input {
 #define BD_DEFAULT_VISIBILITY                                                                      \
     {BD_PARAM_INDIRECT_VISIBILITY, BD_VISIBILITY_NONE}, {BD_PARAM_ALPHA, BD_RAYS_ALPHA_MASK}
 // clang-format on
-// Of direct light; what is of area lights, and lamps by rays, is left out by light_rays=0.
+// Of direct light; what is of area lights, and punctual lights by rays, is left out by
+// light_rays=0.
 #define BD_READS_DIRECT                                                                            \
     (BD_READS(BD_PARAM_BRDF) | BD_READS(BD_PARAM_SHADOW_SIZE) | BD_READS(BD_PARAM_LIGHT_RAYS) |    \
      BD_READS(BD_PARAM_LAMPS) | BD_READS(BD_PARAM_NOISE_FILTER) | BD_READS(BD_PARAM_EXECUTOR) |    \

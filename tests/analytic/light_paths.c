@@ -75,9 +75,9 @@ static struct path_set walk_set_of(struct view *view, uint32_t count, bool tree,
         .near_field = 4,
         .sends = BD_SENDS_LAMBERT,
         .root_side = tree ? 2 : 0,
-        .lamps = lamp,
-        .lamp_count = lamp != NULL,
-        .lamps_fall = lamps_fall,
+        .punctuals = lamp,
+        .punctual_count = lamp != NULL,
+        .punctuals_fall = lamps_fall,
         .reflections = reflections,
     };
     if (bd_light_paths_run(&view->context, &inputs, &paths, &fault)) fail_msg("%s", fault.message);

@@ -1,6 +1,6 @@
 // Which aspects of a snapshot are what they were in another: decided by what is derived, not by
-// what an edit named. A lamp's node that moves leaves the transforms alone, a material that nothing
-// shows changes nothing.
+// what an edit named. A punctual light's node that moves leaves the transforms alone, a material
+// that nothing shows changes nothing.
 
 #include <stdlib.h>
 #include <string.h>

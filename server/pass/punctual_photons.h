@@ -3,8 +3,8 @@
 //
 // Thread: any.
 
-#ifndef BD_PASS_LAMP_PHOTONS_H
-#define BD_PASS_LAMP_PHOTONS_H
+#ifndef BD_PASS_PUNCTUAL_PHOTONS_H
+#define BD_PASS_PUNCTUAL_PHOTONS_H
 
 #include "kernel/math.h"
 #include "rays/rays.h"
@@ -12,12 +12,12 @@
 
 // Flux in the frame's unit times render units squared, before the window of its range: of a
 // directional light what goes through its frame, a rectangle that holds the scene.
-f3 bd_lamp_flux(const struct bd_light_uniform *lamp);
+f3 bd_punctual_flux(const struct bd_light_uniform *punctual);
 
 // Irradiance at a place with that unit normal, where nothing stands between, in the frame's unit.
-f3 bd_lamp_irradiance(const struct bd_light_uniform *lamp, f3 position, f3 normal);
+f3 bd_punctual_irradiance(const struct bd_light_uniform *punctual, f3 position, f3 normal);
 
 // The ray of a photon for two numbers in [0, 1).
-struct bd_ray bd_lamp_ray(const struct bd_light_uniform *lamp, const float number[2]);
+struct bd_ray bd_punctual_ray(const struct bd_light_uniform *punctual, const float number[2]);
 
 #endif

@@ -1,6 +1,6 @@
 // The tree over lamps: who may light a box, what is drawn and how often.
 
-#include "lights/lamp_tree.h"
+#include "lights/punctual_tree.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -63,13 +63,13 @@ static struct bd_light_uniform lamp_of(uint32_t *state)
     };
 }
 
-static struct bd_lamp_tree *tree_of(uint32_t count, uint32_t seed)
+static struct bd_punctual_tree *tree_of(uint32_t count, uint32_t seed)
 {
     struct bd_light_uniform *lamps = malloc(count * sizeof *lamps);
-    struct bd_lamp_tree *tree;
+    struct bd_punctual_tree *tree;
     struct bd_fault fault;
     for (uint32_t i = 0; i < count; i++) lamps[i] = lamp_of(&seed);
-    assert_int_equal(bd_lamp_tree_create(lamps, count, go_on, NULL, &tree, &fault), BD_ERR_OK);
+    assert_int_equal(bd_punctual_tree_create(lamps, count, go_on, NULL, &tree, &fault), BD_ERR_OK);
     return tree;
 }
 
@@ -91,17 +91,17 @@ static void cuts_leave_out_what_cannot_light(void **state)
     uint32_t seed = 5, left_out = 0;
     (void)state;
     for (uint32_t c = 0; c < COUNTS; c++) {
-        struct bd_lamp_tree *tree = tree_of(counts[c], 11 + c);
+        struct bd_punctual_tree *tree = tree_of(counts[c], 11 + c);
         for (uint32_t look = 0; look < LOOKS; look++) {
             const f3 middle = anywhere(&seed, 2), half = f3_abs(anywhere(&seed, .1f));
-            struct bd_lamp_cut cut;
+            struct bd_punctual_cut cut;
             uint8_t times[LAMPS] = {0};
-            bd_lamp_tree_cut(tree, f3_sub(middle, half), f3_add(middle, half), &cut);
-            assert_true(cut.count <= BD_LAMP_CUT_MAX);
+            bd_punctual_tree_cut(tree, f3_sub(middle, half), f3_add(middle, half), &cut);
+            assert_true(cut.count <= BD_PUNCTUAL_CUT_MAX);
             uint32_t below = 0;
             for (uint32_t i = 0; i < cut.count; i++) {
-                const struct bd_lamp_node *n = &cut.nodes[i];
-                assert_true((n->end - n->begin == 1) == (i < cut.lamp_count));
+                const struct bd_punctual_node *n = &cut.nodes[i];
+                assert_true((n->end - n->begin == 1) == (i < cut.punctual_count));
                 for (uint32_t l = n->begin; l < n->end; l++) times[tree->tree.order[l]]++;
                 below += n->end - n->begin;
             }
@@ -111,11 +111,11 @@ static void cuts_leave_out_what_cannot_light(void **state)
                 left_out += times[l] == 0;
                 for (uint32_t p = 0; times[l] == 0 && p < 32; p++) {
                     const f3 in = f3_mul(half, anywhere(&seed, 1)), n = f3_unit(anywhere(&seed, 1));
-                    assert_true(given_by(&tree->lamps[l], f3_add(middle, in), n) < 1e-6f);
+                    assert_true(given_by(&tree->punctuals[l], f3_add(middle, in), n) < 1e-6f);
                 }
             }
         }
-        bd_lamp_tree_destroy(&tree);
+        bd_punctual_tree_destroy(&tree);
     }
     print_message("    %u left out\n", left_out);
     assert_true(left_out > 1000);
@@ -124,34 +124,34 @@ static void cuts_leave_out_what_cannot_light(void **state)
 // Who lights a receiver is drawn, as often as is told; and what is drawn stands for all.
 static void what_is_drawn_stands_for_all(void **state)
 {
-    struct bd_lamp_tree *tree = tree_of(LAMPS, 3);
-    const struct bd_lamp_node all = {.end = LAMPS};
+    struct bd_punctual_tree *tree = tree_of(LAMPS, 3);
+    const struct bd_punctual_node all = {.end = LAMPS};
     uint32_t seed = 9;
     (void)state;
     for (uint32_t look = 0; look < 8; look++) {
         const f3 at = anywhere(&seed, 1.5f), normal = f3_unit(anywhere(&seed, 1));
         double sum = 0, seen = 0;
-        for (uint32_t l = 0; l < LAMPS; l++) sum += given_by(&tree->lamps[l], at, normal);
+        for (uint32_t l = 0; l < LAMPS; l++) sum += given_by(&tree->punctuals[l], at, normal);
         for (uint32_t d = 0; d < 64 * DRAWS; d++) {
             uint32_t lamp;
             float chance;
             const float number = ((float)d + .5f) / (64 * DRAWS);
-            if (!bd_lamp_tree_draw(tree, &all, at, normal, number, &lamp, &chance)) continue;
-            seen += given_by(&tree->lamps[lamp], at, normal) / chance;
+            if (!bd_punctual_tree_draw(tree, &all, at, normal, number, &lamp, &chance)) continue;
+            seen += given_by(&tree->punctuals[lamp], at, normal) / chance;
         }
         print_message("    %g of %g\n", seen / (64 * DRAWS), sum);
         assert_true(fabs(seen / (64 * DRAWS) - sum) < .02 * sum + 1e-4);
     }
-    bd_lamp_tree_destroy(&tree);
+    bd_punctual_tree_destroy(&tree);
 }
 
 static void what_pauses_may_end_it(void **state)
 {
     struct bd_light_uniform *lamps = calloc(4096, sizeof *lamps);
-    struct bd_lamp_tree *tree;
+    struct bd_punctual_tree *tree;
     struct bd_fault fault;
     (void)state;
-    assert_int_equal(bd_lamp_tree_create(lamps, 4096, give_up, NULL, &tree, &fault),
+    assert_int_equal(bd_punctual_tree_create(lamps, 4096, give_up, NULL, &tree, &fault),
                      BD_ERR_CANCELLED);
     assert_null(tree);
 }

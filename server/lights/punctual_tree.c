@@ -1,4 +1,4 @@
-#include "lights/lamp_tree.h"
+#include "lights/punctual_tree.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -10,7 +10,7 @@
 #define NO_COSINE   2.0f
 // Of a cone about two: what their angles lose by rounding.
 #define ANGLE_SLACK 1e-4f
-// Of tests that leave lamps out.
+// Of tests that leave punctual lights out.
 #define SLACK 1e-5f
 
 static f3 f3_from(struct bd_vec4 v)
@@ -23,35 +23,36 @@ static float brightest(struct bd_vec4 rgb)
     return fmaxf(rgb.x, fmaxf(rgb.y, rgb.z));
 }
 
-static bool is_parallel(const struct bd_light_uniform *lamp)
+static bool is_parallel(const struct bd_light_uniform *punctual)
 {
-    return lamp->kind.x == BD_LIGHT_KIND_DIRECTIONAL;
+    return punctual->kind.x == BD_LIGHT_KIND_DIRECTIONAL;
 }
 
 // --- bounds -------------------------------------------------------------------------------------
 
-static struct bd_lamp_bound bound_of(const struct bd_light_uniform *lamp)
+static struct bd_punctual_bound bound_of(const struct bd_light_uniform *punctual)
 {
-    if (is_parallel(lamp))
-        return (struct bd_lamp_bound){.cosine = NO_COSINE, .even = brightest(lamp->intensity)};
-    const bool is_cone = lamp->kind.x == BD_LIGHT_KIND_SPOT && lamp->cone.x > ANY_COSINE;
-    const float cosine = is_cone ? lamp->cone.x : ANY_COSINE;
-    return (struct bd_lamp_bound){
-        .axis = f3_from(lamp->direction),
+    if (is_parallel(punctual))
+        return (struct bd_punctual_bound){.cosine = NO_COSINE,
+                                          .even = brightest(punctual->intensity)};
+    const bool is_cone = punctual->kind.x == BD_LIGHT_KIND_SPOT && punctual->cone.x > ANY_COSINE;
+    const float cosine = is_cone ? punctual->cone.x : ANY_COSINE;
+    return (struct bd_punctual_bound){
+        .axis = f3_from(punctual->direction),
         .cosine = cosine,
         .sine = sqrtf(fmaxf(1 - cosine * cosine, 0)),
-        .reach = lamp->position.w > 0 ? 1 / lamp->position.w : INFINITY,
+        .reach = punctual->position.w > 0 ? 1 / punctual->position.w : INFINITY,
     };
 }
 
-static void set_cone(struct bd_lamp_bound *bound, f3 axis, float angle)
+static void set_cone(struct bd_punctual_bound *bound, f3 axis, float angle)
 {
     bound->axis = axis;
     bound->cosine = angle < F_PI ? cosf(angle) : ANY_COSINE;
     bound->sine = angle < F_PI ? sinf(angle) : 0;
 }
 
-static void copy_cone(struct bd_lamp_bound *to, const struct bd_lamp_bound *from)
+static void copy_cone(struct bd_punctual_bound *to, const struct bd_punctual_bound *from)
 {
     to->axis = from->axis;
     to->cosine = from->cosine;
@@ -59,10 +60,11 @@ static void copy_cone(struct bd_lamp_bound *to, const struct bd_lamp_bound *from
 }
 
 // The smallest cone about both: that of the wider one, or one that turns from the one to the other.
-static void join_cones(const struct bd_lamp_bound *a, const struct bd_lamp_bound *b,
-                       struct bd_lamp_bound *out)
+static void join_cones(const struct bd_punctual_bound *a, const struct bd_punctual_bound *b,
+                       struct bd_punctual_bound *out)
 {
-    const struct bd_lamp_bound *wide = a->cosine < b->cosine ? a : b, *other = wide == a ? b : a;
+    const struct bd_punctual_bound *wide = a->cosine < b->cosine ? a : b,
+                                   *other = wide == a ? b : a;
     copy_cone(out, wide);
     if (other->cosine == NO_COSINE || wide->cosine <= ANY_COSINE) return;
     const float between = acosf(fminf(fmaxf(f3_dot(wide->axis, other->axis), -1), 1));
@@ -79,14 +81,15 @@ static void join_cones(const struct bd_lamp_bound *a, const struct bd_lamp_bound
     set_cone(out, f3_unit(axis), angle + ANGLE_SLACK);
 }
 
-static struct bd_lamp_bound joined(const struct bd_lamp_bound *a, const struct bd_lamp_bound *b)
+static struct bd_punctual_bound joined(const struct bd_punctual_bound *a,
+                                       const struct bd_punctual_bound *b)
 {
-    struct bd_lamp_bound both = {.reach = fmaxf(a->reach, b->reach), .even = a->even + b->even};
+    struct bd_punctual_bound both = {.reach = fmaxf(a->reach, b->reach), .even = a->even + b->even};
     join_cones(a, b, &both);
     return both;
 }
 
-static void set_box(struct bd_lamp_bound *bound, const struct bd_emitter_node *node)
+static void set_box(struct bd_punctual_bound *bound, const struct bd_emitter_node *node)
 {
     bound->half = f3_scale(f3_sub(node->most, node->least), 0.5f);
     bound->middle = f3_add(node->least, bound->half);
@@ -96,7 +99,7 @@ static void set_box(struct bd_lamp_bound *bound, const struct bd_emitter_node *n
 // --- making -------------------------------------------------------------------------------------
 
 struct making {
-    struct bd_lamp_tree *lamps;
+    struct bd_punctual_tree *punctuals;
     enum bd_err (*pause)(void *user);
     void *user;
     uint32_t done;
@@ -110,10 +113,10 @@ static void rest(struct making *m)
 
 static void bound_below(struct making *m, uint32_t node, uint32_t begin, uint32_t end)
 {
-    const struct bd_lamp_tree *lamps = m->lamps;
-    struct bd_lamp_bound *bounds = lamps->bounds;
+    const struct bd_punctual_tree *punctuals = m->punctuals;
+    struct bd_punctual_bound *bounds = punctuals->bounds;
     if (end - begin == 1) {
-        bounds[node] = bound_of(&lamps->lamps[lamps->tree.order[begin]]);
+        bounds[node] = bound_of(&punctuals->punctuals[punctuals->tree.order[begin]]);
         rest(m);
     } else {
         const uint32_t middle = begin + (end - begin) / 2, second = node + 2 * (middle - begin);
@@ -122,70 +125,71 @@ static void bound_below(struct making *m, uint32_t node, uint32_t begin, uint32_
         if (m->err) return;
         bounds[node] = joined(&bounds[node + 1], &bounds[second]);
     }
-    set_box(&bounds[node], &lamps->tree.nodes[node]);
+    set_box(&bounds[node], &punctuals->tree.nodes[node]);
 }
 
 static void make_leaves(struct making *m, struct bd_emitter_leaf *leaves)
 {
-    const struct bd_lamp_tree *lamps = m->lamps;
-    for (uint32_t i = 0; !m->err && i < lamps->count; i++) {
-        const struct bd_light_uniform *lamp = &lamps->lamps[i];
-        const f3 at = f3_from(lamp->position);
-        const float flux = is_parallel(lamp) ? 0 : brightest(lamp->intensity);
+    const struct bd_punctual_tree *punctuals = m->punctuals;
+    for (uint32_t i = 0; !m->err && i < punctuals->count; i++) {
+        const struct bd_light_uniform *punctual = &punctuals->punctuals[i];
+        const f3 at = f3_from(punctual->position);
+        const float flux = is_parallel(punctual) ? 0 : brightest(punctual->intensity);
         leaves[i] = (struct bd_emitter_leaf){bd_emitter_to_all_sides(at, at, flux), at};
         rest(m);
     }
 }
 
-static enum bd_err make(struct bd_lamp_tree *lamps, enum bd_err (*pause)(void *user), void *user,
-                        struct bd_fault *fault)
+static enum bd_err make(struct bd_punctual_tree *punctuals, enum bd_err (*pause)(void *user),
+                        void *user, struct bd_fault *fault)
 {
-    struct making m = {.lamps = lamps, .pause = pause, .user = user};
-    struct bd_emitter_leaf *leaves = malloc(lamps->count * sizeof *leaves);
-    lamps->bounds = malloc((2 * (size_t)lamps->count - 1) * sizeof *lamps->bounds);
-    if (!leaves || !lamps->bounds)
-        m.err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "scene", "no memory for a tree of %u lamps",
-                             lamps->count);
+    struct making m = {.punctuals = punctuals, .pause = pause, .user = user};
+    struct bd_emitter_leaf *leaves = malloc(punctuals->count * sizeof *leaves);
+    punctuals->bounds = malloc((2 * (size_t)punctuals->count - 1) * sizeof *punctuals->bounds);
+    if (!leaves || !punctuals->bounds)
+        m.err = bd_fault_set(fault, BD_ERR_NO_MEMORY, "scene",
+                             "no memory for a tree of %u punctual lights", punctuals->count);
     if (!m.err) make_leaves(&m, leaves);
     if (!m.err)
-        m.err = bd_emitter_tree_init(&lamps->tree, leaves, lamps->count, pause, user, fault);
-    if (!m.err) bound_below(&m, 0, 0, lamps->count);
+        m.err =
+            bd_emitter_tree_init(&punctuals->tree, leaves, punctuals->count, pause, user, fault);
+    if (!m.err) bound_below(&m, 0, 0, punctuals->count);
     free(leaves);
     return m.err;
 }
 
-enum bd_err bd_lamp_tree_create(struct bd_light_uniform *lamps, uint32_t count,
-                                enum bd_err (*pause)(void *user), void *user,
-                                struct bd_lamp_tree **out, struct bd_fault *fault)
+enum bd_err bd_punctual_tree_create(struct bd_light_uniform *punctuals, uint32_t count,
+                                    enum bd_err (*pause)(void *user), void *user,
+                                    struct bd_punctual_tree **out, struct bd_fault *fault)
 {
     BD_ASSERT(count > 0);
     *out = calloc(1, sizeof **out);
     BD_ASSERT(*out);
-    (*out)->lamps = lamps;
+    (*out)->punctuals = punctuals;
     (*out)->count = count;
     const enum bd_err err = make(*out, pause, user, fault);
-    if (err) bd_lamp_tree_destroy(out);
+    if (err) bd_punctual_tree_destroy(out);
     return err;
 }
 
-void bd_lamp_tree_destroy(struct bd_lamp_tree **lamps)
+void bd_punctual_tree_destroy(struct bd_punctual_tree **punctuals)
 {
-    struct bd_lamp_tree *own = *lamps;
-    *lamps = NULL;
+    struct bd_punctual_tree *own = *punctuals;
+    *punctuals = NULL;
     if (!own) return;
     bd_emitter_tree_finish(&own->tree);
     free(own->bounds);
-    free(own->lamps);
+    free(own->punctuals);
     free(own);
 }
 
-uint64_t bd_lamp_tree_bytes(const struct bd_lamp_tree *lamps)
+uint64_t bd_punctual_tree_bytes(const struct bd_punctual_tree *punctuals)
 {
-    const struct bd_emitter_tree *tree = &lamps->tree;
-    return sizeof *lamps +
-           (uint64_t)lamps->count *
-               (sizeof *lamps->lamps + 2 * sizeof *lamps->bounds + 2 * sizeof *tree->nodes +
-                sizeof *tree->order + sizeof *tree->place);
+    const struct bd_emitter_tree *tree = &punctuals->tree;
+    return sizeof *punctuals +
+           (uint64_t)punctuals->count *
+               (sizeof *punctuals->punctuals + 2 * sizeof *punctuals->bounds +
+                2 * sizeof *tree->nodes + sizeof *tree->order + sizeof *tree->place);
 }
 
 // --- what reaches whom --------------------------------------------------------------------------
@@ -203,7 +207,8 @@ static struct box box_of(f3 least, f3 most)
 }
 
 // Whether all lines from the one ball to the other, `to` between their middles, lie off the cone.
-static bool looks_elsewhere(const struct bd_lamp_bound *bound, f3 to, float distance, float radius)
+static bool looks_elsewhere(const struct bd_punctual_bound *bound, f3 to, float distance,
+                            float radius)
 {
     if (bound->cosine <= ANY_COSINE || distance <= radius) return false;
     const float sine = radius / distance, cosine = f_sqrt(1 - sine * sine);
@@ -214,16 +219,16 @@ static bool looks_elsewhere(const struct bd_lamp_bound *bound, f3 to, float dist
 }
 
 struct way {
-    f3 to;                    // from the lamps' middle to the box's
-    float distance2, radius2; // of the middles; of the lamps' box
+    f3 to;                    // from the punctual lights' middle to the box's
+    float distance2, radius2; // of the middles; of the punctual lights' box
     float nearest2;           // between the boxes
 };
 
 // False where nothing of it comes.
-static bool find_way(const struct bd_lamp_tree *lamps, uint32_t node, const struct box *box,
+static bool find_way(const struct bd_punctual_tree *punctuals, uint32_t node, const struct box *box,
                      struct way *way)
 {
-    const struct bd_lamp_bound *bound = &lamps->bounds[node];
+    const struct bd_punctual_bound *bound = &punctuals->bounds[node];
     const f3 to = f3_sub(box->middle, bound->middle);
     const f3 off = f3_max(f3_sub(f3_abs(to), f3_add(bound->half, box->half)), 0);
     *way = (struct way){to, f3_dot(to, to), bound->radius * bound->radius, f3_dot(off, off)};
@@ -232,23 +237,25 @@ static bool find_way(const struct bd_lamp_tree *lamps, uint32_t node, const stru
 }
 
 // The most that a point of the box gets, held to where the distance tells nothing.
-static float most_in(const struct bd_lamp_tree *lamps, uint32_t node, const struct box *box)
+static float most_in(const struct bd_punctual_tree *punctuals, uint32_t node, const struct box *box)
 {
     struct way way;
-    const float even = lamps->bounds[node].even, flux = lamps->tree.nodes[node].flux;
-    if (!(flux > 0) || !find_way(lamps, node, box, &way)) return even;
+    const float even = punctuals->bounds[node].even, flux = punctuals->tree.nodes[node].flux;
+    if (!(flux > 0) || !find_way(punctuals, node, box, &way)) return even;
     const float least2 = 1e-3f * (way.radius2 + box->radius * box->radius);
     return even + flux / f_max(f_max(way.nearest2, least2), 1e-30f);
 }
 
-float bd_lamp_tree_weight(const struct bd_lamp_tree *lamps, uint32_t node, f3 point, f3 normal)
+float bd_punctual_tree_weight(const struct bd_punctual_tree *punctuals, uint32_t node, f3 point,
+                              f3 normal)
 {
     struct way way;
-    const struct bd_emitter_node *n = &lamps->tree.nodes[node];
+    const struct bd_emitter_node *n = &punctuals->tree.nodes[node];
     const struct box at = {.middle = point};
-    const float even = lamps->bounds[node].even;
-    if (!(n->flux > 0) || !find_way(lamps, node, &at, &way)) return even;
-    const float height = f3_dot(f3_abs(normal), lamps->bounds[node].half) - f3_dot(normal, way.to);
+    const float even = punctuals->bounds[node].even;
+    if (!(n->flux > 0) || !find_way(punctuals, node, &at, &way)) return even;
+    const float height =
+        f3_dot(f3_abs(normal), punctuals->bounds[node].half) - f3_dot(normal, way.to);
     if (!(height > 0)) return even;
     const float far2 = f_max(f_max(way.distance2, way.radius2), 1e-30f);
     const float cosine = f_min(height / f_sqrt(far2), 1);
@@ -257,28 +264,28 @@ float bd_lamp_tree_weight(const struct bd_lamp_tree *lamps, uint32_t node, f3 po
 
 // --- cuts ---------------------------------------------------------------------------------------
 
-static void add(const struct bd_lamp_tree *lamps, const struct box *box, struct bd_lamp_node node,
-                struct bd_lamp_cut *cut)
+static void add(const struct bd_punctual_tree *punctuals, const struct box *box,
+                struct bd_punctual_node node, struct bd_punctual_cut *cut)
 {
-    node.most = most_in(lamps, node.node, box);
+    node.most = most_in(punctuals, node.node, box);
     if (!(node.most > 0)) return;
     cut->below += node.end - node.begin;
-    struct bd_lamp_node *to = &cut->nodes[cut->count++];
+    struct bd_punctual_node *to = &cut->nodes[cut->count++];
     if (node.end - node.begin == 1) {
-        *to = cut->nodes[cut->lamp_count];
-        to = &cut->nodes[cut->lamp_count++];
+        *to = cut->nodes[cut->punctual_count];
+        to = &cut->nodes[cut->punctual_count++];
     }
     *to = node;
 }
 
 // Who may light the box most, of those that are several; any where there is room for all; `count`
 // where there is none.
-static uint32_t next_to_split(const struct bd_lamp_cut *cut)
+static uint32_t next_to_split(const struct bd_punctual_cut *cut)
 {
-    if (cut->below <= BD_LAMP_CUT_MAX) return cut->lamp_count;
+    if (cut->below <= BD_PUNCTUAL_CUT_MAX) return cut->punctual_count;
     uint32_t next = cut->count;
     float most = 0;
-    for (uint32_t i = cut->lamp_count; i < cut->count; i++) {
+    for (uint32_t i = cut->punctual_count; i < cut->count; i++) {
         if (!(cut->nodes[i].most > most)) continue;
         most = cut->nodes[i].most;
         next = i;
@@ -286,41 +293,44 @@ static uint32_t next_to_split(const struct bd_lamp_cut *cut)
     return next;
 }
 
-static void split(const struct bd_lamp_node *node, struct bd_lamp_node half[2])
+static void split(const struct bd_punctual_node *node, struct bd_punctual_node half[2])
 {
     const uint32_t middle = node->begin + (node->end - node->begin) / 2;
-    half[0] = (struct bd_lamp_node){.node = node->node + 1, .begin = node->begin, .end = middle};
-    half[1] = (struct bd_lamp_node){
+    half[0] =
+        (struct bd_punctual_node){.node = node->node + 1, .begin = node->begin, .end = middle};
+    half[1] = (struct bd_punctual_node){
         .node = node->node + 2 * (middle - node->begin), .begin = middle, .end = node->end};
 }
 
-void bd_lamp_tree_cut(const struct bd_lamp_tree *lamps, f3 least, f3 most, struct bd_lamp_cut *cut)
+void bd_punctual_tree_cut(const struct bd_punctual_tree *punctuals, f3 least, f3 most,
+                          struct bd_punctual_cut *cut)
 {
     const struct box box = box_of(least, most);
-    cut->count = cut->lamp_count = cut->below = 0;
-    add(lamps, &box, (struct bd_lamp_node){.end = lamps->count}, cut);
-    while (cut->count < BD_LAMP_CUT_MAX) {
+    cut->count = cut->punctual_count = cut->below = 0;
+    add(punctuals, &box, (struct bd_punctual_node){.end = punctuals->count}, cut);
+    while (cut->count < BD_PUNCTUAL_CUT_MAX) {
         const uint32_t at = next_to_split(cut);
         if (at == cut->count) return;
-        struct bd_lamp_node half[2];
+        struct bd_punctual_node half[2];
         split(&cut->nodes[at], half);
         cut->below -= cut->nodes[at].end - cut->nodes[at].begin;
         cut->nodes[at] = cut->nodes[--cut->count];
-        for (int i = 0; i < 2; i++) add(lamps, &box, half[i], cut);
+        for (int i = 0; i < 2; i++) add(punctuals, &box, half[i], cut);
     }
 }
 
 // --- drawing ------------------------------------------------------------------------------------
 
-bool bd_lamp_tree_draw(const struct bd_lamp_tree *lamps, const struct bd_lamp_node *below, f3 point,
-                       f3 normal, float number, uint32_t *lamp, float *pdf)
+bool bd_punctual_tree_draw(const struct bd_punctual_tree *punctuals,
+                           const struct bd_punctual_node *below, f3 point, f3 normal, float number,
+                           uint32_t *punctual, float *pdf)
 {
-    struct bd_lamp_node at = *below, half[2];
+    struct bd_punctual_node at = *below, half[2];
     *pdf = 1;
     while (at.end - at.begin > 1) {
         split(&at, half);
-        const float first = bd_lamp_tree_weight(lamps, half[0].node, point, normal);
-        const float both = first + bd_lamp_tree_weight(lamps, half[1].node, point, normal);
+        const float first = bd_punctual_tree_weight(punctuals, half[0].node, point, normal);
+        const float both = first + bd_punctual_tree_weight(punctuals, half[1].node, point, normal);
         if (!(both > 0)) return false;
         const float share = first / both;
         const bool is_first = number < share;
@@ -329,6 +339,6 @@ bool bd_lamp_tree_draw(const struct bd_lamp_tree *lamps, const struct bd_lamp_no
         *pdf *= own;
         at = half[is_first ? 0 : 1];
     }
-    *lamp = lamps->tree.order[at.begin];
+    *punctual = punctuals->tree.order[at.begin];
     return *pdf > 0;
 }

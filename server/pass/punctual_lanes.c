@@ -1,4 +1,4 @@
-#include "pass/lamp_lanes.h"
+#include "pass/punctual_lanes.h"
 
 #include "kernel/brdf.h"
 #include "kernel/light.h"
@@ -6,25 +6,27 @@
 
 // --- of a block ---------------------------------------------------------------------------------
 
-void bd_lamp_lanes_put(struct bd_lamp_lanes *l, uint32_t i, const struct bd_light_uniform *lamp)
+void bd_punctual_lanes_put(struct bd_punctual_lanes *l, uint32_t i,
+                           const struct bd_light_uniform *punctual)
 {
-    const bool parallel = lamp->kind.x == BD_LIGHT_KIND_DIRECTIONAL;
-    l->x[i] = lamp->position.x;
-    l->y[i] = lamp->position.y;
-    l->z[i] = lamp->position.z;
-    l->ahead_x[i] = lamp->direction.x;
-    l->ahead_y[i] = lamp->direction.y;
-    l->ahead_z[i] = lamp->direction.z;
-    l->cos_outer[i] = lamp->cone.x;
-    l->per_cosine[i] = lamp->cone.y;
-    l->inverse_range[i] = parallel ? 0 : lamp->position.w;
+    const bool parallel = punctual->kind.x == BD_LIGHT_KIND_DIRECTIONAL;
+    l->x[i] = punctual->position.x;
+    l->y[i] = punctual->position.y;
+    l->z[i] = punctual->position.z;
+    l->ahead_x[i] = punctual->direction.x;
+    l->ahead_y[i] = punctual->direction.y;
+    l->ahead_z[i] = punctual->direction.z;
+    l->cos_outer[i] = punctual->cone.x;
+    l->per_cosine[i] = punctual->cone.y;
+    l->inverse_range[i] = parallel ? 0 : punctual->position.w;
     l->parallel[i] = parallel;
-    l->brightest[i] = f_max(lamp->intensity.x, f_max(lamp->intensity.y, lamp->intensity.z));
+    l->brightest[i] =
+        f_max(punctual->intensity.x, f_max(punctual->intensity.y, punctual->intensity.z));
 }
 
 // Parallel light comes as from a unit away.
-void bd_lamp_lanes_weigh(const struct bd_lamp_lanes *restrict l, uint32_t count,
-                         const struct bd_area_receiver *at, float *restrict weight)
+void bd_punctual_lanes_weigh(const struct bd_punctual_lanes *restrict l, uint32_t count,
+                             const struct bd_area_receiver *at, float *restrict weight)
 {
     const f3 position = at->position, normal = at->normal, n_geometric = at->normal_geometric;
     for (size_t i = 0; i < count; i++) {
@@ -42,27 +44,29 @@ void bd_lamp_lanes_weigh(const struct bd_lamp_lanes *restrict l, uint32_t count,
 
 // --- pairs --------------------------------------------------------------------------------------
 
-void bd_lamp_pairs_put(struct bd_lamp_pairs *p, uint32_t i, const struct bd_area_receiver *at,
-                       const struct bd_light_uniform *lamp)
+void bd_punctual_pairs_put(struct bd_punctual_pairs *p, uint32_t i,
+                           const struct bd_area_receiver *at,
+                           const struct bd_light_uniform *punctual)
 {
-    const bool parallel = lamp->kind.x == BD_LIGHT_KIND_DIRECTIONAL;
-    const f3 ahead = f3_of(lamp->direction.x, lamp->direction.y, lamp->direction.z);
-    const f3 place = f3_of(lamp->position.x, lamp->position.y, lamp->position.z);
+    const bool parallel = punctual->kind.x == BD_LIGHT_KIND_DIRECTIONAL;
+    const f3 ahead = f3_of(punctual->direction.x, punctual->direction.y, punctual->direction.z);
+    const f3 place = f3_of(punctual->position.x, punctual->position.y, punctual->position.z);
     f3_put_at(&p->span, i, parallel ? f3_scale(ahead, -1) : f3_sub(place, at->position));
     f3_put_at(&p->ahead, i, ahead);
-    f3_put_at(&p->intensity, i, f3_of(lamp->intensity.x, lamp->intensity.y, lamp->intensity.z));
+    f3_put_at(&p->intensity, i,
+              f3_of(punctual->intensity.x, punctual->intensity.y, punctual->intensity.z));
     f3_put_at(&p->normal, i, at->normal);
     f3_put_at(&p->viewer, i, at->viewer);
     f3_put_at(&p->base_color, i, at->base_color);
-    p->cos_outer[i] = lamp->cone.x;
-    p->per_cosine[i] = lamp->cone.y;
-    p->inverse_range[i] = parallel ? 0 : lamp->position.w;
+    p->cos_outer[i] = punctual->cone.x;
+    p->per_cosine[i] = punctual->cone.y;
+    p->inverse_range[i] = parallel ? 0 : punctual->position.w;
     p->metallic[i] = at->metallic;
     p->roughness[i] = at->roughness;
     p->f0_dielectric[i] = at->f0_dielectric;
 }
 
-static inline __attribute__((always_inline)) void light(struct bd_lamp_pairs *restrict p,
+static inline __attribute__((always_inline)) void light(struct bd_punctual_pairs *restrict p,
                                                         struct bd_lanes3 *restrict irradiance,
                                                         struct bd_lanes3 *restrict beyond,
                                                         bool lambert)
@@ -89,7 +93,7 @@ static inline __attribute__((always_inline)) void light(struct bd_lamp_pairs *re
     }
 }
 
-void bd_lamp_pairs_light(struct bd_lamp_pairs *pairs, bool lambert)
+void bd_punctual_pairs_light(struct bd_punctual_pairs *pairs, bool lambert)
 {
     struct bd_lanes3 irradiance, beyond;
     if (lambert)

@@ -2,13 +2,13 @@
 
 #include <math.h>
 
-#include "reference/lamps.h"
+#include "reference/punctual.h"
 #include "tests/unit/cmocka_all.h"
 
 // At the origin, along -y, with an edge too sharp for its falloff to hide a wrong angle.
-static struct bd_lamp hard_spot(double half_angle)
+static struct bd_punctual hard_spot(double half_angle)
 {
-    return (struct bd_lamp){
+    return (struct bd_punctual){
         .kind = BD_LIGHT_SPOT,
         .axis = {0, -1, 0},
         .intensity = {1, 1, 1},
@@ -20,14 +20,15 @@ static struct bd_lamp hard_spot(double half_angle)
     };
 }
 
-static bool is_lit(const struct bd_lamp *lamp, double angle, double azimuth, double distance)
+static bool is_lit(const struct bd_punctual *lamp, double angle, double azimuth, double distance)
 {
-    const struct bd_lamps lamps = {.count = 1, .radius = 1};
+    const struct bd_punctuals lamps = {.count = 1, .radius = 1};
     const float position[3] = {(float)(distance * sin(angle) * cos(azimuth)),
                                (float)(-distance * cos(angle)),
                                (float)(distance * sin(angle) * sin(azimuth))};
     struct bd_illumination found;
-    return bd_lamp_illuminates(&lamps, lamp, position, &found) && found.normal_illuminance[0] > 0;
+    return bd_punctual_illuminates(&lamps, lamp, position, &found) &&
+           found.normal_illuminance[0] > 0;
 }
 
 static void a_cone_ends_at_its_angle(void **state)
@@ -35,7 +36,7 @@ static void a_cone_ends_at_its_angle(void **state)
     (void)state;
     const double half_angles[] = {0.02, 0.4, 1.2, 1.57};
     for (int i = 0; i < 4; i++) {
-        const struct bd_lamp lamp = hard_spot(half_angles[i]);
+        const struct bd_punctual lamp = hard_spot(half_angles[i]);
         for (int k = 0; k < 64; k++) {
             const double azimuth = 0.1 + k, distance = pow(10, k % 7 - 3);
             assert_true(is_lit(&lamp, half_angles[i] - 1e-4, azimuth, distance));
@@ -48,7 +49,7 @@ static void a_cone_ends_at_its_angle(void **state)
 static void a_point_shines_everywhere(void **state)
 {
     (void)state;
-    struct bd_lamp lamp = hard_spot(0.4);
+    struct bd_punctual lamp = hard_spot(0.4);
     lamp.kind = BD_LIGHT_POINT;
     for (int k = 0; k < 32; k++) assert_true(is_lit(&lamp, 0.1 * k, k, 1));
 }

@@ -1,4 +1,4 @@
-#include "pass/lamp_photons.h"
+#include "pass/punctual_photons.h"
 
 #include <math.h>
 
@@ -12,10 +12,10 @@ struct cone {
     float cos_outer, rim, inside; // `rim`: the difference of the cosines
 };
 
-static struct cone cone_of(const struct bd_light_uniform *lamp)
+static struct cone cone_of(const struct bd_light_uniform *punctual)
 {
-    const float rim = 1 / lamp->cone.y;
-    return (struct cone){lamp->cone.x, rim, 1 - lamp->cone.x - rim};
+    const float rim = 1 / punctual->cone.y;
+    return (struct cone){punctual->cone.x, rim, 1 - punctual->cone.x - rim};
 }
 
 // The cosine before which this part of the cone's light lies, counted from its edge.
@@ -26,13 +26,13 @@ static float cosine_in_cone(const struct cone *cone, float part)
     return f_min(cone->cos_outer + cone->rim + (wanted - of_rim), 1);
 }
 
-f3 bd_lamp_flux(const struct bd_light_uniform *lamp)
+f3 bd_punctual_flux(const struct bd_light_uniform *punctual)
 {
-    const f3 intensity = f3_from(&lamp->intensity);
-    const struct cone cone = cone_of(lamp);
-    switch (lamp->kind.x) {
+    const f3 intensity = f3_from(&punctual->intensity);
+    const struct cone cone = cone_of(punctual);
+    switch (punctual->kind.x) {
     case BD_LIGHT_KIND_DIRECTIONAL:
-        return f3_scale(intensity, 4 * lamp->axis_x.w * lamp->axis_y.w);
+        return f3_scale(intensity, 4 * punctual->axis_x.w * punctual->axis_y.w);
     case BD_LIGHT_KIND_SPOT:
         return f3_scale(intensity, 2 * F_PI * (cone.rim / 3 + cone.inside));
     default:
@@ -40,16 +40,16 @@ f3 bd_lamp_flux(const struct bd_light_uniform *lamp)
     }
 }
 
-f3 bd_lamp_irradiance(const struct bd_light_uniform *lamp, f3 position, f3 normal)
+f3 bd_punctual_irradiance(const struct bd_light_uniform *punctual, f3 position, f3 normal)
 {
-    const f3 direction = f3_from(&lamp->direction), intensity = f3_from(&lamp->intensity);
-    if (lamp->kind.x == BD_LIGHT_KIND_DIRECTIONAL)
+    const f3 direction = f3_from(&punctual->direction), intensity = f3_from(&punctual->intensity);
+    if (punctual->kind.x == BD_LIGHT_KIND_DIRECTIONAL)
         return f3_scale(intensity, f_max(-f3_dot(normal, direction), 0));
-    const f3 span = f3_sub(f3_from(&lamp->position), position);
+    const f3 span = f3_sub(f3_from(&punctual->position), position);
     const float distance = f_sqrt(f_max(f3_dot(span, span), 1e-30f));
     const float cosine = f_max(f3_dot(normal, span), 0) / distance;
-    return f3_scale(intensity, cosine * irradiance_at(span, direction, lamp->cone.x, lamp->cone.y,
-                                                      lamp->position.w));
+    return f3_scale(intensity, cosine * irradiance_at(span, direction, punctual->cone.x,
+                                                      punctual->cone.y, punctual->position.w));
 }
 
 static struct bd_ray ray_of(f3 origin, f3 direction)
@@ -60,18 +60,18 @@ static struct bd_ray ray_of(f3 origin, f3 direction)
                            .far = INFINITY};
 }
 
-struct bd_ray bd_lamp_ray(const struct bd_light_uniform *lamp, const float number[2])
+struct bd_ray bd_punctual_ray(const struct bd_light_uniform *punctual, const float number[2])
 {
-    const f3 position = f3_from(&lamp->position), ahead = f3_from(&lamp->direction);
-    const struct bd_basis basis = {f3_from(&lamp->axis_x), f3_from(&lamp->axis_y)};
-    if (lamp->kind.x == BD_LIGHT_KIND_DIRECTIONAL) {
-        const float across = (2 * number[0] - 1) * lamp->axis_x.w;
-        const float up = (2 * number[1] - 1) * lamp->axis_y.w;
+    const f3 position = f3_from(&punctual->position), ahead = f3_from(&punctual->direction);
+    const struct bd_basis basis = {f3_from(&punctual->axis_x), f3_from(&punctual->axis_y)};
+    if (punctual->kind.x == BD_LIGHT_KIND_DIRECTIONAL) {
+        const float across = (2 * number[0] - 1) * punctual->axis_x.w;
+        const float up = (2 * number[1] - 1) * punctual->axis_y.w;
         const f3 from = bd_from_basis(&basis, ahead, f3_of(across, up, 0));
         return ray_of(f3_add(position, from), ahead);
     }
-    const struct cone cone = cone_of(lamp);
-    const float cosine =
-        lamp->kind.x == BD_LIGHT_KIND_SPOT ? cosine_in_cone(&cone, number[0]) : 2 * number[0] - 1;
+    const struct cone cone = cone_of(punctual);
+    const float cosine = punctual->kind.x == BD_LIGHT_KIND_SPOT ? cosine_in_cone(&cone, number[0])
+                                                                : 2 * number[0] - 1;
     return ray_of(position, bd_from_basis(&basis, ahead, bd_direction_at(cosine, number[1])));
 }
