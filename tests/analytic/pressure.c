@@ -14,7 +14,7 @@
 
 #include "world.h"
 
-#define SIDE 64
+#define SIDE 32
 
 static const double origin[3] = {0, 0, 0}, down[3] = {0, -1, 0};
 

@@ -6,6 +6,7 @@ from conftest import SCENES
 from every_edit import EDITS
 
 LOOK = {"size": (24, 16), "layers": ["direct", "indirect", "emission"]}
+SMALL_MAPS = {"shadow_size": 64, "rsm_size": 32}
 SEEN_BY_ALL = {"gbuffer", "composite", "readback"}
 
 
@@ -22,14 +23,15 @@ def states(frame):
 
 # A tree, clusters, glossy receivers by blocks and by pixels, rays, lamps without maps: between them every stage.
 @pytest.mark.parametrize("technique,parameters", [
-    ("hisr", {}), ("isr", {}), ("multires_splat", {}), ("rsm", {}),
+    ("hisr", {"vpls": 1024}), ("isr", {}), ("multires_splat", {}), ("rsm", {}),
     ("rsm", {"indirect_visibility": "rays", "rays": 9, "indirect_bounces": 3}),
-    ("multires_gather", {"indirect_visibility": "rays", "rays": 9}), ("hisr", {"indirect_visibility": "rays", "rays": 9}),
+    ("multires_gather", {"indirect_visibility": "rays", "rays": 9}), ("hisr", {"vpls": 1024, "indirect_visibility": "rays", "rays": 9}),
     ("direct", {"drawing": "rays"}), ("multires_gather", {"drawing": "rays"}),
     ("many_light", {"vpls": 256, "walk_vpls": 256, "cache_cells": 256}),
     ("multires_gather", {"lamps": "rays", "light_rays": 2}), ("hisr", {"lamps": "rays", "indirect_bounces": 2, "vpls": 1024})])
 def test_the_renderer_does_what_the_dry_run_said(daemon, technique, parameters):
-    look = {**LOOK, "technique": technique, "parameters": parameters}
+    maps = {"shadow_size": 64} if technique == "direct" else {} if technique == "many_light" else SMALL_MAPS
+    look = {**LOOK, "technique": technique, "parameters": {**maps, **parameters}}
     scene = daemon.scenes.add(SCENES / "two_lights.glb")
     objects = scene.objects()
     scene.render(**look)
