@@ -63,7 +63,7 @@ DOORS = {
     'scene/blobs': {'blobs'},
     'scene/journal': {'data_dir', 'journal'},
     'scene/store': {'store', 'store_journal'},
-    'net/wire': {'answer', 'device_list', 'edit_decode', 'frame_options', 'multipart', 'option_list', 'scene_objects', 'technique_list'},
+    'net/wire': {'answer', 'edit_decode', 'frame_options', 'multipart', 'offers', 'scene_objects'},
     'net/loop': {'loop', 'serving', 'client', 'conn', 'background', 'spool', 'release', 'address', 'peer', 'steps'},
     'net/access': {'access', 'auth', 'author', 'cookie'},
     'net/live': {'live', 'view', 'watch', 'frame_job', 'frame_encode'},

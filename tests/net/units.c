@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "net/access/auth.h"
-#include "net/http/http_commands.h"
+#include "net/command/command.h"
 #include "net/http/http_guard.h"
 #include "net/http/http_route.h"
 #include "net/loop/address.h"

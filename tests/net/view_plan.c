@@ -7,7 +7,6 @@
 #include <string.h>
 
 #include "base/assert.h"
-#include "net/live/view_cost.h"
 #include "net/live/view_steps.h"
 
 #include "../protocol/cmocka_all.h"

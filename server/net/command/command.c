@@ -16,9 +16,7 @@
 #include "net/command/import_cache.h"
 #include "net/command/stats.h"
 #include "net/loop/release.h"
-#include "net/wire/device_list.h"
-#include "net/wire/option_list.h"
-#include "net/wire/technique_list.h"
+#include "net/wire/offers.h"
 #include "protocol/field_text.h"
 
 static void leave_list(struct bd_command *command)

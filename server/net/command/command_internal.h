@@ -76,9 +76,8 @@ struct bd_command {
 const char *bd_command_text(const struct bd_command *command, const char *field);
 
 // The steps of each kind of request, by the file that has them.
-extern const struct bd_step bd_steps_scene_list[], bd_steps_scene_get[],
-    bd_steps_scene_log[];                                                  // scene_step.c
-extern const struct bd_step bd_steps_scene_add[], bd_steps_scene_remove[]; // scene_change.c
+extern const struct bd_step bd_steps_scene_list[], bd_steps_scene_get[], bd_steps_scene_log[],
+    bd_steps_scene_add[], bd_steps_scene_remove[];  // scene_step.c
 extern const struct bd_step bd_steps_stage_scene[]; // command->scene becomes one of the store
 extern const struct bd_step bd_steps_export[];      // export_step.c
 extern const struct bd_step bd_steps_render[];      // render_step.c

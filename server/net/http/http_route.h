@@ -1,4 +1,5 @@
-// What is asked for: method and path to a route, query to a frame.
+// What is asked for: method and path to a route, query to a frame, a command's path (a column of
+// its row, net/command/command.h) and body to its envelope.
 //
 // Thread: any.
 
@@ -10,6 +11,7 @@
 #include "base/err.h"
 #include "base/hash.h"
 #include "net/http/http_guard.h"
+#include "net/wire/answer.h"
 #include "protocol/bounced.pb-c.h"
 
 enum bd_http_route {
@@ -31,6 +33,7 @@ enum bd_http_route {
 enum bd_http_method { BD_HTTP_GET, BD_HTTP_HEAD, BD_HTTP_POST, BD_HTTP_PUT, BD_HTTP_DELETE };
 
 struct bd_command_row;
+struct bd_http;
 struct bd_viewer_file;
 
 struct bd_http_target {
@@ -67,5 +70,18 @@ enum bd_err bd_http_query_read(const char *query, const char *extension, Bounced
 BD_MUST_CHECK
 enum bd_err bd_http_query_read_stream(const char *query, Bounced__Render **out,
                                       double *frames_per_second, struct bd_fault *fault);
+
+// The first row whose path that is: others of it have other methods. `*id`: the scene's, where the
+// path has one. NULL: none.
+const struct bd_command_row *bd_http_command_find(const char *path, char *id, size_t id_bytes);
+// Of the rows with the path of `first`, that of a method; NULL: none.
+const struct bd_command_row *bd_http_command_by(const struct bd_command_row *first,
+                                                enum bd_http_method method);
+
+// The request's body, or query, as a command's envelope. An operation of an edit that the schema
+// does not know is refused by its name, which protobuf's form cannot tell.
+BD_MUST_CHECK
+enum bd_err bd_http_command_read(const struct bd_http *http, const struct bd_command_row *row,
+                                 struct bd_answer *out, struct bd_fault *fault);
 
 #endif

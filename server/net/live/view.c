@@ -9,7 +9,6 @@
 #include "base/clock.h"
 #include "net/live/frame_encode.h"
 #include "net/live/frame_job.h"
-#include "net/live/view_cost.h"
 #include "net/live/view_plan.h"
 #include "net/live/view_steps.h"
 #include "protocol/frame_options.h"

@@ -107,8 +107,6 @@ void bd_session_forget_kept(struct bd_session *session);
 // Those that were sent resume_seconds before the client was last heard, and more.
 void bd_session_forget_arrived(struct bd_session *session);
 
-// --- session_resume.c ---
-
 // A new one; the one before it is good until bd_session_has_token.
 void bd_session_make_token(struct bd_session *session, char out[BD_SHA256_HEX]);
 // The client speaks, so that the answer with its token has arrived: the one before is spent.

@@ -1,6 +1,90 @@
-#include "net/wire/technique_list.h"
+#include "net/wire/offers.h"
 
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/assert.h"
+#include "base/log.h"
+#include "protocol/frame_options.h"
+#include "protocol/json.h"
 #include "technique/technique.h"
+
+static char *text_or_none(const char *text)
+{
+    return text ? bd_answer_text(text) : NULL;
+}
+
+static Bounced__FrameOption *message_of(const struct bd_frame_option *option)
+{
+    char takes[BD_FRAME_OPTION_TAKES_BYTES];
+    Bounced__FrameOption *out = bd_answer_zeroed(1, sizeof *out);
+    bounced__frame_option__init(out);
+    out->name = bd_answer_text(option->name);
+    out->alias = text_or_none(option->alias);
+    out->form = text_or_none(option->form);
+    out->takes = bd_answer_text(bd_frame_option_takes(option, takes));
+    out->standard = text_or_none(option->standard);
+    out->help = bd_answer_text(option->help);
+    size_t words = 0;
+    while (option->words && option->words[words]) words++;
+    out->words = bd_answer_zeroed(words + 1, sizeof *out->words);
+    for (; out->n_words < words; out->n_words++)
+        out->words[out->n_words] = bd_answer_text(option->words[out->n_words]);
+    if (!(option->least < option->most)) return out;
+    BD_SET(out, minimum, option->least);
+    BD_SET(out, maximum, option->most);
+    return out;
+}
+
+struct bd_answer bd_answer_options(void)
+{
+    Bounced__OptionsReply *reply = bd_answer_zeroed(1, sizeof *reply);
+    bounced__options_reply__init(reply);
+    reply->options = bd_answer_zeroed(bd_frame_option_count, sizeof *reply->options);
+    for (; reply->n_options < bd_frame_option_count; reply->n_options++)
+        reply->options[reply->n_options] = message_of(&bd_frame_options[reply->n_options]);
+    return bd_answer_of(BOUNCED__ENVELOPE__BODY_OPTIONS_REPLY, reply);
+}
+
+// --- devices ---------------------------------------------------------------------------------
+
+static void add(Bounced__DevicesReply *reply, Bounced__Device *device)
+{
+    Bounced__Device **devices =
+        realloc(reply->devices, (reply->n_devices + 1) * sizeof(Bounced__Device *));
+    BD_ASSERT(devices);
+    reply->devices = devices;
+    devices[reply->n_devices++] = device;
+}
+
+static void add_listed(Bounced__DevicesReply *reply, json_t *listed)
+{
+    struct bd_fault fault;
+    ProtobufCMessage *message;
+    // What --device takes has the name of the option there, and `spec` in the schema.
+    json_object_set(listed, "spec", json_object_get(listed, "device"));
+    if (bd_json_to_message(listed, &bounced__device__descriptor, &message, &fault)) {
+        bd_log(BD_LOG_WARN, "net", "a device is not listed: %s", fault.message);
+        return;
+    }
+    add(reply, (Bounced__Device *)message);
+}
+
+struct bd_answer bd_answer_devices(struct bd_sched *sched, const char *list_json)
+{
+    Bounced__DevicesReply *reply = malloc(sizeof *reply);
+    BD_ASSERT(reply);
+    bounced__devices_reply__init(reply);
+    struct bd_sched_stats stats;
+    bd_sched_stats(sched, &stats);
+    add(reply, bd_device_message(&stats));
+    json_t *list = list_json ? json_loads(list_json, 0, NULL) : NULL;
+    for (size_t i = 0; i < json_array_size(list); i++) add_listed(reply, json_array_get(list, i));
+    json_decref(list);
+    return bd_answer_of(BOUNCED__ENVELOPE__BODY_DEVICES_REPLY, reply);
+}
+
+// --- techniques ------------------------------------------------------------------------------
 
 static size_t write_lights(uint32_t lights, char ***out)
 {
