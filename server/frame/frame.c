@@ -8,7 +8,7 @@
 #include "base/clock.h"
 #include "frame/stages.h"
 #include "frame/sub_frames.h"
-#include "pass/prime.h"
+#include "pass/reset_samplers.h"
 
 void bd_renderer_init(struct bd_renderer *renderer, struct bd_gpu *gpu, uint64_t memo_budget_bytes)
 {
@@ -17,7 +17,7 @@ void bd_renderer_init(struct bd_renderer *renderer, struct bd_gpu *gpu, uint64_t
         .uploader = {.gpu = gpu, .pause = bd_slicer_pause, .user = &renderer->slicer},
     };
     renderer->memo = bd_memo_create(renderer, memo_budget_bytes);
-    bd_prime_samplers(gpu);
+    bd_reset_samplers(gpu);
 }
 
 static const struct bd_processor *processor_of(struct bd_renderer *renderer)

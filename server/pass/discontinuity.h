@@ -81,7 +81,7 @@ struct bd_discontinuity {
     // BD_PIXEL_PACK; undefined where the block is empty. NULL of glossy receivers.
     struct bd_tex *representative;
     bool glossy; // of glossy receivers alone (pass/glossy_blocks.h)
-    // NULL, or of those pixels alone whose alpha is 0 there (pass/share.h); borrowed
+    // NULL, or of those pixels alone whose alpha is 0 there (pass/shared_light.h); borrowed
     const struct bd_tex *lit;
 };
 

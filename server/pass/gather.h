@@ -43,7 +43,7 @@ struct bd_indirect {
     // negative; NULL if not asked for.
     struct bd_tex *glossy;
     // RGBA32F, or both NULL: irradiance before the pixel's own normal had its say, and the
-    // irradiance vector, for other normals (pass/share.h).
+    // irradiance vector, for other normals (pass/shared_light.h).
     struct bd_tex *gathered, *vector;
     // RGBA32F, or NULL: half the difference of the halves whose mean the irradiance is, and glossy;
     // behind the filter the doubt of what is left (image/light_filter.h).

@@ -36,7 +36,7 @@ struct bd_upsample_inputs {
     struct bd_multires_light *light; // its coarse textures are written over; with vectors for
                                      // BD_SURFACE_DETAIL_DIRECTION
     enum bd_surface_detail detail;
-    bool keep_vector; // with BD_SURFACE_DETAIL_DIRECTION: for pass/share
+    bool keep_vector; // with BD_SURFACE_DETAIL_DIRECTION: for pass/shared_light
 };
 
 // `out`->irradiance covers every pixel that can be lit, as do `gathered` and `vector` if they are

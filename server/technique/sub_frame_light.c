@@ -1,6 +1,6 @@
 #include "technique/sub_frame_light.h"
 
-#include "pass/share.h"
+#include "pass/shared_light.h"
 #include "pass/upsample.h"
 
 bool bd_technique_shares(const struct bd_technique *technique, const struct bd_params *params,
@@ -38,7 +38,7 @@ enum bd_err bd_sub_frame_light(const struct bd_pass_context *context,
                                const struct bd_first_sub_frame *first, struct bd_indirect **out,
                                struct bd_fault *fault)
 {
-    const struct bd_share_inputs share = {
+    const struct bd_shared_light_inputs share = {
         .scene = inputs->scene,
         .viewpoint = inputs->viewpoint,
         .gbuffer = inputs->made.gbuffer,
@@ -49,7 +49,7 @@ enum bd_err bd_sub_frame_light(const struct bd_pass_context *context,
     };
     struct bd_shared_light shared;
     bd_gpu_pass_begin(context->gpu, "share");
-    enum bd_err err = bd_share_run(context, &share, &shared, fault);
+    enum bd_err err = bd_shared_light_run(context, &share, &shared, fault);
     bd_gpu_pass_end(context->gpu);
     if (err) return err;
     struct bd_technique_inputs own = *inputs;

@@ -1,6 +1,6 @@
 // Indirect light of the second and later sub-frames of an antialiased frame, for techniques that
-// can light single pixels: what the first sub-frame has is interpolated (pass/share.h), and pixels
-// that it saw nothing of are lit by themselves.
+// can light single pixels: what the first sub-frame has is interpolated (pass/shared_light.h), and
+// pixels that it saw nothing of are lit by themselves.
 
 #ifndef BD_TECHNIQUE_SUB_FRAME_LIGHT_H
 #define BD_TECHNIQUE_SUB_FRAME_LIGHT_H

@@ -8,7 +8,7 @@
 //
 // What a pixel is, the flags of level 1 tell. BD_ONE_LEVEL: there are none, and pixels are looked at;
 // BD_GLOSSY: for glossy receivers alone, as the flags are (pass/glossy_blocks). BD_UNLIT: for those that have no
-// light yet (pass/share).
+// light yet (pass/shared_light).
 #include "common/seen_surface.glsl"
 #include "pass/fragments/tiles.glsl"
 #ifdef BD_LONE_PIXELS

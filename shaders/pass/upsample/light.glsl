@@ -1,7 +1,7 @@
 // What the kernels of upsample share: light of blocks, and where it is kept.
 //
 // BD_FINE: of level 0, into `irradiance`; with BD_FINE_VECTOR, of pixels whose vectors are kept.
-// BD_KEEP_VECTOR: and what they are before the pixel's own normal, for pass/share. BD_DETAIL: BD_DETAIL_* of shared/upsample.h.
+// BD_KEEP_VECTOR: and what they are before the pixel's own normal, for pass/shared_light. BD_DETAIL: BD_DETAIL_* of shared/upsample.h.
 #include "common/gbuffer.glsl"
 #include "kernel/all_channels.h"
 #include "common/surfaces.glsl"

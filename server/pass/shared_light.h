@@ -10,13 +10,13 @@
 // Exact where irradiance is linear over a pixel. Its error is what a pixel's neighbours do not tell
 // of it: tests/analytic/sub_frames.c holds it.
 
-#ifndef BD_PASS_SHARE_H
-#define BD_PASS_SHARE_H
+#ifndef BD_PASS_SHARED_LIGHT_H
+#define BD_PASS_SHARED_LIGHT_H
 
 #include "pass/fragments.h"
 #include "pass/gather.h"
 
-struct bd_share_inputs {
+struct bd_shared_light_inputs {
     const struct bd_gpu_scene *scene;
     const struct bd_viewpoint *viewpoint; // of this sub-frame
     const struct bd_gbuffer *gbuffer;
@@ -33,9 +33,9 @@ struct bd_shared_light {
 };
 
 BD_MUST_CHECK
-enum bd_err bd_share_run(const struct bd_pass_context *context,
-                         const struct bd_share_inputs *inputs, struct bd_shared_light *out,
-                         struct bd_fault *fault);
+enum bd_err bd_shared_light_run(const struct bd_pass_context *context,
+                                const struct bd_shared_light_inputs *inputs,
+                                struct bd_shared_light *out, struct bd_fault *fault);
 // All that is still there.
 void bd_shared_light_finish(struct bd_gpu *gpu, struct bd_shared_light *light);
 

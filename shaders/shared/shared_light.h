@@ -1,6 +1,6 @@
-// Arguments of pass/share.
-#ifndef BD_SHARED_SHARE_H
-#define BD_SHARED_SHARE_H
+// Arguments of pass/shared_light.
+#ifndef BD_SHARED_SHARED_LIGHT_H
+#define BD_SHARED_SHARED_LIGHT_H
 
 #include "shared/types.h"
 

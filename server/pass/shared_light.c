@@ -1,16 +1,16 @@
-#include "pass/share.h"
+#include "pass/shared_light.h"
 
 #include <stdlib.h>
 
 #include "base/assert.h"
 #include "pass/kernels.h"
 #include "shared/bindings.h"
-#include "shared/share.h"
+#include "shared/shared_light.h"
 
 // Of the slicer, one for each evaluation of a VPL.
 #define UNITS_PER_PIXEL 30.0
 
-static struct bd_share_args args_of(const struct bd_share_inputs *inputs)
+static struct bd_share_args args_of(const struct bd_shared_light_inputs *inputs)
 {
     const struct bd_viewpoint *first = inputs->first_viewpoint;
     const struct bd_pixel_blocks *blocks = &inputs->blocks;
@@ -21,7 +21,7 @@ static struct bd_share_args args_of(const struct bd_share_inputs *inputs)
     };
 }
 
-static void bind_first(const struct bd_share_inputs *inputs, struct bd_bindings *bindings)
+static void bind_first(const struct bd_shared_light_inputs *inputs, struct bd_bindings *bindings)
 {
     const struct bd_indirect *first = inputs->first;
     bindings->textures[BD_UNIT_FIRST_DEPTH].tex = inputs->first_gbuffer->depth;
@@ -34,8 +34,8 @@ static void bind_first(const struct bd_share_inputs *inputs, struct bd_bindings 
 }
 
 static enum bd_err run_rows(const struct bd_pass_context *context,
-                            const struct bd_share_inputs *inputs, const struct bd_indirect *out,
-                            struct bd_fault *fault)
+                            const struct bd_shared_light_inputs *inputs,
+                            const struct bd_indirect *out, struct bd_fault *fault)
 {
     const struct bd_view view = bd_viewpoint_uniform(inputs->viewpoint, &inputs->scene->space);
     struct bd_share_args args = args_of(inputs);
@@ -43,8 +43,8 @@ static enum bd_err run_rows(const struct bd_pass_context *context,
     struct bd_defines defines = {0};
     if (inputs->first->vector) bd_define(&defines, "BD_VECTOR", 1);
     if (inputs->first->rough) bd_define(&defines, "BD_ROUGH", 1);
-    enum bd_err err =
-        bd_compute_get(context->gpu, "pass/share/share.comp", &defines, &program, fault);
+    enum bd_err err = bd_compute_get(context->gpu, "pass/shared_light/shared_light.comp", &defines,
+                                     &program, fault);
     struct bd_bindings bindings = {
         .uniforms[BD_UNIFORM_VIEW] = {&view, sizeof view},
         .uniforms[BD_UNIFORM_ARGS] = {&args, sizeof args},
@@ -67,7 +67,7 @@ static enum bd_err run_rows(const struct bd_pass_context *context,
     return err;
 }
 
-static enum bd_err create_rough(struct bd_gpu *gpu, const struct bd_share_inputs *inputs,
+static enum bd_err create_rough(struct bd_gpu *gpu, const struct bd_shared_light_inputs *inputs,
                                 struct bd_indirect *out, struct bd_fault *fault)
 {
     const struct bd_tex_desc desc = {.name = "indirect light of rough lobes",
@@ -93,8 +93,8 @@ static enum bd_err create_pixels(struct bd_gpu *gpu, const struct bd_viewpoint *
 }
 
 static enum bd_err list_missing(const struct bd_pass_context *context,
-                                const struct bd_share_inputs *inputs, struct bd_shared_light *light,
-                                struct bd_fault *fault)
+                                const struct bd_shared_light_inputs *inputs,
+                                struct bd_shared_light *light, struct bd_fault *fault)
 {
     const struct bd_discontinuity_inputs seen = {
         .gbuffer = inputs->gbuffer,
@@ -110,9 +110,9 @@ static enum bd_err list_missing(const struct bd_pass_context *context,
     return err;
 }
 
-enum bd_err bd_share_run(const struct bd_pass_context *context,
-                         const struct bd_share_inputs *inputs, struct bd_shared_light *out,
-                         struct bd_fault *fault)
+enum bd_err bd_shared_light_run(const struct bd_pass_context *context,
+                                const struct bd_shared_light_inputs *inputs,
+                                struct bd_shared_light *out, struct bd_fault *fault)
 {
     *out = (struct bd_shared_light){0};
     enum bd_err err =

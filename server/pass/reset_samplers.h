@@ -1,4 +1,4 @@
-// Prime: a dispatch that leaves the same sampler behind in every texture unit.
+// A dispatch that leaves the same sampler behind in every texture unit.
 //
 // Mesa keeps a unit's last sampler when a buffer texture is bound there, and the software driver
 // generates code for what it finds. Without this, a daemon's first frame finds nothing in the
@@ -7,11 +7,11 @@
 //
 // Thread: render thread. Software devices only; a failure costs that time and nothing else.
 
-#ifndef BD_PASS_PRIME_H
-#define BD_PASS_PRIME_H
+#ifndef BD_PASS_RESET_SAMPLERS_H
+#define BD_PASS_RESET_SAMPLERS_H
 
 #include "gpu/gpu.h"
 
-void bd_prime_samplers(struct bd_gpu *gpu);
+void bd_reset_samplers(struct bd_gpu *gpu);
 
 #endif

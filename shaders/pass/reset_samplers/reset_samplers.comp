@@ -1,4 +1,4 @@
-// Samples one texture through every unit that a compute pass uses. See pass/prime.h.
+// Samples one texture through every unit that a compute pass uses. See pass/reset_samplers.h.
 layout(local_size_x = 1) in;
 layout(binding = 0) uniform sampler2D maps[8];
 layout(std430, binding = 0) writeonly buffer out_block { vec4 sum; };

@@ -8,7 +8,7 @@
 // own normal has its say. Without, only pixels whose shading normals all but agree share light.
 #include "kernel/all_channels.h"
 #include "common/one_surface.glsl"
-#include "shared/share.h"
+#include "shared/shared_light.h"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(std140, binding = BD_UNIFORM_ARGS) uniform args_block { bd_share_args args; };
