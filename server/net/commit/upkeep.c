@@ -87,6 +87,7 @@ static void end(struct bd_steps *steps)
     if (is_worth_a_word(&steps->fault))
         bd_log(BD_LOG_WARN, "net", "upkeep of the journal put off: %s", steps->fault.message);
     drop_first(commits);
+    while (commits->upkeep && commits->loop->draining) drop_first(commits); // theirs never begin
     if (commits->upkeep) begin(commits->upkeep);
 }
 
