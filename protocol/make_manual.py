@@ -16,7 +16,7 @@ COMMENT = re.compile(r"( *)//(?: (.*))?$")
 BEHIND = 8  # columns from which on a comment goes on behind a field, and is none above the next one
 
 # The commands' table, the table of errors, and that of limits.
-ROW = re.compile(r"\{BODY\((\w+)\)(.*?)\},\n", re.S)
+ROW = re.compile(r"\{BD_BODY\((\w+)\)(.*?)\},\n", re.S)
 ERROR = re.compile(r'X\(\w+, "(\w+)", (\d+), (\d+)\)(?: +/\* (.*?) \*/)?')
 LIMIT = re.compile(r"/\*(.*?)\*/|X\((\w+), ([^,]+), ([^,]+), ([^)]+)\)")
 UNITS = {"BD_MIB": "(1 << 20)", "BD_GIB": "(1 << 30)", "ull": ""}
@@ -85,11 +85,11 @@ def sections_of(schema):
 # --- the tables ---
 
 
-def rows_of(source):
-    """By body: role, whether it is a job, whether its payload counts, method and path."""
-    table = source[source.index("rows[] = {"):]
+def rows_of(folder):
+    """By body: role, whether it is a job, whether its payload counts, method and path. A row stands with its steps."""
     rows = {}
-    for body, words in ROW.findall(table[:table.index("};")]):
+    sources = (path.read_text(encoding="utf-8") for path in sorted(folder.glob("*.c")))
+    for body, words in (found for source in sources for found in ROW.findall(source)):
         role, http = re.search(r"BD_ROLE_(\w+)", words), re.search(r'\.http = "([^"]+)"', words)
         rows[body.lower()] = {
             "role": role[1].lower() if role else "read",
@@ -333,7 +333,7 @@ def main():
     sys.stdout.reconfigure(encoding="utf-8")
     root, bounce, bounced = pathlib.Path(sys.argv[1]), sys.argv[2], sys.argv[3]
     sections = sections_of((root / "protocol/bounced.proto").read_text(encoding="utf-8"))
-    rows = rows_of((root / "server/net/command/command.c").read_text(encoding="utf-8"))
+    rows = rows_of(root / "server/net/command")
     known = {message["name"] for section in sections for message in section["messages"]}
     check_anchors(sections)
     print("# Manual of the wire, made by make_manual.py: not to be changed by hand\n")

@@ -182,50 +182,34 @@ static const struct bd_step options[] = {BD_STEP(loop, tell_options), BD_STEPS_E
 
 // --- the table ------------------------------------------------------------------------------
 
-#define BODY(name) .body = BOUNCED__ENVELOPE__BODY_##name
-#define OF_SCENE   .scene = "scene"
-
-static const struct bd_command_row rows[] = {
-    {BODY(BLOB_HAVE), .steps = blob_have},
-    {BODY(SCENE_ADD), .role = BD_ROLE_EDIT, .is_job = true, .http = "POST /v1/scenes",
-     .steps = bd_steps_scene_add},
-    {BODY(SCENE_LIST), .http = "GET /v1/scenes", .steps = bd_steps_scene_list},
-    {BODY(SCENE_GET), .scene = "id", .http = "GET /v1/scenes/ID", .steps = bd_steps_scene_get},
-    {BODY(SCENE_REMOVE), .scene = "id", .role = BD_ROLE_EDIT, .http = "DELETE /v1/scenes/ID",
-     .steps = bd_steps_scene_remove},
-    {BODY(SCENE_LOG), OF_SCENE, .http = "GET /v1/scenes/ID/log", .steps = bd_steps_scene_log},
-    {BODY(SCENE_EXPORT), OF_SCENE, .is_job = true, .http = "GET /v1/scenes/ID/export",
-     .steps = bd_steps_export},
-    {BODY(EDIT_BATCH), OF_SCENE, .role = BD_ROLE_EDIT, .has_payload = true,
-     .http = "POST /v1/scenes/ID/edits", .steps = bd_steps_edit, .turn_steps = bd_steps_batch},
-    {BODY(EDIT_UNDO), OF_SCENE, .role = BD_ROLE_EDIT, .http = "POST /v1/scenes/ID/undo",
-     .steps = bd_steps_edit, .turn_steps = bd_steps_undo},
-    {BODY(EDIT_REVERT), OF_SCENE, .role = BD_ROLE_EDIT, .http = "POST /v1/scenes/ID/revert",
-     .steps = bd_steps_edit, .turn_steps = bd_steps_revert},
-    {BODY(EDIT_COMMIT), OF_SCENE, .role = BD_ROLE_EDIT, .http = "POST /v1/scenes/ID/commit",
-     .steps = bd_steps_edit, .turn_steps = bd_steps_commit},
-    {BODY(REVISION_NAME), OF_SCENE, .role = BD_ROLE_EDIT, .http = "POST /v1/scenes/ID/names",
-     .steps = bd_steps_edit, .turn_steps = bd_steps_name},
-    // A past that did not happen here.
-    {BODY(SCENE_REPLAY), OF_SCENE, .role = BD_ROLE_ADMIN, .has_payload = true,
-     .steps = bd_steps_replay, .turn_steps = bd_steps_replay_edit},
-    {BODY(RENDER), OF_SCENE, .is_job = true, .steps = bd_steps_render},
-    {BODY(DEVICES), .http = "GET /v1/devices", .steps = devices},
-    {BODY(STATS), .role = BD_ROLE_ADMIN, .http = "GET /v1/stats", .steps = stats},
-    {BODY(TECHNIQUES), .http = "GET /v1/techniques", .steps = techniques},
-    {BODY(OPTIONS), .http = "GET /v1/options", .steps = options},
+static const struct bd_command_row rows_of_blobs[] = {{BD_BODY(BLOB_HAVE), .steps = blob_have},
+                                                      BD_ROWS_END};
+static const struct bd_command_row rows_of_server[] = {
+    {BD_BODY(DEVICES), .http = "GET /v1/devices", .steps = devices},
+    {BD_BODY(STATS), .role = BD_ROLE_ADMIN, .http = "GET /v1/stats", .steps = stats},
+    {BD_BODY(TECHNIQUES), .http = "GET /v1/techniques", .steps = techniques},
+    {BD_BODY(OPTIONS), .http = "GET /v1/options", .steps = options},
+    BD_ROWS_END,
 };
-#define ROW_COUNT (sizeof rows / sizeof rows[0])
+static const struct bd_command_row *const families[] = {
+    rows_of_blobs,      bd_rows_of_scenes, bd_rows_of_exports, bd_rows_of_batches,
+    bd_rows_of_history, bd_rows_of_replay, bd_rows_of_frames,  rows_of_server,
+};
+#define FAMILY_COUNT (sizeof families / sizeof families[0])
 
 const struct bd_command_row *bd_command_row_at(uint32_t number)
 {
-    return number < ROW_COUNT ? &rows[number] : NULL;
+    for (size_t f = 0; f < FAMILY_COUNT; f++)
+        for (const struct bd_command_row *row = families[f]; row->steps; row++)
+            if (number-- == 0) return row;
+    return NULL;
 }
 
 const struct bd_command_row *bd_command_row_of(Bounced__Envelope__BodyCase body)
 {
-    for (size_t i = 0; i < ROW_COUNT; i++)
-        if (rows[i].body == body) return &rows[i];
+    const struct bd_command_row *row;
+    for (uint32_t i = 0; (row = bd_command_row_at(i)); i++)
+        if (row->body == body) return row;
     return NULL;
 }
 

@@ -46,7 +46,8 @@ void bd_commands_begin(struct bd_commands *commands, struct bd_commits *commits,
 // Once none is under way and the loop has ended.
 void bd_commands_finish(struct bd_commands *commands);
 
-// What a request is: rights, routes of HTTP and dispatch go by its row.
+// What a request is: rights, routes of HTTP and dispatch go by its row, which stands with its
+// steps.
 struct bd_command_row {
     Bounced__Envelope__BodyCase body;
     const char *scene; // the message's field that names a scene; NULL: it has none

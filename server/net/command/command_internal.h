@@ -75,16 +75,21 @@ struct bd_command {
 // A text of the request, by its field's name; NULL: not set, or the message has no such field.
 const char *bd_command_text(const struct bd_command *command, const char *field);
 
-// The steps of each kind of request, by the file that has them.
-extern const struct bd_step bd_steps_scene_list[], bd_steps_scene_get[], bd_steps_scene_log[],
-    bd_steps_scene_add[], bd_steps_scene_remove[];  // scene_step.c
-extern const struct bd_step bd_steps_stage_scene[]; // command->scene becomes one of the store
-extern const struct bd_step bd_steps_export[];      // export_step.c
-extern const struct bd_step bd_steps_render[];      // render_step.c
-extern const struct bd_step bd_steps_edit[], bd_steps_batch[]; // edit_step.c
-extern const struct bd_step bd_steps_undo[], bd_steps_revert[], bd_steps_commit[], bd_steps_name[],
-    bd_steps_replay_edit[];                         // edit_history.c
-extern const struct bd_step bd_steps_replay[];      // edit_replay.c
+// Rows stand with their steps, a family a file, and are ended by one without steps. command.c has
+// the families, in the order in which lists of commands have them.
+#define BD_BODY(name) .body = BOUNCED__ENVELOPE__BODY_##name
+#define BD_OF_SCENE   .scene = "scene"
+#define BD_ROWS_END                                                                                \
+    {                                                                                              \
+        .steps = NULL                                                                              \
+    }
+extern const struct bd_command_row bd_rows_of_scenes[], bd_rows_of_exports[], bd_rows_of_batches[],
+    bd_rows_of_history[], bd_rows_of_replay[], bd_rows_of_frames[];
+
+// Steps of one family that others go on with: a scene's turn is waited for, and then the row's
+// turn_steps (edit_step.c); command->scene becomes one of the store (scene_step.c); what was read
+// out of a journal becomes a revision (edit_history.c).
+extern const struct bd_step bd_steps_edit[], bd_steps_stage_scene[], bd_steps_replay_edit[];
 
 // import_step.c. On the loop: whether the table of files is short enough. In the background: the
 // files of the request become command->scene.

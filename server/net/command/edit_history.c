@@ -240,14 +240,26 @@ static enum bd_err stage_name(struct bd_command *command)
     return err;
 }
 
-// --- the steps ------------------------------------------------------------------------------
+// --- the rows -------------------------------------------------------------------------------
 
-const struct bd_step bd_steps_undo[] = {BD_STEP(loop, read_undo), PAST_STEPS};
-const struct bd_step bd_steps_revert[] = {BD_STEP(loop, read_revert), PAST_STEPS};
 const struct bd_step bd_steps_replay_edit[] = {
     BD_STEP(loop, begin_replay), BD_STEP(pool, read_replay), BD_STEP(loop, stage_read),
     BD_STEP(disk, NULL), BD_STEPS_END};
-const struct bd_step bd_steps_commit[] = {BD_STEP(loop, stage_commit), BD_STEP(disk, NULL),
-                                          BD_STEPS_END};
-const struct bd_step bd_steps_name[] = {BD_STEP(loop, stage_name), BD_STEP(disk, NULL),
+
+static const struct bd_step undo[] = {BD_STEP(loop, read_undo), PAST_STEPS};
+static const struct bd_step revert[] = {BD_STEP(loop, read_revert), PAST_STEPS};
+static const struct bd_step commit[] = {BD_STEP(loop, stage_commit), BD_STEP(disk, NULL),
                                         BD_STEPS_END};
+static const struct bd_step name[] = {BD_STEP(loop, stage_name), BD_STEP(disk, NULL), BD_STEPS_END};
+
+const struct bd_command_row bd_rows_of_history[] = {
+    {BD_BODY(EDIT_UNDO), BD_OF_SCENE, .role = BD_ROLE_EDIT, .http = "POST /v1/scenes/ID/undo",
+     .steps = bd_steps_edit, .turn_steps = undo},
+    {BD_BODY(EDIT_REVERT), BD_OF_SCENE, .role = BD_ROLE_EDIT, .http = "POST /v1/scenes/ID/revert",
+     .steps = bd_steps_edit, .turn_steps = revert},
+    {BD_BODY(EDIT_COMMIT), BD_OF_SCENE, .role = BD_ROLE_EDIT, .http = "POST /v1/scenes/ID/commit",
+     .steps = bd_steps_edit, .turn_steps = commit},
+    {BD_BODY(REVISION_NAME), BD_OF_SCENE, .role = BD_ROLE_EDIT, .http = "POST /v1/scenes/ID/names",
+     .steps = bd_steps_edit, .turn_steps = name},
+    BD_ROWS_END,
+};

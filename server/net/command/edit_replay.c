@@ -174,4 +174,11 @@ static enum bd_err begin(struct bd_command *command)
     return BD_ERR_OK;
 }
 
-const struct bd_step bd_steps_replay[] = {BD_STEP(loop, begin), BD_STEPS_END};
+static const struct bd_step steps[] = {BD_STEP(loop, begin), BD_STEPS_END};
+
+// A past that did not happen here.
+const struct bd_command_row bd_rows_of_replay[] = {
+    {BD_BODY(SCENE_REPLAY), BD_OF_SCENE, .role = BD_ROLE_ADMIN, .has_payload = true, .steps = steps,
+     .turn_steps = bd_steps_replay_edit},
+    BD_ROWS_END,
+};

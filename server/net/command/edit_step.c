@@ -125,7 +125,7 @@ static enum bd_err begin_batch(struct bd_command *command)
     return BD_ERR_OK;
 }
 
-const struct bd_step bd_steps_batch[] = {BD_STEP(loop, begin_batch), BD_STEPS_END};
+static const struct bd_step batch_steps[] = {BD_STEP(loop, begin_batch), BD_STEPS_END};
 
 // --- a batch that was there before -----------------------------------------------------------
 
@@ -185,6 +185,12 @@ static enum bd_err read_request(struct bd_command *command)
 
 const struct bd_step bd_steps_edit[] = {BD_STEP(loop, read_request), BD_STEP(scene, NULL),
                                         BD_STEP(loop, begin), BD_STEPS_END};
+
+const struct bd_command_row bd_rows_of_batches[] = {
+    {BD_BODY(EDIT_BATCH), BD_OF_SCENE, .role = BD_ROLE_EDIT, .has_payload = true,
+     .http = "POST /v1/scenes/ID/edits", .steps = bd_steps_edit, .turn_steps = batch_steps},
+    BD_ROWS_END,
+};
 
 // --- a batch that is only tried ------------------------------------------------------------------
 

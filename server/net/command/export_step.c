@@ -107,4 +107,10 @@ static enum bd_err begin(struct bd_command *command)
     return BD_ERR_OK;
 }
 
-const struct bd_step bd_steps_export[] = {BD_STEP(loop, begin), FILE_STEPS};
+static const struct bd_step steps[] = {BD_STEP(loop, begin), FILE_STEPS};
+
+const struct bd_command_row bd_rows_of_exports[] = {
+    {BD_BODY(SCENE_EXPORT), BD_OF_SCENE, .is_job = true, .http = "GET /v1/scenes/ID/export",
+     .steps = steps},
+    BD_ROWS_END,
+};

@@ -192,4 +192,9 @@ static enum bd_err begin(struct bd_command *command)
     return BD_ERR_OK;
 }
 
-const struct bd_step bd_steps_render[] = {BD_STEP(loop, begin), BD_STEPS_END};
+static const struct bd_step steps[] = {BD_STEP(loop, begin), BD_STEPS_END};
+
+const struct bd_command_row bd_rows_of_frames[] = {
+    {BD_BODY(RENDER), BD_OF_SCENE, .is_job = true, .steps = steps},
+    BD_ROWS_END,
+};

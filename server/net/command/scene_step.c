@@ -134,13 +134,6 @@ static enum bd_err check_log(struct bd_command *command)
     return err;
 }
 
-// --- the steps ------------------------------------------------------------------------------
-
-const struct bd_step bd_steps_scene_list[] = {BD_STEP(loop, list_scenes), BD_STEPS_END};
-const struct bd_step bd_steps_scene_get[] = {BD_STEP(loop, get_scene), BD_STEPS_END};
-const struct bd_step bd_steps_scene_log[] = {BD_STEP(loop, check_log), BD_STEP(journal, read_log),
-                                             BD_STEPS_END};
-
 // --- scenes that come and go -----------------------------------------------------------------
 
 static const char *name_of(const struct bd_command *command)
@@ -185,11 +178,29 @@ static enum bd_err stage_removal(struct bd_command *command)
 #define STAGE_STEPS                                                                                \
     BD_STEP(loop, stage_scene), BD_STEP(disk, NULL), BD_STEP(loop, tell_scene), BD_STEPS_END
 
+// --- the rows -------------------------------------------------------------------------------
+
 const struct bd_step bd_steps_stage_scene[] = {STAGE_STEPS};
-const struct bd_step bd_steps_scene_add[] = {
+
+static const struct bd_step add[] = {
     BD_STEP(loop, bd_command_check_files),
     BD_STEP_BACKGROUND(bd_command_import, "import", FILES),
     STAGE_STEPS,
 };
-const struct bd_step bd_steps_scene_remove[] = {BD_STEP(loop, stage_removal), BD_STEP(disk, NULL),
-                                                BD_STEPS_END};
+static const struct bd_step list[] = {BD_STEP(loop, list_scenes), BD_STEPS_END};
+static const struct bd_step get[] = {BD_STEP(loop, get_scene), BD_STEPS_END};
+static const struct bd_step remove_steps[] = {BD_STEP(loop, stage_removal), BD_STEP(disk, NULL),
+                                              BD_STEPS_END};
+static const struct bd_step log_steps[] = {BD_STEP(loop, check_log), BD_STEP(journal, read_log),
+                                           BD_STEPS_END};
+
+const struct bd_command_row bd_rows_of_scenes[] = {
+    {BD_BODY(SCENE_ADD), .role = BD_ROLE_EDIT, .is_job = true, .http = "POST /v1/scenes",
+     .steps = add},
+    {BD_BODY(SCENE_LIST), .http = "GET /v1/scenes", .steps = list},
+    {BD_BODY(SCENE_GET), .scene = "id", .http = "GET /v1/scenes/ID", .steps = get},
+    {BD_BODY(SCENE_REMOVE), .scene = "id", .role = BD_ROLE_EDIT, .http = "DELETE /v1/scenes/ID",
+     .steps = remove_steps},
+    {BD_BODY(SCENE_LOG), BD_OF_SCENE, .http = "GET /v1/scenes/ID/log", .steps = log_steps},
+    BD_ROWS_END,
+};
